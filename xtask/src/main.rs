@@ -1,1 +1,56 @@
-fn main(){}
+//! `cargo xtask …`: the front door to everything that plain cargo cannot do.
+
+mod command;
+mod firmware;
+mod flash;
+mod lint;
+mod sim;
+mod size;
+mod test;
+
+use std::env;
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+Usage: cargo xtask <command>
+
+  sim [--duration 5s] [--scenario FILE] [--bus-log FILE]
+             build the firmware and run it on the virtual board
+  test       every test: portable, firmware build, firmware on the virtual board
+  lint       formatting, clippy for host and target, documentation
+  size       flash and RAM of the firmware image, against its budget
+  flash      put the firmware on a real STM32F407 board (needs probe-rs)
+
+Exit status: 0 it worked, 1 it did not, 2 the command line, a scenario or an image is wrong.
+";
+
+/// Exit status when the command line is wrong.
+const BAD_USAGE: u8 = 2;
+
+fn main() -> ExitCode {
+    let mut arguments = env::args().skip(1);
+    let command = arguments.next();
+    let rest: Vec<String> = arguments.collect();
+    let result = match command.as_deref() {
+        Some("sim") => sim::run(&rest),
+        Some("test") if rest.is_empty() => test::run(),
+        Some("lint") if rest.is_empty() => lint::run(),
+        Some("size") if rest.is_empty() => size::run(),
+        Some("flash") if rest.is_empty() => flash::run(),
+        Some("help" | "--help" | "-h") => {
+            print!("{USAGE}");
+            return ExitCode::SUCCESS;
+        }
+        _ => {
+            eprint!("{USAGE}");
+            return ExitCode::from(BAD_USAGE);
+        }
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("cargo xtask: {failure}");
+            ExitCode::from(failure.status)
+        }
+    }
+}

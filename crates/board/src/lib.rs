@@ -1,3 +1,20 @@
 //! The virtual board: the shipped ELF on an emulated STM32F407, with real bit timing on its pins.
 
+pub mod log;
+pub mod segment;
 pub mod wire;
+
+// The emulator half.
+mod cpu;
+pub mod elf;
+mod machine;
+mod narrow;
+mod ports;
+pub mod pwm;
+mod rtt;
+mod timeline;
+mod usart;
+
+pub use cpu::{CpuStats, Fault};
+pub use machine::{Board, BuildError, Stopped};
+pub use ports::Ports;

@@ -1,1 +1,38 @@
-//! placeholder
+//! RS485 master for inclinometers: the half-duplex line, and one question and answer at a time.
+//!
+//! Everything here is sans-IO. [`Line`] is driven by the events a UART has (transmit register empty,
+//! transmission complete, character received) and says when the driver is on; [`Master`] turns a request
+//! into a frame, the characters that come back into a typed [`Outcome`], and silence into an error after a
+//! deadline derived from the vendor's figures. Neither reads a clock: time comes in as [`Micros`], and
+//! `poll_at` says when to come back.
+//!
+//! The same code runs in the firmware's interrupts, in host tests and on the virtual board.
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::arithmetic_side_effects,
+        clippy::expect_used,
+        clippy::indexing_slicing,
+        clippy::panic,
+        clippy::unwrap_used
+    )
+)]
+
+#[cfg(test)]
+extern crate std;
+
+mod counters;
+pub mod line;
+mod master;
+mod protocol;
+mod time;
+mod timing;
+
+pub use counters::Counters;
+pub use line::Line;
+pub use master::{Event, Fault, Master, Outcome};
+pub use protocol::{Isu, Protocol, T7};
+pub use time::{Micros, earliest};
+pub use timing::{Serial, Timing};

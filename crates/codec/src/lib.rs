@@ -1,1 +1,18 @@
-//! placeholder
+#![no_std]
+#![forbid(unsafe_code)]
+#![doc = include_str!("../README.md")]
+
+pub mod angle;
+mod bytes;
+pub mod character;
+pub mod isu;
+pub mod layers;
+mod progress;
+pub mod pwm;
+mod stream;
+pub mod t7;
+
+pub use progress::Progress;
+
+#[cfg(test)]
+extern crate std;

@@ -1,0 +1,341 @@
+//! Figures of a bus, worked out from its wire log alone.
+//!
+//! The log is cut into polls at the edges of DE: what the gateway sent while DE was high is the request, what
+//! it heard until the next rise is the answer. Both are judged by the vendors' documents (`analysis/t7.rs`,
+//! `analysis/isu.rs`) with no help from the gateway's own codec.
+
+mod isu;
+mod t7;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use clino_sim::node::Ns;
+
+use crate::log::{Event, Fate, SegmentLog, Talker};
+
+/// Largest time from DE's rise to the first start bit, in bit times.
+pub const MOST_LEAD_BITS: f64 = 1.0;
+/// Largest time from the end of the last stop bit to DE's fall, in nanoseconds.
+pub const MOST_TAIL: Ns = 10_000;
+
+/// Which document a bus follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Protocol {
+    /// US Digital T7.
+    T7,
+    /// STT ISU, binary mode.
+    Isu,
+}
+
+/// What came of a poll.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// A whole answer to this request, with the right checksum.
+    Good,
+    /// Nothing was heard.
+    NoAnswer,
+    /// Something was heard, but no answer to this request.
+    BadAnswer,
+    /// A well-formed answer in which the device reports an error.
+    DeviceError,
+}
+
+/// One request and what followed it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Poll {
+    /// DE rose.
+    pub de_high: Ns,
+    /// First start bit of the request.
+    pub first_start: Ns,
+    /// End of the last stop bit of the request.
+    pub last_stop: Ns,
+    /// DE fell; `None` if the run ended before.
+    pub de_low: Option<Ns>,
+    /// Length of a bit in picoseconds.
+    pub bit_ps: u64,
+    /// What the gateway sent.
+    pub request: Vec<u8>,
+    /// The request keeps to the document.
+    pub well_formed: bool,
+    /// What the gateway heard until DE's next rise, framing errors included.
+    pub answer: Vec<u8>,
+    /// End of the last stop bit of the last sensor that spoke.
+    pub answer_end: Option<Ns>,
+    /// DE's next rise.
+    pub next_de_high: Option<Ns>,
+    /// What came of it.
+    pub verdict: Verdict,
+}
+
+impl Poll {
+    /// Address of the sensor asked.
+    pub fn address(&self, protocol: Protocol) -> Option<u8> {
+        match protocol {
+            Protocol::T7 => self.request.first().copied(),
+            Protocol::Isu => self.request.get(1).map(|byte| byte >> 4),
+        }
+    }
+
+    /// DE's rise to the first start bit, in bit times.
+    pub fn lead_bits(&self) -> f64 {
+        (self.first_start - self.de_high) as f64 * 1_000.0 / self.bit_ps as f64
+    }
+
+    /// End of the last stop bit to DE's fall, in nanoseconds; negative if DE fell too early.
+    pub fn tail(&self) -> Option<i64> {
+        self.de_low.map(|low| low.cast_signed() - self.last_stop.cast_signed())
+    }
+
+    /// End of an answer to DE's next rise; negative if DE rose into it.
+    pub fn turnaround(&self) -> Option<i64> {
+        Some(self.next_de_high?.cast_signed() - self.answer_end?.cast_signed())
+    }
+}
+
+/// Smallest and largest of a figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extremes<T> {
+    /// The smallest.
+    pub min: T,
+    /// The largest.
+    pub max: T,
+}
+
+impl<T: PartialOrd + Copy> Extremes<T> {
+    /// Of some values; `None` if there are none.
+    pub fn of(values: impl Iterator<Item = T>) -> Option<Self> {
+        values.fold(None, |so_far: Option<Self>, value| {
+            let Self { min, max } = so_far.unwrap_or(Self { min: value, max: value });
+            Some(Self { min: if value < min { value } else { min }, max: if value > max { value } else { max } })
+        })
+    }
+}
+
+/// How the polls of one sensor came out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Requests.
+    pub polls: u64,
+    /// [`Verdict::Good`].
+    pub good: u64,
+    /// [`Verdict::NoAnswer`].
+    pub no_answer: u64,
+    /// [`Verdict::BadAnswer`].
+    pub bad_answer: u64,
+    /// [`Verdict::DeviceError`].
+    pub device_error: u64,
+}
+
+/// A bus in figures.
+#[derive(Clone, Debug)]
+pub struct Analysis {
+    /// Which document it was judged by.
+    pub protocol: Protocol,
+    /// Every poll, in order.
+    pub polls: Vec<Poll>,
+    /// Polls by the address asked.
+    pub by_address: BTreeMap<u8, Tally>,
+    /// DE's rise to the first start bit, in bit times.
+    pub lead_bits: Option<Extremes<f64>>,
+    /// End of the last stop bit to DE's fall, in nanoseconds.
+    pub tail: Option<Extremes<i64>>,
+    /// End of an answer to DE's next rise, in nanoseconds.
+    pub turnaround: Option<Extremes<i64>>,
+    /// Longest time that DE was high.
+    pub longest_de: Ns,
+    /// Times that DE was high without anything being sent.
+    pub idle_de: u64,
+    /// The gateway's characters that did not reach the line whole because of DE.
+    pub broken_characters: u64,
+    /// Requests that do not keep to the document.
+    pub malformed_requests: u64,
+    /// Characters that the gateway heard with a framing error.
+    pub framing_errors: u64,
+    /// Times that two drivers were on at once, and among them those that drove opposite levels.
+    pub contentions: (u64, u64),
+    /// Share of the run in which somebody's character was on the line, 0…1.
+    pub utilisation: f64,
+}
+
+impl Analysis {
+    /// Analyses a log that covers the time from 0 to `end`.
+    pub fn of(log: &SegmentLog, protocol: Protocol, end: Ns) -> Self {
+        let events = log.in_order();
+        let polls = polls(&events, protocol);
+        let mut by_address: BTreeMap<u8, Tally> = BTreeMap::new();
+        for poll in &polls {
+            let tally = by_address.entry(poll.address(protocol).unwrap_or(0)).or_default();
+            tally.polls += 1;
+            *match poll.verdict {
+                Verdict::Good => &mut tally.good,
+                Verdict::NoAnswer => &mut tally.no_answer,
+                Verdict::BadAnswer => &mut tally.bad_answer,
+                Verdict::DeviceError => &mut tally.device_error,
+            } += 1;
+        }
+        let de = de_pulses(&events);
+        let count = |wanted: fn(&Event) -> bool| events.iter().filter(|event| wanted(event)).count() as u64;
+        Self {
+            protocol,
+            by_address,
+            lead_bits: Extremes::of(polls.iter().map(Poll::lead_bits)),
+            tail: Extremes::of(polls.iter().filter_map(Poll::tail)),
+            turnaround: Extremes::of(polls.iter().filter_map(Poll::turnaround)),
+            longest_de: de.iter().map(|&(rise, fall)| fall.unwrap_or(end) - rise).max().unwrap_or(0),
+            idle_de: (de.len() - polls.len()) as u64,
+            broken_characters: count(|event| match event {
+                Event::Char { who: Talker::Gateway, fate, .. } => {
+                    matches!(fate, Fate::Cut { .. } | Fate::Late { .. } | Fate::Undriven)
+                }
+                _ => false,
+            }),
+            malformed_requests: polls.iter().filter(|poll| !poll.well_formed).count() as u64,
+            framing_errors: count(|event| matches!(event, Event::Heard { framing_error: true, .. })),
+            contentions: (
+                count(|event| matches!(event, Event::Contention { .. })),
+                count(|event| matches!(event, Event::Contention { fought: true, .. })),
+            ),
+            utilisation: utilisation(&events, end),
+            polls,
+        }
+    }
+
+    /// The whole bus's tally.
+    pub fn total(&self) -> Tally {
+        self.by_address.values().fold(Tally::default(), |sum, tally| Tally {
+            polls: sum.polls + tally.polls,
+            good: sum.good + tally.good,
+            no_answer: sum.no_answer + tally.no_answer,
+            bad_answer: sum.bad_answer + tally.bad_answer,
+            device_error: sum.device_error + tally.device_error,
+        })
+    }
+
+    /// Rules about DE and requests that were broken, in words.
+    pub fn broken_rules(&self) -> Vec<String> {
+        let mut broken = Vec::new();
+        if self.broken_characters > 0 {
+            broken.push(format!("{} characters were cut or lost by DE", self.broken_characters));
+        }
+        if let Some(lead) = self.lead_bits.filter(|lead| lead.max > MOST_LEAD_BITS) {
+            let most = MOST_LEAD_BITS;
+            broken.push(format!("DE rose {:.2} bit times before a start bit, at most {most}", lead.max));
+        }
+        if let Some(tail) = self.tail.filter(|tail| tail.min < 0 || tail.max > MOST_TAIL.cast_signed()) {
+            let (min, max) = (tail.min, tail.max);
+            broken.push(format!("DE fell {min} to {max} ns after a stop bit, expected 0 to {MOST_TAIL} ns"));
+        }
+        if self.idle_de > 0 {
+            broken.push(format!("DE was high {} times with nothing to send", self.idle_de));
+        }
+        if self.malformed_requests > 0 {
+            broken.push(format!("{} requests do not keep to the document", self.malformed_requests));
+        }
+        broken
+    }
+}
+
+/// Rises and falls of DE.
+fn de_pulses(events: &[&Event]) -> Vec<(Ns, Option<Ns>)> {
+    let mut pulses: Vec<(Ns, Option<Ns>)> = Vec::new();
+    for event in events {
+        match **event {
+            Event::De { at, high: true } => pulses.push((at, None)),
+            Event::De { at, high: false } => {
+                if let Some((_, fall)) = pulses.last_mut() {
+                    *fall = Some(at);
+                }
+            }
+            _ => {}
+        }
+    }
+    pulses
+}
+
+/// Cuts a log into polls; DE pulses in which nothing was sent are none.
+fn polls(events: &[&Event], protocol: Protocol) -> Vec<Poll> {
+    let pulses = de_pulses(events);
+    let mut polls = Vec::new();
+    let mut rest = events;
+    for (n, &(de_high, de_low)) in pulses.iter().enumerate() {
+        let next_de_high = pulses.get(n + 1).map(|&(rise, _)| rise);
+        // A character cut by DE's next rise belongs here; what begins at or after the rise does not.
+        let begins = rest.partition_point(|event| event.at() < de_high);
+        let ends = rest.partition_point(|event| next_de_high.is_none_or(|next| event.at() < next));
+        let window = rest.get(begins..ends).unwrap_or(&[]);
+        rest = rest.get(ends..).unwrap_or(&[]);
+        polls.extend(poll(window, protocol, de_high, de_low, next_de_high));
+    }
+    polls
+}
+
+fn poll(
+    window: &[&Event],
+    protocol: Protocol,
+    de_high: Ns,
+    de_low: Option<Ns>,
+    next_de_high: Option<Ns>,
+) -> Option<Poll> {
+    let mut sent: Option<(Ns, Ns, u64)> = None;
+    let (mut request, mut answer, mut clean) = (Vec::new(), Vec::new(), true);
+    let mut answer_end = None;
+    for event in window {
+        match **event {
+            Event::Char { who: Talker::Gateway, start, end, word, bit_ps, .. } => {
+                let first_start = sent.map_or(start, |(first, ..)| first);
+                sent = Some((first_start, end, bit_ps));
+                request.push(word as u8);
+            }
+            Event::Char { end, .. } => answer_end = answer_end.max(Some(end)),
+            // With the receiver on all the time the gateway hears its own request first.
+            Event::Heard { at, word, framing_error, .. } if de_low.is_some_and(|low| at > low) => {
+                answer.push(word as u8);
+                clean &= !framing_error;
+            }
+            _ => {}
+        }
+    }
+    let (first_start, last_stop, bit_ps) = sent?;
+    let (well_formed, judged) = match protocol {
+        Protocol::T7 => (t7::is_request(&request), t7::judge(&request, &answer)),
+        Protocol::Isu => (isu::is_request(&request), isu::judge(&request, &answer)),
+    };
+    let verdict = if answer.is_empty() {
+        Verdict::NoAnswer
+    } else if clean {
+        judged
+    } else {
+        Verdict::BadAnswer
+    };
+    let request_and_answer = (request, answer);
+    Some(Poll {
+        de_high,
+        first_start,
+        last_stop,
+        de_low,
+        bit_ps,
+        request: request_and_answer.0,
+        well_formed,
+        answer: request_and_answer.1,
+        answer_end,
+        next_de_high,
+        verdict,
+    })
+}
+
+/// Share of the time in which at least one character was on the line.
+fn utilisation(events: &[&Event], end: Ns) -> f64 {
+    let (mut busy, mut until) = (0, 0);
+    for event in events {
+        if let Event::Char { start, end: stop, fate, .. } = **event
+            && fate != Fate::Undriven
+        {
+            let stop = stop.min(end);
+            busy += stop.saturating_sub(start.max(until));
+            until = until.max(stop);
+        }
+    }
+    if end == 0 { 0.0 } else { busy as f64 / end as f64 }
+}

@@ -1,0 +1,172 @@
+//! The firmware image: what the ELF file puts into flash, and where its symbols are.
+//!
+//! Only what the chip gets counts: loadable segments at their physical (load) addresses, gaps filled with the
+//! erased value. Flash and RAM bounds are those of the STM32F407VG (RM0090 §2.3).
+
+use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
+use object::{Endianness, Object, ObjectSymbol, elf};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// First address of flash.
+pub const FLASH_BASE: u32 = 0x0800_0000;
+/// Bytes of flash.
+pub const FLASH_SIZE: u32 = 1024 * 1024;
+/// RAM a stack may begin in: SRAM1 and SRAM2, core-coupled memory. The end is a valid initial stack pointer.
+const RAM: [(u32, u32); 2] = [(0x2000_0000, 0x2002_0000), (0x1000_0000, 0x1001_0000)];
+/// What erased flash reads.
+const ERASED: u8 = 0xff;
+
+/// A firmware image.
+#[derive(Clone, Debug)]
+pub struct Image {
+    flash: Vec<u8>,
+    symbols: BTreeMap<String, u32>,
+}
+
+/// Why a file is not an image for this board.
+#[derive(Debug)]
+pub enum ElfError {
+    /// The file does not exist.
+    Missing(PathBuf),
+    /// The file cannot be read.
+    Unreadable(PathBuf, std::io::Error),
+    /// Not a 32-bit little-endian ELF file.
+    NotElf(String),
+    /// For another processor; the ELF machine number.
+    WrongProcessor(u16),
+    /// Nothing to load.
+    Empty,
+    /// A segment lies outside flash: built for another chip.
+    OutsideFlash {
+        /// Its load address.
+        address: u32,
+        /// Its length in bytes.
+        length: u32,
+    },
+    /// The vector table at the beginning of flash does not fit this chip.
+    BadVectors {
+        /// Initial stack pointer.
+        stack: u32,
+        /// Reset vector.
+        reset: u32,
+    },
+}
+
+impl Image {
+    /// Reads the ELF file at `path`.
+    ///
+    /// # Errors
+    ///
+    /// Any [`ElfError`].
+    pub fn read(path: &Path) -> Result<Image, ElfError> {
+        let bytes = std::fs::read(path).map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => ElfError::Missing(path.to_path_buf()),
+            _ => ElfError::Unreadable(path.to_path_buf(), error),
+        })?;
+        Image::parse(&bytes)
+    }
+
+    /// Takes the ELF file `bytes` apart.
+    ///
+    /// # Errors
+    ///
+    /// Any [`ElfError`] but [`ElfError::Missing`] and [`ElfError::Unreadable`].
+    pub fn parse(bytes: &[u8]) -> Result<Image, ElfError> {
+        let not_elf = |error: object::Error| ElfError::NotElf(error.to_string());
+        let file = ElfFile32::<Endianness>::parse(bytes).map_err(not_elf)?;
+        let endian = file.endian();
+        let machine = file.elf_header().e_machine(endian).0;
+        if endian != Endianness::Little || machine != elf::EM_ARM.0 {
+            return Err(ElfError::WrongProcessor(machine));
+        }
+        let mut flash = Vec::new();
+        for header in file.elf_program_headers() {
+            if header.p_type(endian) != elf::PT_LOAD || header.p_filesz(endian) == 0 {
+                continue;
+            }
+            let data = header
+                .data(endian, bytes)
+                .map_err(|()| ElfError::NotElf("a segment lies outside the file".into()))?;
+            place(&mut flash, header.p_paddr(endian), data)?;
+        }
+        check_vectors(&flash)?;
+        let symbols = file
+            .symbols()
+            .filter_map(|symbol| Some((symbol.name().ok()?.to_string(), symbol.address() as u32)))
+            .filter(|(name, _)| !name.is_empty())
+            .collect();
+        Ok(Image { flash, symbols })
+    }
+
+    /// Contents of flash from its first address.
+    pub fn flash(&self) -> &[u8] {
+        &self.flash
+    }
+
+    /// Address of the symbol called `name`.
+    pub fn symbol(&self, name: &str) -> Option<u32> {
+        self.symbols.get(name).copied()
+    }
+}
+
+fn place(flash: &mut Vec<u8>, address: u32, data: &[u8]) -> Result<(), ElfError> {
+    let length = data.len() as u32;
+    let outside = ElfError::OutsideFlash { address, length };
+    let Some(start) = address.checked_sub(FLASH_BASE) else { return Err(outside) };
+    let Some(end) = start.checked_add(length).filter(|end| *end <= FLASH_SIZE) else { return Err(outside) };
+    let (start, end) = (start as usize, end as usize);
+    if flash.len() < end {
+        flash.resize(end, ERASED);
+    }
+    flash[start..end].copy_from_slice(data);
+    Ok(())
+}
+
+fn check_vectors(flash: &[u8]) -> Result<(), ElfError> {
+    let (Some(stack), Some(reset)) = (flash.first_chunk(), flash.get(4..).and_then(|rest| rest.first_chunk()))
+    else {
+        return Err(ElfError::Empty);
+    };
+    let (stack, reset) = (u32::from_le_bytes(*stack), u32::from_le_bytes(*reset));
+    let in_ram = RAM.iter().any(|(base, end)| (*base..=*end).contains(&stack));
+    let end = FLASH_BASE + flash.len() as u32;
+    if in_ram && (FLASH_BASE..end).contains(&reset) && reset & 1 == 1 {
+        Ok(())
+    } else {
+        Err(ElfError::BadVectors { stack, reset })
+    }
+}
+
+impl std::fmt::Display for ElfError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            ElfError::Missing(path) => write!(f, "{}: no such file", path.display()),
+            ElfError::Unreadable(path, error) => write!(f, "{}: {error}", path.display()),
+            ElfError::NotElf(why) => write!(f, "not an image for a 32-bit ARM: {why}"),
+            ElfError::WrongProcessor(machine) => {
+                write!(f, "built for another processor (ELF machine {machine}, little-endian ARM is 40)")
+            }
+            ElfError::Empty => write!(f, "contains nothing that goes into flash"),
+            ElfError::OutsideFlash { address, length } => write!(
+                f,
+                "built for another chip: {length} bytes at {address:#010x} are outside the STM32F407VG's \
+                 flash ({FLASH_BASE:#010x}, 1 MiB)"
+            ),
+            ElfError::BadVectors { stack, reset } => write!(
+                f,
+                "built for another chip: initial stack pointer {stack:#010x} and reset vector {reset:#010x} \
+                 do not fit the STM32F407VG's RAM and flash"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for ElfError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            ElfError::Unreadable(_, error) => Some(error),
+            _ => None,
+        }
+    }
+}

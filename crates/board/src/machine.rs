@@ -1,0 +1,281 @@
+//! The assembled board: image in, virtual time forward, and what can be looked at from outside.
+
+use crate::cpu::{self, Cpu, CpuStats, Fault};
+use crate::elf::Image;
+use crate::narrow::Narrow;
+use crate::ports::{self, Ports};
+use crate::pwm::{self, Pulse, PwmDevice, PwmWaveform, Source};
+use crate::rtt;
+use crate::timeline::{Actor, Timeline, lock};
+use crate::usart::{self, Connections, UsartDevice};
+use crate::wire::Wire;
+use clino_sim::node::Ns;
+use rsemu::core::clock::GlobalTime;
+use rsemu::core::error::Error;
+use rsemu::core::props::Props;
+use rsemu::core::space::{AddressSpace, MemAttrs};
+use rsemu::core::value::Width;
+use rsemu::machine::{self, BuildOptions, Machine, catalog};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+
+const TEXT: &str = include_str!("board.machine");
+
+/// Length of a scheduler round, and how often logs are fetched: 1 ms.
+const ROUND: Ns = 1_000_000;
+
+/// The stock timers whose events the core may not run past; all on the APB1 timer clock.
+const TIMERS: [&str; 4] = ["tim2", "tim3", "tim4", "tim5"];
+
+/// A running board.
+pub struct Board {
+    machine: Machine,
+    space: Arc<AddressSpace>,
+    timeline: Arc<Timeline>,
+    cpu: Arc<Cpu>,
+    pwm: [Arc<Source>; 2],
+    rtt: Option<rtt::Reader>,
+}
+
+/// The board could not be put together: a fault of this crate.
+#[derive(Debug)]
+pub struct BuildError(String);
+
+/// Why the board does not run on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    /// Firmware is stuck in a fault handler, or locked up.
+    Faulted {
+        /// When this was noticed: up to 2 ms after the fault.
+        at: Ns,
+        /// What the core knows of it.
+        fault: Fault,
+        /// The exception frame on the main stack as far as it is in RAM: R0–R3, R12, LR, PC, xPSR. A handler that
+        /// has pushed something itself hides it.
+        frame: [Option<u32>; 8],
+    },
+    /// The emulator gave up.
+    Emulator(String),
+}
+
+impl Board {
+    /// Puts a board together: `image` in flash, `ports` on the pins, power on.
+    ///
+    /// # Errors
+    ///
+    /// Only if the emulator refuses the board text.
+    pub fn new(image: &Image, ports: Ports) -> Result<Board, BuildError> {
+        Board::assemble(image, ports).map_err(|error| BuildError(error.to_string()))
+    }
+
+    fn assemble(image: &Image, ports: Ports) -> rsemu::core::Result<Board> {
+        let timeline = Arc::new(Timeline::new());
+        let Ports { t7, isu, console, modbus, pwm: [pwm1, pwm2] } = ports;
+        let parts = Arc::new(Parts {
+            timeline: Arc::clone(&timeline),
+            wires: Mutex::new(BTreeMap::from([
+                ("t7", t7),
+                ("isu", isu),
+                ("console", console),
+                ("modbus", modbus),
+            ])),
+            waveforms: Mutex::new(BTreeMap::from([(1, pwm1), (2, pwm2)])),
+            cpu: Mutex::new(None),
+            actors: Mutex::new(Vec::new()),
+            sources: Mutex::new(Vec::new()),
+        });
+        let mut registry = catalog::registry()?;
+        for class in [cpu::class(), usart::class(), pwm::class()] {
+            registry.add(class)?;
+        }
+        let mut options = catalog::build_options()?;
+        bind(&mut options, &parts)?;
+        options.realize.media.insert("firmware", image.flash());
+        options.realize.scheduler.quantum = GlobalTime::from_nanos(ROUND);
+        let machine = machine::build("board.machine", TEXT, &registry, &options)?;
+
+        let missing = |what: &str| Error::State(format!("the board text has no {what}"));
+        let space = Arc::clone(machine.space("mem").ok_or_else(|| missing("space `mem`"))?);
+        let cpu = lock(&parts.cpu).take().ok_or_else(|| missing("core"))?;
+        let pwm = std::mem::take(&mut *lock(&parts.sources));
+        let pwm = pwm.try_into().map_err(|_| missing("two PWM sources"))?;
+        cpu.surround(std::mem::take(&mut *lock(&parts.actors)), timers(&machine)?);
+        let rtt = image.symbol(rtt::SYMBOL).map(|block| rtt::Reader::new(Arc::clone(&space), block));
+        Ok(Board { machine, space, timeline, cpu, pwm, rtt })
+    }
+
+    /// Lets virtual time run up to `ns` since power-up, to within an instruction.
+    ///
+    /// # Errors
+    ///
+    /// [`Stopped`] if firmware faulted; the board may still be looked at.
+    pub fn run_until(&mut self, ns: Ns) -> Result<(), Stopped> {
+        let mut begun = self.machine.now().as_nanos();
+        while begun < ns {
+            let boundary = (begun / ROUND + 1) * ROUND;
+            let target = boundary.min(ns);
+            let faulted = self.cpu.fault().is_some();
+            self.machine
+                .step_until(GlobalTime::from_nanos(target))
+                .map_err(|error| Stopped::Emulator(error.to_string()))?;
+            begun = target;
+            if target < boundary {
+                break;
+            }
+            if let Some(rtt) = &mut self.rtt {
+                rtt.drain();
+            }
+            // A handler that records the fault and resets is through long before it is seen twice.
+            if let Some(fault) = self.cpu.fault().filter(|fault| faulted || fault.lockup) {
+                return Err(self.stopped(fault));
+            }
+        }
+        Ok(())
+    }
+
+    fn stopped(&self, fault: Fault) -> Stopped {
+        let frame = std::array::from_fn(|i| self.peek32(fault.sp.wrapping_add(4 * i as u32)));
+        Stopped::Faulted { at: self.now(), fault, frame }
+    }
+
+    /// Where the core is in virtual time, in nanoseconds since power-up.
+    pub fn now(&self) -> Ns {
+        self.timeline.now()
+    }
+
+    /// The word at `address`, without side effects; `None` where there is nothing.
+    pub fn peek32(&self, address: u32) -> Option<u32> {
+        self.space.read(u64::from(address), Width::U32, MemAttrs::DEBUG).ok().map(|word| word as u32)
+    }
+
+    /// Fills `bytes` from `address` on, without side effects; false where there is nothing.
+    pub fn peek(&self, address: u32, bytes: &mut [u8]) -> bool {
+        self.space.read_bytes(u64::from(address), bytes, MemAttrs::DEBUG).is_ok()
+    }
+
+    /// What the core has done since power-up.
+    pub fn stats(&self) -> CpuStats {
+        self.cpu.stats()
+    }
+
+    /// Program counter of the core.
+    pub fn pc(&self) -> u32 {
+        self.cpu.pc()
+    }
+
+    /// The pulses that PWM source `index` (0 or 1) has driven, complete ones, in order.
+    pub fn pwm_log(&self, index: usize) -> Vec<Pulse> {
+        self.pwm.get(index).map_or_else(Vec::new, |source| source.log())
+    }
+
+    /// What firmware has logged through RTT since the last call: raw frames.
+    pub fn take_rtt(&mut self) -> Vec<u8> {
+        self.rtt.as_mut().map_or_else(Vec::new, |rtt| {
+            rtt.drain();
+            rtt.take()
+        })
+    }
+}
+
+/// What the constructors of the board's own classes take from and leave for the assembly.
+struct Parts {
+    timeline: Arc<Timeline>,
+    wires: Mutex<BTreeMap<&'static str, Box<dyn Wire>>>,
+    waveforms: Mutex<BTreeMap<u64, Box<dyn PwmWaveform>>>,
+    cpu: Mutex<Option<Arc<Cpu>>>,
+    actors: Mutex<Vec<Arc<dyn Actor>>>,
+    sources: Mutex<Vec<Arc<Source>>>,
+}
+
+impl Parts {
+    fn build_cpu(&self, props: &Props) -> rsemu::core::Result<Arc<Cpu>> {
+        let cpu = Arc::new(Cpu::new(props, Arc::clone(&self.timeline))?);
+        *lock(&self.cpu) = Some(Arc::clone(&cpu));
+        Ok(cpu)
+    }
+
+    fn build_usart(&self, props: &Props) -> rsemu::core::Result<Arc<UsartDevice>> {
+        let name = props.require("port")?.to_str("port")?;
+        let wire = lock(&self.wires).remove(name);
+        let (Some((clock, tx, rx)), Some(wire)) = (ports::pins(name), wire) else {
+            return Err(Error::Property(format!("there is no serial port `{name}`, or it is taken")));
+        };
+        let connections = Connections { clock, tx, rx, wire };
+        let device = Arc::new(UsartDevice::new(connections, Arc::clone(&self.timeline)));
+        lock(&self.actors).push(device.actor());
+        Ok(device)
+    }
+
+    fn build_pwm(&self, props: &Props) -> rsemu::core::Result<Arc<PwmDevice>> {
+        let channel = props.require("channel")?.to_uint("channel")?;
+        let Some(waveform) = lock(&self.waveforms).remove(&channel) else {
+            return Err(Error::Property(format!("there is no PWM channel {channel}, or it is taken")));
+        };
+        let source = Arc::new(Source::new(waveform, Arc::clone(&self.timeline)));
+        lock(&self.actors).push(Arc::clone(&source) as Arc<dyn Actor>);
+        lock(&self.sources).push(Arc::clone(&source));
+        Ok(Arc::new(PwmDevice(source)))
+    }
+}
+
+/// Adds the board's own classes, and the width adapter around the watchdog.
+fn bind(options: &mut BuildOptions, parts: &Arc<Parts>) -> rsemu::core::Result<()> {
+    let (a, b, c) = (Arc::clone(parts), Arc::clone(parts), Arc::clone(parts));
+    options.bindings.bind(cpu::CLASS_NAME, move |props| Ok(a.build_cpu(props)?))?;
+    options.bindings.bind(usart::CLASS_NAME, move |props| Ok(b.build_usart(props)?))?;
+    options.bindings.bind(pwm::CLASS_NAME, move |props| Ok(c.build_pwm(props)?))?;
+    if let Some(stock) = options.bindings.get("st.iwdg") {
+        options.bindings.replace("st.iwdg", move |props| Ok(Arc::new(Narrow::new(stock(props)?))));
+    }
+    for schema in [cpu::schema(), usart::schema(), pwm::schema()] {
+        options.classes.insert(schema);
+    }
+    Ok(())
+}
+
+type LazyDevice = (Arc<dyn rsemu::core::device::Device>, rsemu::core::sched::LazyHandle);
+
+/// The stock timers and the handles that catch them up.
+fn timers(machine: &Machine) -> rsemu::core::Result<Vec<LazyDevice>> {
+    let find = |name: &&str| {
+        let missing = || Error::State(format!("the board text has no timer `{name}`"));
+        let entry = machine.device(name).ok_or_else(missing)?;
+        let handle = machine.scheduler().lazy_handle(entry.lazy().ok_or_else(missing)?);
+        Ok((Arc::clone(entry.device()), handle.map_err(|error| Error::State(error.to_string()))?))
+    };
+    TIMERS.iter().map(find).collect()
+}
+
+impl std::fmt::Display for BuildError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the virtual board cannot be built: {}", self.0)
+    }
+}
+
+impl std::error::Error for BuildError {}
+
+impl std::fmt::Display for Stopped {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Stopped::Emulator(why) => write!(f, "the emulator stopped: {why}"),
+            Stopped::Faulted { at, fault, frame } => {
+                let what = if fault.lockup { "locked up" } else { "is in a fault handler" };
+                write!(
+                    f,
+                    "firmware {what} at {:.6} s: exception {}, PC {:#010x}, CFSR {:#010x}, HFSR {:#010x}, BFAR \
+                     {:#010x}; stack at {:#010x}:",
+                    *at as f64 / 1e9,
+                    fault.exception,
+                    fault.pc,
+                    fault.cfsr,
+                    fault.hfsr,
+                    fault.bfar,
+                    fault.sp
+                )?;
+                frame.iter().flatten().try_for_each(|word| write!(f, " {word:08x}"))
+            }
+        }
+    }
+}
+
+impl std::error::Error for Stopped {}

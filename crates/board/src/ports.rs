@@ -1,0 +1,75 @@
+//! What hangs on the chip's pins: the four serial ports and the two PWM inputs.
+//!
+//! The DE pins, interrupts and clock enables of the ports are in `board.machine`; alternate functions are from
+//! the datasheet (DS8626 rev 9, table 9).
+
+use crate::pwm::{PwmWaveform, Steady};
+use crate::usart::Pin;
+use crate::wire::{Format, Received, Sent, Wire};
+use clino_sim::node::Ns;
+use rsemu::dev::stm32::ClockOutput;
+
+const GPIOA: u64 = 0x4002_0000;
+const GPIOB: u64 = 0x4002_0400;
+const GPIOC: u64 = 0x4002_0800;
+const GPIOD: u64 = 0x4002_0c00;
+
+/// Everything outside the chip.
+pub struct Ports {
+    /// T7 bus: USART1, TX PB6, RX PB7, DE PB8.
+    pub t7: Box<dyn Wire>,
+    /// ISU bus: USART3, TX PD8, RX PD9, DE PD10.
+    pub isu: Box<dyn Wire>,
+    /// Console: USART2, TX PA2, RX PA3.
+    pub console: Box<dyn Wire>,
+    /// Modbus uplink: USART6, TX PC6, RX PC7, DE PC8.
+    pub modbus: Box<dyn Wire>,
+    /// PWM inputs: PA1 (TIM5 channel 2) and PA15 (TIM2 channel 1).
+    pub pwm: [Box<dyn PwmWaveform>; 2],
+}
+
+impl Ports {
+    /// Nothing connected: silent lines, both PWM inputs low.
+    pub fn open() -> Ports {
+        Ports {
+            t7: Box::new(Open),
+            isu: Box::new(Open),
+            console: Box::new(Open),
+            modbus: Box::new(Open),
+            pwm: [Box::new(Steady(false)), Box::new(Steady(false))],
+        }
+    }
+}
+
+/// Bus clock and pins of the port that the board text calls `name`.
+pub(crate) fn pins(name: &str) -> Option<(ClockOutput, Pin, Pin)> {
+    let pin = |port, number, function| Pin { port, number, function };
+    Some(match name {
+        "t7" => (ClockOutput::PCLK2, pin(GPIOB, 6, 7), pin(GPIOB, 7, 7)),
+        "console" => (ClockOutput::PCLK1, pin(GPIOA, 2, 7), pin(GPIOA, 3, 7)),
+        "isu" => (ClockOutput::PCLK1, pin(GPIOD, 8, 7), pin(GPIOD, 9, 7)),
+        "modbus" => (ClockOutput::PCLK2, pin(GPIOC, 6, 8), pin(GPIOC, 7, 8)),
+        _ => return None,
+    })
+}
+
+/// A line with nothing on it.
+struct Open;
+
+impl Wire for Open {
+    fn set_receiver(&mut self, _now: Ns, _format: Option<Format>) {}
+
+    fn send(&mut self, _sent: Sent) {}
+
+    fn drive_enable(&mut self, _now: Ns, _high: bool) {}
+
+    fn next_event(&self) -> Option<Ns> {
+        None
+    }
+
+    fn advance(&mut self, _now: Ns) {}
+
+    fn take_received(&mut self) -> Option<Received> {
+        None
+    }
+}

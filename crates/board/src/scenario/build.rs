@@ -1,0 +1,211 @@
+//! From a checked scenario to sensors on their lines, and to the truth about them.
+
+use clino_sim::latency;
+use clino_sim::node::Ns;
+use clino_sim::{isu, pwm, t7};
+use toml::Spanned;
+
+use super::check::Lasting;
+use super::schema::{self, File, Latency};
+use super::{Bench, Identity, Kind, Truth};
+use crate::pwm::{Cycle, PwmWaveform, Steady};
+use crate::segment::chance::{Chance, Topic};
+use crate::segment::{Babble, Faults, Noise, Probability, Segment, Settings, Station};
+
+/// Parts of the run that have their own chance.
+const T7_BUS: u64 = 1;
+const ISU_BUS: u64 = 2;
+
+/// A T7 reports 0.001°; the gateway may round once more.
+const T7_TOLERANCE: i64 = 2_000;
+/// One step of an ISU, 360/65536°, rounded up.
+const ISU_TOLERANCE: i64 = 5_494;
+/// Half a PWM step of 4.34 µs is 0.044°; the gateway may add 0.01°.
+const PWM_TOLERANCE: i64 = 54_000;
+
+/// Longest answers, in bits: T7 Get All Data has 34 bytes, ISU Read RAM of one angle 6.
+const T7_ANSWER_BITS: u64 = 340;
+const ISU_ANSWER_BITS: u64 = 60;
+/// What a gateway may take to time-stamp an answer that is complete.
+const STAMP: Ns = 1_000_000;
+/// A PWM angle is measured over one period and reported within another.
+const PWM_PERIODS: u64 = 2;
+const NS_PER_S: u64 = 1_000_000_000;
+const MILLIHERTZ: u64 = 1_000;
+
+/// Makes everything in a scenario.
+pub fn bench(file: &File) -> Bench {
+    let chance = Chance::new(file.seed);
+    let mut truths: Vec<Truth> = file.t7.iter().map(t7_truth).collect();
+    truths.extend(file.isu.iter().map(isu_truth));
+    truths.extend(file.pwm.iter().map(pwm_truth));
+    disturb(&mut truths, Kind::T7, &file.segments.t7, file.t7.iter().flat_map(|t7| &t7.babble));
+    disturb(&mut truths, Kind::Isu, &file.segments.isu, file.isu.iter().flat_map(|isu| &isu.babble));
+    let t7s = file.t7.iter().map(|t7| t7_station(t7, chance.part(T7_BUS))).collect();
+    let isus = file.isu.iter().map(|isu| isu_station(isu, chance.part(ISU_BUS))).collect();
+    Bench {
+        t7: Segment::new(settings(&file.segments.t7, chance.part(T7_BUS)), t7s),
+        isu: Segment::new(settings(&file.segments.isu, chance.part(ISU_BUS)), isus),
+        pwm: [1, 2].map(|channel| waveform(file, channel)),
+        truths,
+    }
+}
+
+fn settings(segment: &schema::Segment, chance: Chance) -> Settings {
+    let noise = Noise {
+        bit_errors: segment.noise.bit_error_rate.0,
+        drops: segment.noise.drop_rate.0,
+        within: segment.noise.within.as_ref().map(|within| within.get_ref().bounds()),
+    };
+    Settings { chance, echo: segment.echo, noise }
+}
+
+fn t7_station(node: &schema::T7, chance: Chance) -> Station {
+    let address = *node.address.get_ref();
+    let mut options = t7::Options {
+        motion: std::array::from_fn(|_| node.motion.motion()),
+        length_quirk: node.length_quirk,
+        seed: chance.roll(Topic::Seed, 1, u64::from(address)),
+        ..t7::Options::default()
+    };
+    if let Some(latency) = &node.latency {
+        options.get_latency = drawn(latency);
+    }
+    if let Some(hold) = node.hold {
+        options.hold = hold.0;
+    }
+    let baud_index = t7::BAUD_RATES.iter().position(|rate| *rate == t7_baud(node)).unwrap_or(0) as u8;
+    let settings = t7::Settings { address, baud_index, ..t7::Settings::default() };
+    let identity = t7::Identity { serial: u32::from(address), ..t7::Identity::default() };
+    let made = t7::T7::new(identity, settings, options);
+    let mut t7 = made.unwrap_or_else(|why| unreachable!("the scenario was checked, and yet: {why}"));
+    t7.faults.every = node.fault.as_ref().map(schema::Fault::every);
+    let faults = faults(&node.unplugged, &node.babble, node.corrupt.0, node.shorten.0);
+    Station { name: format!("t7/{address}"), node: Box::new(t7), faults }
+}
+
+fn isu_station(node: &schema::Isu, chance: Chance) -> Station {
+    let address = *node.address.get_ref();
+    let seed = chance.roll(Topic::Seed, 1, u64::from(address));
+    let mut options = isu::Options { motion: node.motion.motion(), seed, ..isu::Options::default() };
+    if let Some(latency) = &node.latency {
+        options.latency = drawn(latency);
+    }
+    if let Some(phase) = &node.phase {
+        options.phase = phase.get_ref().0;
+    }
+    let content = isu::Content { address, null: 0, auto_shutoff: false };
+    let eeprom = isu::Eeprom::factory(content, isu::ChecksumScope::default(), seed);
+    let mut isu = isu::Isu::new(eeprom, options);
+    isu.faults.every = node.fault.as_ref().map(schema::Fault::every);
+    let faults = faults(&node.unplugged, &node.babble, node.corrupt.0, node.shorten.0);
+    Station { name: format!("isu/{address}"), node: Box::new(isu), faults }
+}
+
+fn faults(
+    unplugged: &[Spanned<schema::Interval>],
+    babble: &[Spanned<schema::Babble>],
+    corrupt: Probability,
+    shorten: Probability,
+) -> Faults {
+    let babble = babble.iter().map(Spanned::get_ref);
+    Faults {
+        unplugged: bounds(unplugged),
+        babble: babble.map(|b| Babble { from: b.from.0, until: b.until.0, gap: b.gap.0 }).collect(),
+        corrupt,
+        shorten,
+    }
+}
+
+/// The waveform on one PWM input: a low line when nothing is connected.
+fn waveform(file: &File, channel: u8) -> Box<dyn PwmWaveform> {
+    let Some(source) = file.pwm.iter().find(|source| *source.channel.get_ref() == channel) else {
+        return Box::new(Steady(false));
+    };
+    let mut output = pwm::Pwm::new(source.motion.motion());
+    output.frequency_millihertz = millihertz(source);
+    output.quantisation = source.resolution.into();
+    output.stuck = source
+        .stuck
+        .iter()
+        .map(Spanned::get_ref)
+        .map(|s| pwm::Stuck { from: s.from.0, until: s.until.0, high: s.level == schema::StuckLevel::High })
+        .collect();
+    Box::new(move |now: Ns| match output.next_cycle(now) {
+        pwm::Cycle::Pulse { period, high } => Cycle::Pulse { period, high },
+        pwm::Cycle::Level { high, recheck_after } => Cycle::Level { high, recheck_after },
+    })
+}
+
+fn t7_truth(node: &schema::T7) -> Truth {
+    let bit = NS_PER_S / u64::from(t7_baud(node));
+    Truth {
+        who: Identity { kind: Kind::T7, bus: "t7", address: *node.address.get_ref() },
+        motion: node.motion.motion(),
+        hold: T7_ANSWER_BITS * bit + STAMP,
+        tolerance: T7_TOLERANCE,
+        away: bounds(&node.unplugged),
+        disturbed: Vec::new(),
+        unreliable: node.fault.is_some() || node.corrupt.0 != Probability::NEVER || node.shorten.0 != Probability::NEVER,
+    }
+}
+
+fn isu_truth(node: &schema::Isu) -> Truth {
+    let latency = node.latency.as_ref().map_or(isu::Options::default().latency, drawn);
+    let answer = latency.max + isu::TXEN_LEAD + ISU_ANSWER_BITS * NS_PER_S / u64::from(isu::BAUD);
+    Truth {
+        who: Identity { kind: Kind::Isu, bus: "isu", address: *node.address.get_ref() },
+        motion: node.motion.motion(),
+        hold: isu::REFRESH + answer + STAMP,
+        tolerance: ISU_TOLERANCE,
+        away: bounds(&node.unplugged),
+        disturbed: Vec::new(),
+        unreliable: node.fault.is_some() || node.corrupt.0 != Probability::NEVER || node.shorten.0 != Probability::NEVER,
+    }
+}
+
+fn pwm_truth(source: &schema::Pwm) -> Truth {
+    let bus = if *source.channel.get_ref() == 1 { "pwm1" } else { "pwm2" };
+    Truth {
+        who: Identity { kind: Kind::Pwm, bus, address: 0 },
+        motion: source.motion.motion(),
+        hold: PWM_PERIODS * NS_PER_S * MILLIHERTZ / u64::from(millihertz(source)) + STAMP,
+        tolerance: PWM_TOLERANCE,
+        away: bounds(&source.stuck),
+        disturbed: Vec::new(),
+        unreliable: false,
+    }
+}
+
+/// Notes for all sensors of a segment what its noise and its babblers do to them.
+fn disturb<'a>(
+    truths: &mut [Truth],
+    kind: Kind,
+    segment: &schema::Segment,
+    babble: impl Iterator<Item = &'a Spanned<schema::Babble>>,
+) {
+    let babble: Vec<(Ns, Ns)> = babble.map(|babble| babble.get_ref().bounds()).collect();
+    let noise = &segment.noise;
+    let noisy = noise.bit_error_rate.0 != Probability::NEVER || noise.drop_rate.0 != Probability::NEVER;
+    for truth in truths.iter_mut().filter(|truth| truth.who.kind == kind) {
+        truth.disturbed.extend(&babble);
+        truth.unreliable |= noisy;
+    }
+}
+
+fn bounds<T: Lasting>(intervals: &[Spanned<T>]) -> Vec<(Ns, Ns)> {
+    intervals.iter().map(|interval| interval.get_ref().bounds()).collect()
+}
+
+fn drawn(latency: &Spanned<Latency>) -> latency::Latency {
+    latency::Latency::between(latency.get_ref().min.0, latency.get_ref().max.0)
+}
+
+fn t7_baud(node: &schema::T7) -> u32 {
+    let [default, ..] = t7::BAUD_RATES;
+    node.baud.as_ref().map_or(default, |baud| *baud.get_ref())
+}
+
+fn millihertz(source: &schema::Pwm) -> u32 {
+    source.frequency.as_ref().map_or(pwm::Pwm::NOMINAL_MILLIHERTZ, |frequency| frequency.0)
+}

@@ -1,0 +1,170 @@
+//! What a scenario must keep to beyond the type of each value: addresses, limits of the documents, order of
+//! intervals. Every complaint carries the place in the file.
+
+use std::ops::{Range, RangeInclusive};
+
+use clino_sim::node::Ns;
+use clino_sim::{isu, t7};
+use toml::Spanned;
+
+use super::schema::{Babble, File, Interval, Latency, Moves, Pwm, Stuck};
+use super::units::Time;
+
+/// Most T7s on a bus ("T7 Communication User Guide", section 1).
+const MOST_T7: usize = 32;
+/// Addresses of ISUs that share a line ("Interfacing to an ISU Module", section 4): 0 is everybody, 15 reserved.
+const ISU_ADDRESSES: RangeInclusive<u8> = 1..=14;
+/// Longest time an ISU may take in a scenario; its document gives no limit.
+const ISU_LATENCY_LIMIT: Time = Time(1_000_000_000);
+/// PWM inputs of the board.
+const PWM_CHANNELS: RangeInclusive<u8> = 1..=2;
+
+/// A complaint and the bytes of the file it is about.
+#[derive(Debug)]
+pub struct Complaint {
+    /// Where.
+    pub span: Range<usize>,
+    /// What was wrong and what was expected.
+    pub what: String,
+}
+
+type Checked = Result<(), Complaint>;
+
+/// Checks a whole file.
+pub fn file(file: &File) -> Checked {
+    if file.duration.get_ref().0 == 0 {
+        return complain(&file.duration, "duration 0s, expected more than 0s");
+    }
+    for segment in [&file.segments.t7, &file.segments.isu] {
+        intervals(segment.noise.within.as_slice())?;
+    }
+    for t7 in &file.t7 {
+        let address = *t7.address.get_ref();
+        if !t7::SETTABLE_ADDRESSES.contains(&address) && address != t7::DEFAULT_ADDRESS {
+            return complain(&t7.address, format!("T7 address {address}, expected 1 to 100 or 127"));
+        }
+        if let Some(baud) = t7.baud.as_ref().filter(|baud| !t7::BAUD_RATES.contains(baud.get_ref())) {
+            let what = format!("baud rate {}, expected one of {:?}", baud.get_ref(), t7::BAUD_RATES);
+            return complain(baud, what);
+        }
+        latency(t7.latency.as_ref(), Time(t7::GET_LIMIT), "T7")?;
+        motion(&t7.motion)?;
+        intervals(&t7.unplugged)?;
+        intervals(&t7.babble)?;
+    }
+    unique(file.t7.iter().map(|t7| &t7.address), "T7 address")?;
+    if let Some(extra) = file.t7.get(MOST_T7) {
+        return complain(&extra.address, format!("{} T7s, expected at most {MOST_T7}", file.t7.len()));
+    }
+    for isu in &file.isu {
+        let address = *isu.address.get_ref();
+        if !ISU_ADDRESSES.contains(&address) {
+            return complain(&isu.address, format!("ISU address {address}, expected 1 to 14"));
+        }
+        latency(isu.latency.as_ref(), ISU_LATENCY_LIMIT, "ISU")?;
+        if let Some(phase) = isu.phase.as_ref().filter(|phase| phase.get_ref().0 >= isu::REFRESH) {
+            return complain(phase, format!("phase {}, expected less than {}", phase.get_ref(), Time(isu::REFRESH)));
+        }
+        motion(&isu.motion)?;
+        intervals(&isu.unplugged)?;
+        intervals(&isu.babble)?;
+    }
+    unique(file.isu.iter().map(|isu| &isu.address), "ISU address")?;
+    file.pwm.iter().try_for_each(pwm)?;
+    unique(file.pwm.iter().map(|pwm| &pwm.channel), "PWM channel")
+}
+
+fn complain<T>(at: &Spanned<T>, what: impl Into<String>) -> Checked {
+    Err(Complaint { span: at.span(), what: what.into() })
+}
+
+fn pwm(pwm: &Pwm) -> Checked {
+    let channel = *pwm.channel.get_ref();
+    if !PWM_CHANNELS.contains(&channel) {
+        return complain(&pwm.channel, format!("PWM channel {channel}, expected 1 or 2"));
+    }
+    motion(&pwm.motion)?;
+    intervals(&pwm.stuck)
+}
+
+fn latency(latency: Option<&Spanned<Latency>>, limit: Time, kind: &str) -> Checked {
+    let Some(at) = latency else { return Ok(()) };
+    let Latency { min, max } = *at.get_ref();
+    if min > max {
+        return complain(at, format!("latency from {min} to {max}, expected min not above max"));
+    }
+    if max > limit {
+        return complain(at, format!("{kind} latency {max}, expected at most {limit}"));
+    }
+    Ok(())
+}
+
+fn motion(moves: &Moves) -> Checked {
+    let Moves::Table(points) = moves else { return Ok(()) };
+    for pair in points.windows(2) {
+        if let [before, after] = pair
+            && before.get_ref().at > after.get_ref().at
+        {
+            let (before, late) = (before.get_ref().at, after.get_ref().at);
+            return complain(after, format!("point at {late} after one at {before}, expected rising times"));
+        }
+    }
+    Ok(())
+}
+
+fn unique<'a>(values: impl Iterator<Item = &'a Spanned<u8>>, name: &str) -> Checked {
+    let mut seen = Vec::new();
+    for value in values {
+        if seen.contains(value.get_ref()) {
+            let again = value.get_ref();
+            return complain(value, format!("{name} {again} for the second time, expected each only once"));
+        }
+        seen.push(*value.get_ref());
+    }
+    Ok(())
+}
+
+/// Anything that lasts from one instant until another.
+pub trait Lasting {
+    /// First instant, and first instant after.
+    fn bounds(&self) -> (Ns, Ns);
+}
+
+impl Lasting for Interval {
+    fn bounds(&self) -> (Ns, Ns) {
+        (self.from.0, self.until.0)
+    }
+}
+
+impl Lasting for Babble {
+    fn bounds(&self) -> (Ns, Ns) {
+        (self.from.0, self.until.0)
+    }
+}
+
+impl Lasting for Stuck {
+    fn bounds(&self) -> (Ns, Ns) {
+        (self.from.0, self.until.0)
+    }
+}
+
+fn intervals<T: Lasting>(intervals: &[Spanned<T>]) -> Checked {
+    let mut free_from = 0;
+    for interval in intervals {
+        let (from, until) = interval.get_ref().bounds();
+        let (from_text, until_text) = (Time(from), Time(until));
+        if from >= until {
+            let what = format!("interval from {from_text} until {until_text}, expected from before until");
+            return complain(interval, what);
+        }
+        if from < free_from {
+            let what = format!(
+                "interval from {from_text} after one until {}, expected rising and separate intervals",
+                Time(free_from)
+            );
+            return complain(interval, what);
+        }
+        free_from = until;
+    }
+    Ok(())
+}

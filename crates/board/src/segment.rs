@@ -1,0 +1,437 @@
+//! An RS485 half-duplex segment: the gateway's USART behind its DE pin, and simulated sensors, on one pair.
+//!
+//! It knows who drives the line at every instant. Undriven, the line idles high (fail-safe bias). What a
+//! transmitter shifts out while its driver is off never reaches the line; a driver switched off within a
+//! character cuts it. Every receiver samples the resulting level at its own bit times, so a wrong baud rate, two talkers
+//! at once or a cut character come out as the wrong bytes and framing errors they really give.
+//!
+//! The gateway's RE̅ is tied to its DE (it hears nothing while it drives, its RO pulled up) unless
+//! [`Settings::echo`] says that RE̅ is always on. A node that is deaf while it sends has its receiver off
+//! while its driver is on.
+//!
+//! Limits: levels are ideal and without delay; noise acts on sampled bits, not on an idle line; sampling
+//! takes one sample a bit, so `noise` on a received character means that a sample fell into a fight.
+
+pub mod chance;
+mod driver;
+mod faults;
+mod line;
+mod receiver;
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use clino_sim::node::{Burst, Heard, Node, Ns};
+
+use crate::log::{Event, PS_PER_S, SegmentLog, SharedLog, Talker};
+use crate::wire::{Format, Received, Sent, Wire};
+use chance::{Chance, Topic};
+use driver::{Character, Driver};
+use line::{Level, Line, Ps, reached, to_ns, to_ps};
+use receiver::{Receiver, Sampled, Sampling, Shared};
+
+pub use chance::Probability;
+pub use faults::{Babble, Faults};
+pub use receiver::Noise;
+
+/// How far receivers look back, in bit times: start, nine data bits, stop and one to spare.
+const LOOK_BACK_BITS: u64 = 12;
+/// A babbling node decides on its next character this many bit times before it begins.
+const BABBLE_LEAD_BITS: u64 = 5;
+/// A node that has more than this to do at one instant never gets on.
+const MAX_ACTS_AT_ONCE: usize = 1_000;
+
+/// What is the same for the whole segment.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Decides everything that is left to chance.
+    pub chance: Chance,
+    /// The gateway hears itself.
+    pub echo: bool,
+    /// Disturbances of every receiver.
+    pub noise: Noise,
+}
+
+/// A sensor on the line.
+pub struct Station {
+    /// Name in the log.
+    pub name: String,
+    /// The sensor.
+    pub node: Box<dyn Node>,
+    /// What goes wrong with it.
+    pub faults: Faults,
+}
+
+/// A sensor with its receiver.
+struct Slot {
+    node: Box<dyn Node>,
+    faults: Faults,
+    receiver: Receiver,
+    chance: Chance,
+    powered: bool,
+    /// Last instant at which power changes were looked at.
+    power_seen: Option<Ns>,
+    /// Earliest start of the next babbled character.
+    babble_from: Ns,
+}
+
+/// Two or more drivers are on.
+struct OpenContention {
+    from: Ps,
+    who: Vec<Talker>,
+    fought: bool,
+}
+
+/// The line and everything on it.
+pub struct Segment {
+    settings: Settings,
+    line: Line,
+    /// The gateway's, then the nodes'.
+    drivers: Vec<Driver>,
+    receiver: Receiver,
+    slots: Vec<Slot>,
+    contention: Option<OpenContention>,
+    shared: Shared,
+    clock: Ps,
+    next: Option<Ps>,
+    received: VecDeque<Received>,
+    news: Vec<Event>,
+    log: SharedLog,
+}
+
+impl Segment {
+    /// A segment with these sensors, all powered since time 0 unless their faults say otherwise.
+    pub fn new(settings: Settings, stations: Vec<Station>) -> Self {
+        let nodes = stations.iter().map(|station| station.name.clone()).collect();
+        let log = Arc::new(Mutex::new(SegmentLog { nodes, events: Vec::new() }));
+        let drivers = (0..=stations.len()).map(|index| Driver::new(talker(index))).collect();
+        let slots = stations
+            .into_iter()
+            .enumerate()
+            .map(|(node, station)| {
+                let chance = settings.chance.part(node as u64 + 1);
+                let mut receiver = Receiver::new(Talker::Node(node), chance);
+                receiver.switch_on(sampling_at(station.node.baud()), Level::IDLE);
+                Slot {
+                    node: station.node,
+                    faults: station.faults,
+                    receiver,
+                    chance,
+                    powered: true,
+                    power_seen: None,
+                    babble_from: 0,
+                }
+            })
+            .collect();
+        let mut segment = Self {
+            settings,
+            line: Line::new(),
+            drivers,
+            receiver: Receiver::new(Talker::Gateway, settings.chance.part(0)),
+            slots,
+            contention: None,
+            shared: Shared::default(),
+            clock: 0,
+            next: None,
+            received: VecDeque::new(),
+            news: Vec::new(),
+            log,
+        };
+        segment.next = segment.find_next();
+        segment
+    }
+
+    /// The log, to be read during or after the run.
+    pub fn log(&self) -> SharedLog {
+        Arc::clone(&self.log)
+    }
+
+    /// Earliest thing that happens by itself.
+    fn find_next(&self) -> Option<Ps> {
+        let characters = self.drivers.iter().filter_map(Driver::next_event);
+        let nodes = self.slots.iter().filter_map(Slot::next);
+        let receivers = self.slots.iter().map(|slot| &slot.receiver).chain([&self.receiver]);
+        characters.chain(nodes).chain(receivers.filter_map(Receiver::due)).min()
+    }
+
+    /// Lets everything up to and including `now` happen.
+    fn run(&mut self, now: Ps) {
+        while let Some(next) = self.find_next()
+            && next <= now
+        {
+            self.clock = self.clock.max(next);
+            self.settle(self.clock);
+            self.complete_characters();
+            for index in 0..self.slots.len() {
+                self.run_slot(index);
+            }
+        }
+        self.settle(now);
+        self.clock = now;
+        self.next = self.find_next();
+        let slowest = self.slots.iter().filter_map(|slot| slot.receiver.bit_ps()).chain(self.receiver.bit_ps());
+        let look_back = LOOK_BACK_BITS * slowest.max().unwrap_or(0);
+        self.line.forget(now.saturating_sub(look_back));
+        if !self.news.is_empty() {
+            self.log.lock().unwrap_or_else(PoisonError::into_inner).events.append(&mut self.news);
+        }
+    }
+
+    /// Plays all drivers' edges up to and including `until` onto the line.
+    fn settle(&mut self, until: Ps) {
+        while let Some(at) = self.drivers.iter().filter_map(Driver::next_edge).min()
+            && at <= until
+        {
+            for (index, driver) in self.drivers.iter_mut().enumerate() {
+                if driver.next_edge() != Some(at) {
+                    continue;
+                }
+                let was_on = driver.is_on();
+                driver.step(at, &mut self.news);
+                if was_on != driver.is_on()
+                    && let Some(slot) = index.checked_sub(1).and_then(|node| self.slots.get_mut(node))
+                {
+                    slot.driver_switched(driver.is_on(), self.line.now());
+                }
+            }
+            self.resolve(at);
+        }
+    }
+
+    /// Works out the level from all drivers and tells everybody about a change.
+    fn resolve(&mut self, at: Ps) {
+        let (mut on, mut highs) = (0, 0);
+        for level in self.drivers.iter().filter_map(Driver::drives) {
+            on += 1;
+            highs += usize::from(level);
+        }
+        let fought = highs != 0 && highs != on;
+        let high = if fought { self.settings.chance.roll(Topic::Fight, at, 0) & 1 == 1 } else { highs == on };
+        self.note_contention(at, on, fought);
+        if self.line.set(at, Level { high, fought }) {
+            self.receiver.line_changed(at, high, &self.settings.noise);
+            for slot in self.slots.iter_mut().filter(|slot| slot.powered) {
+                slot.receiver.line_changed(at, high, &self.settings.noise);
+                slot.node.line_level(reached(at), high);
+            }
+        }
+    }
+
+    fn note_contention(&mut self, at: Ps, on: usize, fought: bool) {
+        if on < 2 {
+            if let Some(OpenContention { from, who, fought }) = self.contention.take() {
+                let (from, until) = (to_ns(from), to_ns(at));
+                self.news.push(Event::Contention { from, until, who, fought });
+            }
+            return;
+        }
+        let open =
+            self.contention.get_or_insert(OpenContention { from: at, who: Vec::new(), fought: false });
+        open.fought |= fought;
+        for (index, driver) in self.drivers.iter_mut().enumerate().filter(|(_, driver)| driver.is_on()) {
+            if !open.who.contains(&talker(index)) {
+                open.who.push(talker(index));
+            }
+            if fought {
+                driver.mark_fought();
+            }
+        }
+    }
+
+    /// Hands over the characters whose stop bits have come.
+    fn complete_characters(&mut self) {
+        let (line, noise) = (&self.line, &self.settings.noise);
+        if self.receiver.due().is_some_and(|due| due <= self.clock)
+            && let Some(sampled) = self.receiver.complete(line, noise, &mut self.shared, &mut self.news)
+        {
+            let Sampled { at, word, framing_error, noise } = sampled;
+            self.news.push(Event::Heard { at, word, framing_error, noise });
+            self.received.push_back(Received { at, word, framing_error, noise });
+        }
+        for slot in &mut self.slots {
+            if slot.receiver.due().is_some_and(|due| due <= self.clock)
+                && let Some(sampled) = slot.receiver.complete(line, noise, &mut self.shared, &mut self.news)
+            {
+                let Sampled { at, word, framing_error, .. } = sampled;
+                slot.node.hear(Heard { at, byte: word as u8, framing_error });
+                slot.follow_baud(line.now());
+            }
+        }
+    }
+
+    /// Does what is due for one sensor: power, babble, its own acts.
+    fn run_slot(&mut self, index: usize) {
+        let mut acts = 0;
+        while self.slots[index].next().is_some_and(|next| next <= self.clock) {
+            assert!(acts < MAX_ACTS_AT_ONCE, "node {index} does not get on at {} ps", self.clock);
+            acts += 1;
+            self.act(index);
+        }
+        if acts > 0 {
+            self.resolve(self.clock);
+            self.settle(self.clock);
+        }
+    }
+
+    /// One thing that is due for one sensor.
+    fn act(&mut self, index: usize) {
+        let now = reached(self.clock);
+        let (slot, driver) = (&mut self.slots[index], &mut self.drivers[index + 1]);
+        if let Some(at) = slot.faults.next_power_change(slot.power_seen)
+            && at <= now
+        {
+            slot.power_seen = Some(at);
+            let on = !slot.faults.unplugged_at(at);
+            if on != slot.powered {
+                self.news.push(Event::Power { node: index, at, on });
+                slot.switch_power(now, on, driver, self.line.now(), &mut self.news);
+            }
+        } else if slot.babble_due().is_some_and(|due| due <= self.clock) {
+            slot.babble(self.clock, driver);
+        } else {
+            let burst = slot.node.act(now);
+            slot.follow_baud(self.line.now());
+            if let Some(mut burst) = burst
+                && !slot.faults.babbles_at(now)
+            {
+                if let Some(how) = slot.faults.spoil(&mut burst, slot.chance) {
+                    self.news.push(Event::Altered { node: index, at: burst.start_at, how });
+                }
+                transmit(&burst, self.clock, driver);
+            }
+        }
+    }
+}
+
+impl Slot {
+    /// When its power, its babble or its node wants something.
+    fn next(&self) -> Option<Ps> {
+        let power = self.faults.next_power_change(self.power_seen).map(to_ps);
+        let node = if self.powered { self.node.next_event().map(to_ps) } else { None };
+        [power, self.babble_due(), node].into_iter().flatten().min()
+    }
+
+    fn babble_due(&self) -> Option<Ps> {
+        if !self.powered || self.faults.babble.is_empty() {
+            return None;
+        }
+        let (start, _) = self.faults.next_babble(self.babble_from)?;
+        Some(to_ps(start).saturating_sub(BABBLE_LEAD_BITS * bit_ps(self.node.baud())))
+    }
+
+    fn babble(&mut self, clock: Ps, driver: &mut Driver) {
+        let Some((start, gap)) = self.faults.next_babble(self.babble_from) else { return };
+        let byte = self.chance.roll(Topic::Babble, start, 0) as u8;
+        let start_at = start.max(reached(clock));
+        let baud = self.node.baud();
+        let burst = Burst { drive_at: start_at, start_at, bytes: vec![byte], baud, hold: 0 };
+        self.babble_from = to_ns(transmit(&burst, clock, driver)) + gap;
+    }
+
+    fn switch_power(&mut self, now: Ns, on: bool, driver: &mut Driver, line: Level, log: &mut Vec<Event>) {
+        self.powered = on;
+        if on {
+            self.babble_from = now;
+            self.node.power_on(now);
+            self.node.line_level(now, line.high);
+            self.receiver.switch_on(sampling_at(self.node.baud()), line);
+        } else {
+            self.node.power_off(now);
+            self.receiver.switch_off();
+            driver.kill(to_ps(now), log);
+        }
+    }
+
+    fn driver_switched(&mut self, on: bool, line: Level) {
+        if self.powered && self.node.deaf_while_sending() {
+            if on {
+                self.receiver.switch_off();
+            } else {
+                self.receiver.switch_on(sampling_at(self.node.baud()), line);
+            }
+        }
+    }
+
+    /// A node may have changed its bit rate.
+    fn follow_baud(&mut self, line: Level) {
+        if self.receiver.bit_ps().is_some() {
+            self.receiver.switch_on(sampling_at(self.node.baud()), line);
+        }
+    }
+}
+
+impl Wire for Segment {
+    fn set_receiver(&mut self, now: Ns, format: Option<Format>) {
+        self.run(to_ps(now));
+        match format {
+            Some(Format { bit_ps, data_bits, .. }) => {
+                self.receiver.switch_on(Sampling { bit_ps, data_bits }, self.line.now());
+            }
+            None => self.receiver.switch_off(),
+        }
+        self.next = self.find_next();
+    }
+
+    fn send(&mut self, sent: Sent) {
+        let start = to_ps(sent.start);
+        self.run(start);
+        let Format { bit_ps, data_bits, stop_halves } = sent.format;
+        self.drivers[0].push(Character { start, word: sent.word, data_bits, stop_halves, bit_ps });
+        self.run(start);
+    }
+
+    fn drive_enable(&mut self, now: Ns, high: bool) {
+        let at = to_ps(now);
+        self.run(at);
+        let masks = !self.settings.echo;
+        if masks && high {
+            self.receiver.mask(at, true, &self.line, &self.settings.noise);
+        }
+        self.drivers[0].switch(at, high, &mut self.news);
+        self.resolve(at);
+        if masks && !high {
+            self.receiver.mask(at, false, &self.line, &self.settings.noise);
+        }
+        self.run(at);
+    }
+
+    fn next_event(&self) -> Option<Ns> {
+        self.next.map(reached)
+    }
+
+    fn advance(&mut self, now: Ns) {
+        self.run(to_ps(now));
+    }
+
+    fn take_received(&mut self) -> Option<Received> {
+        self.received.pop_front()
+    }
+}
+
+/// Puts a burst into the transmitter, not before `clock` nor into what it already sends; returns its end.
+fn transmit(burst: &Burst, clock: Ps, driver: &mut Driver) -> Ps {
+    let bit_ps = bit_ps(burst.baud);
+    let start = to_ps(burst.start_at).max(clock).max(driver.busy_until().unwrap_or(0));
+    driver.switch_at(to_ps(burst.drive_at).max(clock).min(start), true);
+    let mut end = start;
+    for character in driver::burst(start, &burst.bytes, bit_ps) {
+        end = character.end();
+        driver.push(character);
+    }
+    driver.switch_at(end + to_ps(burst.hold), false);
+    end
+}
+
+fn talker(index: usize) -> Talker {
+    index.checked_sub(1).map_or(Talker::Gateway, Talker::Node)
+}
+
+fn bit_ps(baud: u32) -> u64 {
+    PS_PER_S / u64::from(baud.max(1))
+}
+
+fn sampling_at(baud: u32) -> Sampling {
+    Sampling { bit_ps: bit_ps(baud), data_bits: 8 }
+}

@@ -1,0 +1,100 @@
+//! Big-endian fields in and out of a message, without an index that could miss.
+//!
+//! Messages have fixed layouts whose length is checked once, before the first field is read. Reading past the
+//! end therefore does not happen; it yields zero all the same, because a codec must not be able to panic.
+
+/// Reads fields from the front.
+#[derive(Clone, Copy)]
+pub(crate) struct Reader<'a>(&'a [u8]);
+
+impl<'a> Reader<'a> {
+    pub(crate) const fn new(bytes: &'a [u8]) -> Self {
+        Self(bytes)
+    }
+
+    pub(crate) fn array<const N: usize>(&mut self) -> [u8; N] {
+        match self.0.split_first_chunk() {
+            Some((field, rest)) => {
+                self.0 = rest;
+                *field
+            }
+            None => [0; N],
+        }
+    }
+
+    pub(crate) fn u8(&mut self) -> u8 {
+        u8::from_be_bytes(self.array())
+    }
+
+    pub(crate) fn u16(&mut self) -> u16 {
+        u16::from_be_bytes(self.array())
+    }
+
+    pub(crate) fn i16(&mut self) -> i16 {
+        i16::from_be_bytes(self.array())
+    }
+
+    pub(crate) fn u32(&mut self) -> u32 {
+        u32::from_be_bytes(self.array())
+    }
+
+    pub(crate) fn i32(&mut self) -> i32 {
+        i32::from_be_bytes(self.array())
+    }
+}
+
+/// A message under construction; `N` is the longest there is, so that it never overflows.
+#[derive(Clone, Copy)]
+pub(crate) struct Buffer<const N: usize> {
+    bytes: [u8; N],
+    length: usize,
+}
+
+impl<const N: usize> Buffer<N> {
+    pub(crate) const fn new() -> Self {
+        Self { bytes: [0; N], length: 0 }
+    }
+
+    pub(crate) fn push(&mut self, byte: u8) {
+        if let Some(slot) = self.bytes.get_mut(self.length) {
+            *slot = byte;
+            self.length = self.length.wrapping_add(1);
+        }
+    }
+
+    pub(crate) fn extend(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.push(byte));
+    }
+
+    pub(crate) fn as_slice(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or(&[])
+    }
+}
+
+/// Low byte of the plain sum.
+pub(crate) fn sum(bytes: &[u8]) -> u8 {
+    bytes.iter().fold(0, |sum, &byte| sum.wrapping_add(byte))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_big_endian_and_zero_past_the_end() {
+        let mut reader = Reader::new(&[0x01, 0xFF, 0xFE, 0x80, 0, 0, 0, 0x12, 0x34]);
+        assert_eq!(reader.u8(), 1);
+        assert_eq!(reader.i16(), -2);
+        assert_eq!(reader.i32(), i32::MIN);
+        assert_eq!(reader.u16(), 0x1234);
+        assert_eq!(reader.u32(), 0);
+        assert_eq!(reader.u8(), 0);
+    }
+
+    #[test]
+    fn a_full_buffer_stays_as_it_is() {
+        let mut buffer = Buffer::<2>::new();
+        buffer.extend(&[1, 2, 3]);
+        assert_eq!(buffer.as_slice(), [1, 2]);
+    }
+}

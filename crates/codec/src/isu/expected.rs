@@ -1,0 +1,118 @@
+//! The answer that a command calls for. Source: AN #201 appendix A.
+
+use super::error::{DecodeError, Differs, DeviceError};
+use super::frame::OVERHEAD;
+use super::{Address, Answer, Function, Request, Response};
+use crate::layers::Layers;
+
+/// The answer that a command calls for; made by [`Request::expected`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Expected {
+    address: Address,
+    function: Function,
+    /// The right length byte.
+    length: u8,
+    /// First memory address; zero for functions without.
+    start: u8,
+    /// Bytes or words; zero for functions without.
+    count: u8,
+    /// First byte of a Write RAM command, which its answer may echo instead of the count; else the count.
+    or_count: u8,
+}
+
+impl Expected {
+    pub(super) fn to(request: &Request, address: Address) -> Self {
+        let (length, start, count, or_count) = match request {
+            Request::ReadRam { start, count } => (count.saturating_add(2), *start, *count, *count),
+            Request::ReadEeprom { start, count } => {
+                (count.saturating_mul(2).saturating_add(2), *start, *count, *count)
+            }
+            Request::WriteRam { start, data } => {
+                let bytes = data.as_slice();
+                let count = bytes.len() as u8;
+                (3, *start, count, bytes.first().copied().unwrap_or(count))
+            }
+            Request::WriteEeprom { start, words } => {
+                let count = words.len() as u8;
+                (3, *start, count, count)
+            }
+            Request::GoToSoftErrorState | Request::ResetModule | Request::ResetNullPosition => (1, 0, 0, 0),
+        };
+        Self { address, function: request.function(), length, start, count, or_count }
+    }
+
+    /// Who was asked. [`Address::ANY`] expects an answer from anybody.
+    pub const fn address(&self) -> Address {
+        self.address
+    }
+
+    /// What was asked.
+    pub const fn function(&self) -> Function {
+        self.function
+    }
+
+    /// How many bytes the answer has, if it is not an error answer.
+    pub const fn size(&self) -> usize {
+        (self.length as usize).saturating_add(OVERHEAD)
+    }
+
+    /// Checks a complete answer against this expectation. The three error answers always fit.
+    ///
+    /// # Errors
+    /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its header is
+    /// foreign, because the header may be what is damaged.
+    pub fn check(&self, bytes: &[u8], layers: Layers) -> Result<Answer, DecodeError> {
+        let answer = Answer::decode_with(bytes, layers)?;
+        let Some(function) = answer.response.function() else { return Ok(answer) };
+        let address = answer.address;
+        if let Some(differs) = self.differs(address, function, layers) {
+            return Err(DecodeError::Foreign { address, function, differs });
+        }
+        if layers.length && self.function == function && bytes.len() != self.size() {
+            return Err(DecodeError::Size { received: bytes.len(), expected: self.size() });
+        }
+        if layers.command {
+            self.check_memory(&answer.response)?;
+        }
+        Ok(answer)
+    }
+
+    pub(super) fn differs(&self, address: Address, function: Function, layers: Layers) -> Option<Differs> {
+        let address = layers.address && !self.address.is_any() && self.address != address;
+        let function = layers.command && self.function != function;
+        match (address, function) {
+            (false, false) => None,
+            (true, false) => Some(Differs::Address),
+            (false, true) => Some(Differs::Function),
+            (true, true) => Some(Differs::Both),
+        }
+    }
+
+    /// Whether an answer with that length byte can be the expected one.
+    pub(super) const fn length_fits(&self, length: u8) -> bool {
+        self.length == length
+    }
+
+    /// The answer must be about the memory that the command named.
+    fn check_memory(&self, response: &Response) -> Result<(), DecodeError> {
+        let (start, count) = match response {
+            Response::ReadRam { start, .. } | Response::ReadEeprom { start, .. } => (*start, self.count),
+            Response::WriteEeprom { start, count } => (*start, *count),
+            Response::WriteRam { start, count_or_first_byte } => (*start, *count_or_first_byte),
+            _ => return Ok(()),
+        };
+        if start != self.start || (count != self.count && count != self.or_count) {
+            let (received, expected) = ((start, count), (self.start, self.count));
+            return Err(DecodeError::Memory { received, expected });
+        }
+        Ok(())
+    }
+}
+
+impl From<DeviceError> for Response {
+    fn from(error: DeviceError) -> Self {
+        Self::Error(error)
+    }
+}

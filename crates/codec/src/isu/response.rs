@@ -1,0 +1,227 @@
+//! What modules answer. Source: AN #201 §4, appendix A.
+
+use super::data::{Data, Words};
+use super::error::{DecodeError, DeviceError};
+use super::frame::Frame;
+use super::function::RESPONSE;
+use super::parts::Parts;
+use super::{ANGLE_RAM_ADDRESS, Address, Function};
+use crate::angle::Angle;
+use crate::layers::Layers;
+
+/// Length and head of the three error answers. Source: §4.
+const INVALID_FUNCTION_CODE: [u8; 2] = [0x01, 0xFF];
+const INVALID_CHECKSUM: [u8; 2] = [0x01, 0xFD];
+const HARDWARE_ERROR: [u8; 2] = [0x02, 0xF1];
+
+/// The content of an answer, named like the command it answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Response {
+    /// Done.
+    GoToSoftErrorState,
+    /// Done, or about to be.
+    ResetModule,
+    /// Bytes of RAM.
+    ReadRam {
+        /// First address.
+        start: u8,
+        /// The bytes.
+        data: Data,
+    },
+    /// Done.
+    WriteRam {
+        /// First address.
+        start: u8,
+        /// The document calls this byte "Data Byte 1" where the answer to Write EEPROM has the count; either
+        /// is accepted.
+        count_or_first_byte: u8,
+    },
+    /// Words of EEPROM.
+    ReadEeprom {
+        /// First word address.
+        start: u8,
+        /// The words.
+        words: Words,
+    },
+    /// Done.
+    WriteEeprom {
+        /// First word address.
+        start: u8,
+        /// Words written.
+        count: u8,
+    },
+    /// Done.
+    ResetNullPosition,
+    /// The command was refused.
+    Error(DeviceError),
+}
+
+/// An answer.
+///
+/// ```
+/// use clino_codec::isu::{Address, Answer};
+///
+/// let answer = Answer::decode(&[0x04, 0x05, 0x58, 0x40, 0x00, 0x9D]).unwrap();
+/// assert_eq!(answer.angle_word(), Some(0x4000));
+/// assert_eq!(answer.angle().unwrap().to_string(), "90.000");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Answer {
+    /// Who answered; [`Address::RESERVED`] in the error answers, which name nobody.
+    pub address: Address,
+    /// What it said.
+    pub response: Response,
+}
+
+impl Answer {
+    /// The answer that these bytes are, whole and exactly, whoever sent it to whatever question.
+    ///
+    /// # Errors
+    /// Whatever is wrong with them.
+    pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        Self::decode_with(bytes, Layers::ALL)
+    }
+
+    /// As [`decode`](Self::decode), with the checksum check off if `layers` says so. The other layers need an
+    /// expectation and play no part.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the bytes.
+    pub fn decode_with(bytes: &[u8], layers: Layers) -> Result<Self, DecodeError> {
+        let parts = Parts::split(bytes)?;
+        if parts.head & RESPONSE == 0 {
+            return Err(DecodeError::Direction { head: parts.head });
+        }
+        let answer = match device_error(&parts) {
+            Some(error) => Self { address: Address::RESERVED, response: Response::Error(error) },
+            None => {
+                let (address, function) = parts.address_and_function()?;
+                if !function.response_length_fits(parts.length) {
+                    return Err(DecodeError::Length { length: parts.length, function });
+                }
+                Self { address, response: Response::parse(function, &parts) }
+            }
+        };
+        if layers.checksum {
+            parts.check_sum()?;
+        }
+        Ok(answer)
+    }
+
+    /// The answer as the module sends it.
+    pub fn encode(&self) -> Frame {
+        self.response.encode(self.address)
+    }
+
+    /// As [`Response::angle_word`].
+    pub fn angle_word(&self) -> Option<u16> {
+        self.response.angle_word()
+    }
+
+    /// The angle, if this answers [`Request::READ_ANGLE`](super::Request::READ_ANGLE): 0…359.99°, from the null
+    /// position, clockwise.
+    pub fn angle(&self) -> Option<Angle> {
+        self.angle_word().map(Angle::from_turn16)
+    }
+}
+
+impl Response {
+    /// The function that is answered; `None` in the error answers, which do not say.
+    pub const fn function(&self) -> Option<Function> {
+        Some(match self {
+            Self::GoToSoftErrorState => Function::GoToSoftErrorState,
+            Self::ResetModule => Function::ResetModule,
+            Self::ReadRam { .. } => Function::ReadRam,
+            Self::WriteRam { .. } => Function::WriteRam,
+            Self::ReadEeprom { .. } => Function::ReadEeprom,
+            Self::WriteEeprom { .. } => Function::WriteEeprom,
+            Self::ResetNullPosition => Function::ResetNullPosition,
+            Self::Error(_) => return None,
+        })
+    }
+
+    /// The angle as sent, in 360/65536°, if these are the two bytes of RAM that hold it.
+    pub fn angle_word(&self) -> Option<u16> {
+        match self {
+            Self::ReadRam { start: ANGLE_RAM_ADDRESS, data } => match *data.as_slice() {
+                [high, low] => Some(u16::from_be_bytes([high, low])),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// The answer as a module with that address sends it. Error answers carry no address.
+    pub fn encode(&self, address: Address) -> Frame {
+        let [length, head] = match (self.function(), self) {
+            (Some(function), _) => [self.length(), function.head(address) | RESPONSE],
+            (None, Self::Error(DeviceError::InvalidChecksum)) => INVALID_CHECKSUM,
+            (None, Self::Error(DeviceError::HardwareError { .. })) => HARDWARE_ERROR,
+            (None, _) => INVALID_FUNCTION_CODE,
+        };
+        let mut frame = Frame::start(length, head);
+        match self {
+            Self::ReadRam { start, data } => {
+                frame.extend(&[*start]);
+                frame.extend(data.as_slice());
+            }
+            Self::ReadEeprom { start, words } => {
+                frame.extend(&[*start]);
+                frame.extend(words.as_be_bytes());
+            }
+            Self::WriteRam { start, count_or_first_byte: third } | Self::WriteEeprom { start, count: third } => {
+                frame.extend(&[*start, *third]);
+            }
+            Self::Error(DeviceError::HardwareError { command_byte }) => frame.extend(&[*command_byte]),
+            Self::GoToSoftErrorState | Self::ResetModule | Self::ResetNullPosition | Self::Error(_) => {}
+        }
+        frame.seal()
+    }
+
+    /// The length byte.
+    fn length(&self) -> u8 {
+        match self {
+            // Head and address, then at most 253 bytes: fits.
+            Self::ReadRam { data, .. } => (data.as_slice().len() as u8).wrapping_add(2),
+            Self::ReadEeprom { words, .. } => (words.as_be_bytes().len() as u8).wrapping_add(2),
+            Self::WriteRam { .. } | Self::WriteEeprom { .. } => 3,
+            _ => 1,
+        }
+    }
+
+    fn parse(function: Function, parts: &Parts<'_>) -> Self {
+        let (start, rest) = parts.memory();
+        let third = rest.first().copied().unwrap_or(0);
+        match function {
+            Function::GoToSoftErrorState => Self::GoToSoftErrorState,
+            Function::ResetModule => Self::ResetModule,
+            Function::ReadRam => Self::ReadRam { start, data: Data::first(rest) },
+            Function::WriteRam => Self::WriteRam { start, count_or_first_byte: third },
+            Function::ReadEeprom => Self::ReadEeprom { start, words: Words::from_be_bytes(rest) },
+            Function::WriteEeprom => Self::WriteEeprom { start, count: third },
+            Function::ResetNullPosition => Self::ResetNullPosition,
+        }
+    }
+}
+
+fn device_error(parts: &Parts<'_>) -> Option<DeviceError> {
+    match ([parts.length, parts.head], parts.payload) {
+        (INVALID_FUNCTION_CODE, _) => Some(DeviceError::InvalidFunctionCode),
+        (INVALID_CHECKSUM, _) => Some(DeviceError::InvalidChecksum),
+        (HARDWARE_ERROR, [command_byte]) => Some(DeviceError::HardwareError { command_byte: *command_byte }),
+        _ => None,
+    }
+}
+
+/// Bytes of a whole error answer that begins so.
+pub(super) fn device_error_size(length: u8, head: u8) -> Option<usize> {
+    match [length, head] {
+        INVALID_FUNCTION_CODE | INVALID_CHECKSUM => Some(3),
+        HARDWARE_ERROR => Some(4),
+        _ => None,
+    }
+}

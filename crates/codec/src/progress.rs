@@ -1,0 +1,18 @@
+//! The three-way answer of every streaming decoder.
+
+/// What one more character led to.
+///
+/// [`Progress::Bad`] does not end the wait for a frame: the decoder has already resynchronised, and a good
+/// frame that follows the bad bytes (or began among them) still comes out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
+pub enum Progress<T, E> {
+    /// Nothing complete yet.
+    More,
+    /// A frame that passed every layer that is switched on.
+    Frame(T),
+    /// Bytes that began like a frame and turned out not to be a good one, and why.
+    Bad(E),
+}

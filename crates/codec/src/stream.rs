@@ -1,0 +1,218 @@
+//! Finding frames in a stream of characters: one engine for every protocol of this crate.
+//!
+//! The engine keeps the characters that may still belong to a frame. A [`Grammar`] says what can start at the
+//! oldest of them; the engine waits until that candidate is complete, has it judged, and on failure moves on by
+//! one byte only, so that a good frame that began among the bad bytes is found. While it waits for somebody
+//! else's frame, which may be long or imaginary, it looks at every character whether a wanted frame ends here.
+//! Together: junk before a good frame never delays or costs it, unless the junk and the frame's first bytes
+//! form a good frame of their own.
+
+use crate::Progress;
+use crate::character::{Character, LineErrors};
+
+/// What can start at the first byte of some bytes.
+pub(crate) enum Front<E> {
+    /// Too few bytes to tell.
+    Unclear,
+    /// Nothing.
+    Junk,
+    /// Something so close to a wanted frame that it is worth a report.
+    Refused(E),
+    /// A wanted frame of so many bytes.
+    Wanted(usize),
+    /// Somebody else's frame of so many bytes.
+    Foreign(usize),
+}
+
+/// What the engine needs to know about a protocol.
+pub(crate) trait Grammar {
+    type Frame;
+    type Error;
+
+    /// Classifies the start of `bytes`.
+    fn front(&self, bytes: &[u8]) -> Front<Self::Error>;
+
+    /// Decodes a complete wanted frame.
+    fn judge(&mut self, bytes: &[u8], errors: LineErrors) -> Result<Self::Frame, Self::Error>;
+
+    /// The report that an intact foreign frame is worth; `None` when it is damaged.
+    fn foreign(&self, bytes: &[u8], errors: LineErrors) -> Option<Self::Error>;
+
+    /// Every length that a wanted frame can have; zero is skipped.
+    fn wanted_lengths(&self) -> [usize; 3];
+}
+
+/// What the oldest kept byte is taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Candidate {
+    Unknown,
+    Wanted,
+    Foreign,
+}
+
+/// Characters that may still belong to a frame, oldest first; `N` is the longest frame.
+#[derive(Clone, Debug)]
+pub(crate) struct Stream<const N: usize> {
+    bytes: [u8; N],
+    errors: [LineErrors; N],
+    length: usize,
+    /// How many of the oldest bytes belong to a frame that was reported: they are not junk.
+    reported: usize,
+    junk: u32,
+    candidate: Candidate,
+    /// Bytes that the candidate needs before something can be said about it.
+    need: usize,
+}
+
+impl<const N: usize> Stream<N> {
+    pub(crate) const fn new() -> Self {
+        Self {
+            bytes: [0; N],
+            errors: [LineErrors::NONE; N],
+            length: 0,
+            reported: 0,
+            junk: 0,
+            candidate: Candidate::Unknown,
+            need: 0,
+        }
+    }
+
+    /// Bytes that belonged to no frame, good or reported.
+    pub(crate) const fn junk(&self) -> u32 {
+        self.junk
+    }
+
+    /// Bytes that may still become a frame.
+    pub(crate) const fn pending(&self) -> usize {
+        self.length.saturating_sub(self.reported)
+    }
+
+    pub(crate) fn push<G: Grammar>(
+        &mut self,
+        grammar: &mut G,
+        character: Character,
+    ) -> Progress<G::Frame, G::Error> {
+        // The oldest candidate needs at most `N` bytes and is incomplete: there is room.
+        if let (Some(byte), Some(errors)) = (self.bytes.get_mut(self.length), self.errors.get_mut(self.length)) {
+            *byte = character.byte;
+            *errors = character.errors;
+            self.length = self.length.wrapping_add(1);
+        }
+        if self.length < self.need && self.candidate != Candidate::Foreign {
+            return Progress::More;
+        }
+        match self.resolve(grammar) {
+            Progress::More if self.candidate == Candidate::Foreign => self.wanted_at_end(grammar),
+            progress => progress,
+        }
+    }
+
+    /// The line is silent: nothing incomplete will become complete.
+    pub(crate) fn idle<G: Grammar>(&mut self, grammar: &mut G) -> Progress<G::Frame, G::Error> {
+        while self.length != 0 {
+            match self.resolve(grammar) {
+                Progress::More => self.discard(1),
+                progress => return progress,
+            }
+        }
+        Progress::More
+    }
+
+    /// Looks at the oldest candidate, and at the next one when that comes to nothing.
+    fn resolve<G: Grammar>(&mut self, grammar: &mut G) -> Progress<G::Frame, G::Error> {
+        loop {
+            if self.candidate == Candidate::Unknown {
+                match grammar.front(self.bytes(self.length)) {
+                    Front::Unclear => return Progress::More,
+                    Front::Junk => {
+                        self.discard(1);
+                        continue;
+                    }
+                    Front::Refused(error) => {
+                        self.discard(1);
+                        return Progress::Bad(error);
+                    }
+                    Front::Wanted(need) => (self.candidate, self.need) = (Candidate::Wanted, need),
+                    Front::Foreign(need) => (self.candidate, self.need) = (Candidate::Foreign, need),
+                }
+            }
+            if self.length < self.need {
+                return Progress::More;
+            }
+            let need = self.need;
+            let (bytes, errors) = (self.bytes(need), self.errors(0, need));
+            if self.candidate == Candidate::Wanted {
+                match grammar.judge(bytes, errors) {
+                    Ok(frame) => {
+                        self.reported = self.reported.max(need);
+                        self.discard(need);
+                        return Progress::Frame(frame);
+                    }
+                    Err(error) => {
+                        self.report(need);
+                        return Progress::Bad(error);
+                    }
+                }
+            }
+            if let Some(error) = grammar.foreign(bytes, errors) {
+                self.report(need);
+                return Progress::Bad(error);
+            }
+            self.discard(1);
+        }
+    }
+
+    /// A wanted frame that ends with the newest byte, whatever came before it.
+    fn wanted_at_end<G: Grammar>(&mut self, grammar: &mut G) -> Progress<G::Frame, G::Error> {
+        for length in grammar.wanted_lengths() {
+            let start = self.length.saturating_sub(length);
+            let bytes = self.bytes.get(start..self.length).unwrap_or(&[]);
+            let starts_here = matches!(grammar.front(bytes), Front::Wanted(need) if need == bytes.len());
+            if !starts_here {
+                continue;
+            }
+            if let Ok(frame) = grammar.judge(bytes, self.errors(start, self.length)) {
+                self.discard(start);
+                self.reported = self.length;
+                self.discard(self.length);
+                return Progress::Frame(frame);
+            }
+        }
+        Progress::More
+    }
+
+    fn bytes(&self, length: usize) -> &[u8] {
+        self.bytes.get(..length).unwrap_or(&[])
+    }
+
+    /// All receiver errors between two positions.
+    fn errors(&self, start: usize, end: usize) -> LineErrors {
+        let flags = self.errors.get(start..end).unwrap_or(&[]);
+        flags.iter().fold(LineErrors::NONE, |all, &one| all | one)
+    }
+
+    /// The oldest bytes are accounted for, but a frame may have begun among them.
+    fn report(&mut self, length: usize) {
+        self.reported = self.reported.max(length);
+        self.discard(1);
+    }
+
+    /// Drops the oldest bytes; those that belong to no reported frame are junk.
+    fn discard(&mut self, count: usize) {
+        let junk = count.saturating_sub(self.reported);
+        self.junk = self.junk.saturating_add(junk as u32);
+        self.reported = self.reported.saturating_sub(count);
+        self.length = self.length.saturating_sub(count);
+        self.candidate = Candidate::Unknown;
+        self.need = 0;
+        for to in 0..self.length {
+            let from = to.wrapping_add(count);
+            let moved = (self.bytes.get(from).copied(), self.errors.get(from).copied());
+            let slot = (self.bytes.get_mut(to), self.errors.get_mut(to));
+            if let ((Some(byte), Some(errors)), (Some(byte_slot), Some(errors_slot))) = (moved, slot) {
+                *byte_slot = byte;
+                *errors_slot = errors;
+            }
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! An answer with its sender, and the checks it has to pass. Source: T7 guide §1.2.
+
+use super::error::{DecodeError, Differs};
+use super::frame::{Frame, OVERHEAD};
+use super::{Address, Opcode, Response};
+use crate::bytes::{Reader, sum};
+use crate::layers::Layers;
+
+/// Length byte of Get All Angles in the guide's printed example. Its table says 10, which fits the 16 bytes that
+/// follow; the example's checksum was computed with 0A, so that some device may really send it. Source: §2.1.1.
+pub(super) const PRINTED_GET_ALL_ANGLES_LENGTH: u8 = 0x0A;
+/// Shortest answer: address, length, command, one byte, checksum.
+const SHORTEST: usize = 5;
+
+/// An answer.
+///
+/// ```
+/// use clino_codec::t7::{Address, Answer, Axis, Millidegrees, Response};
+///
+/// let answer = Answer::decode(&[0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27]).unwrap();
+/// assert_eq!(answer.address.get(), 5);
+/// assert_eq!(answer.response, Response::GetAngle { axis: Axis::Two, angle: Millidegrees(-45_313) });
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Answer {
+    /// Who answered: a device, never [`Address::ALL`].
+    pub address: Address,
+    /// What it said.
+    pub response: Response,
+    /// The length byte of a Get All Angles answer was 0A, as in the guide's example, instead of the right 10.
+    /// Worth counting, not worth refusing: checksum and number of bytes are demanded all the same.
+    pub length_quirk: bool,
+}
+
+/// The answer that a command calls for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Expected {
+    /// Who was asked. [`Address::ALL`] expects an answer from anybody.
+    pub address: Address,
+    /// What was asked.
+    pub opcode: Opcode,
+}
+
+impl Expected {
+    /// How many bytes the answer has.
+    pub const fn size(&self) -> usize {
+        size(self.opcode)
+    }
+
+    /// In what an answer from `address` to `opcode` differs from this one.
+    pub(super) fn differs(&self, address: Address, opcode: Opcode, layers: Layers) -> Option<Differs> {
+        let address = layers.address && !self.address.is_all() && self.address != address;
+        let opcode = layers.command && self.opcode != opcode;
+        match (address, opcode) {
+            (false, false) => None,
+            (true, false) => Some(Differs::Address),
+            (false, true) => Some(Differs::Command),
+            (true, true) => Some(Differs::Both),
+        }
+    }
+
+    /// Checks a complete answer against this expectation.
+    ///
+    /// # Errors
+    /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its header
+    /// is foreign, because the header may be what is damaged.
+    pub fn check(&self, bytes: &[u8], layers: Layers) -> Result<Answer, DecodeError> {
+        let answer = Answer::decode_with(bytes, layers)?;
+        let (address, opcode) = (answer.address, answer.response.opcode());
+        match self.differs(address, opcode, layers) {
+            None => Ok(answer),
+            Some(differs) => Err(DecodeError::Foreign { address, opcode, differs }),
+        }
+    }
+}
+
+impl Answer {
+    /// The answer that these bytes are, whole and exactly, whoever sent it to whatever question.
+    ///
+    /// # Errors
+    /// Whatever is wrong with them.
+    pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        Self::decode_with(bytes, Layers::ALL)
+    }
+
+    /// As [`decode`](Self::decode), with some checks off. Layers that need an expectation play no part.
+    ///
+    /// # Errors
+    /// The first check of `layers` that refuses the bytes.
+    pub fn decode_with(bytes: &[u8], layers: Layers) -> Result<Self, DecodeError> {
+        let [address, length, command, body @ .., received] = bytes else {
+            return Err(DecodeError::Size { received: bytes.len(), expected: SHORTEST });
+        };
+        let opcode = Opcode::new(*command).ok_or(DecodeError::UnknownCommand { command: *command })?;
+        let address = Address::new(*address).ok_or(DecodeError::UnknownAddress { address: *address })?;
+        if layers.length && !length_fits(*length, opcode) {
+            return Err(DecodeError::Length { received: *length, expected: opcode.response_length() });
+        }
+        if bytes.len() != size(opcode) {
+            return Err(DecodeError::Size { received: bytes.len(), expected: size(opcode) });
+        }
+        let total = sum(bytes);
+        if layers.checksum && total != 0 {
+            // Taking the total from the last byte leaves the byte that would have made the total zero.
+            return Err(DecodeError::Checksum { received: *received, computed: received.wrapping_sub(total) });
+        }
+        let response = Response::parse(opcode, Reader::new(body))?;
+        response.check(layers.values)?;
+        let length_quirk = is_quirk(*length, opcode);
+        Ok(Self { address, response, length_quirk })
+    }
+
+    /// The answer as the device sends it, length quirk included.
+    pub fn encode(&self) -> Frame {
+        let opcode = self.response.opcode();
+        let quirk = self.length_quirk && opcode == Opcode::GetAllAngles;
+        let length = if quirk { PRINTED_GET_ALL_ANGLES_LENGTH } else { opcode.response_length() };
+        let mut frame = Frame::start(self.address, length, opcode.get());
+        self.response.write(&mut frame);
+        frame.seal()
+    }
+}
+
+/// Bytes of a whole answer to a command.
+pub(super) const fn size(opcode: Opcode) -> usize {
+    (opcode.response_length() as usize).saturating_add(OVERHEAD)
+}
+
+/// Whether an answer to `opcode` may carry this length byte.
+pub(super) fn length_fits(length: u8, opcode: Opcode) -> bool {
+    length == opcode.response_length() || is_quirk(length, opcode)
+}
+
+fn is_quirk(length: u8, opcode: Opcode) -> bool {
+    opcode == Opcode::GetAllAngles && length == PRINTED_GET_ALL_ANGLES_LENGTH
+}

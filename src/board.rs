@@ -1,0 +1,165 @@
+//! The board: which pin and which peripheral plays which role. The only file that names them.
+//!
+//! | role          | peripheral | pins                        | what else hangs on them on a STM32F4-Discovery |
+//! |---------------|------------|-----------------------------|------------------------------------------------|
+//! | T7 bus        | USART1     | TX PB6, RX PB7, DE PB8      | PB6: SCL of the audio codec, 4.7 kΩ to 3 V (idles high, as TX does) |
+//! | ISU bus       | USART3     | TX PD8, RX PD9, DE PD10     | nothing                                        |
+//! | console       | USART2     | TX PA2, RX PA3              | nothing; the ST-LINK's virtual COM port on a Nucleo |
+//! | Modbus uplink | USART6     | TX PC6, RX PC7, DE PC8      | PC7: master clock input of the audio codec     |
+//! | PWM input 1   | TIM5 CH2   | PA1                         | nothing                                        |
+//! | PWM input 2   | TIM2 CH1   | PA15                        | JTDI, free when debugging over SWD             |
+//! | clock, alarm  | TIM4       |                             |                                                |
+//! | bus level     | EXTI0      | (interrupt only, no pin)    |                                                |
+//!
+//! Avoided: PA0 (user button), PA9 (capacitor on VBUS), PA10 to PA12 (USB), PA4 and PA5 (not 5 V tolerant).
+//! All pins used are 5 V tolerant (DS8626 table 7, "FT").
+
+use clino_bus::Event;
+use clino_gateway::{Capture, Gateway};
+use cortex_m::peripheral::DWT;
+use heapless::spsc::Queue;
+use stm32f4xx_hal::gpio::{Alternate, Output, PA1, PA15, PB8, PD10, PinState, Pull};
+use stm32f4xx_hal::pac;
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::{BusClock, BusTimerClock, Config, Enable, Rcc, Reset};
+
+use crate::bus::Inbox;
+use crate::capture::{PwmCapture, Tim5, TimerInput};
+use crate::console::{self, Console};
+use crate::ports::Ports;
+use crate::uart::{self, Rs485};
+use crate::{clock, params};
+
+pub type T7Port = Rs485<pac::USART1, PB8<Output>>;
+pub type IsuPort = Rs485<pac::USART3, PD10<Output>>;
+pub type Pwm1Port = PwmCapture<Tim5, PA1<Alternate<2>>>;
+pub type Pwm2Port = PwmCapture<pac::TIM2, PA15<Alternate<1>>>;
+
+/// Events a bus can have in hand before the bus level fetches them: a 34-byte answer and then some.
+const LINE_EVENTS: usize = 64;
+/// Cycles a PWM input can have in hand.
+const CAPTURES: usize = 4;
+
+/// The queues between interrupts and the levels above.
+pub struct Queues {
+    t7: Queue<Event, LINE_EVENTS>,
+    isu: Queue<Event, LINE_EVENTS>,
+    pwm1: Queue<Capture, CAPTURES>,
+    pwm2: Queue<Capture, CAPTURES>,
+    console: Queue<u8, { console::QUEUE }>,
+}
+
+impl Queues {
+    pub const fn new() -> Queues {
+        Queues {
+            t7: Queue::new(),
+            isu: Queue::new(),
+            pwm1: Queue::new(),
+            pwm2: Queue::new(),
+            console: Queue::new(),
+        }
+    }
+}
+
+/// What the core clock is derived from.
+#[derive(Clone, Copy, defmt::Format)]
+pub enum ClockSource {
+    /// The 8 MHz crystal.
+    Crystal,
+    /// The internal 16 MHz oscillator, because the crystal did not start. It is 1 % off at 25 °C and up to
+    /// 8 % over temperature (DS8626 table 39).
+    Internal,
+}
+
+/// The roles, ready to run.
+pub struct Board {
+    pub console: Console,
+    pub ports: Ports,
+    pub inbox: Inbox,
+    pub gateway: Gateway,
+    pub clock_source: ClockSource,
+}
+
+impl Board {
+    /// Brings the board up. No interrupt is on yet.
+    pub fn init(peripherals: pac::Peripherals, queues: &'static mut Queues) -> Board {
+        let (clock_source, mut rcc) = start_clocks(peripherals.RCC);
+        let rcc = &mut rcc;
+        clock::start(peripherals.TIM4, rcc);
+
+        let gpioa = peripherals.GPIOA.split(rcc);
+        let gpiob = peripherals.GPIOB.split(rcc);
+        let gpioc = peripherals.GPIOC.split(rcc);
+        let gpiod = peripherals.GPIOD.split(rcc);
+
+        let (t7_producer, t7) = queues.t7.split();
+        let (isu_producer, isu) = queues.isu.split();
+        let (pwm1_producer, pwm1) = queues.pwm1.split();
+        let (pwm2_producer, pwm2) = queues.pwm2.split();
+        let inbox = Inbox { t7, isu, pwm1, pwm2 };
+        let core_hz = rcc.clocks.hclk().raw();
+
+        // A receive pin is pulled up: a transceiver whose receiver is off leaves it floating.
+        gpiob.pb6.into_alternate::<7>();
+        gpiob.pb7.into_alternate::<7>().internal_resistor(Pull::Up);
+        let de = gpiob.pb8.into_push_pull_output_in_state(PinState::Low);
+        let clock_hz = switch_on::<pac::USART1>(rcc);
+        let t7 = Rs485::new(peripherals.USART1, de, &params::T7, clock_hz, core_hz, t7_producer);
+
+        gpiod.pd8.into_alternate::<7>();
+        gpiod.pd9.into_alternate::<7>().internal_resistor(Pull::Up);
+        let de = gpiod.pd10.into_push_pull_output_in_state(PinState::Low);
+        let clock_hz = switch_on::<pac::USART3>(rcc);
+        let isu = Rs485::new(peripherals.USART3, de, &params::ISU, clock_hz, core_hz, isu_producer);
+
+        gpioa.pa2.into_alternate::<7>();
+        gpioa.pa3.into_alternate::<7>().internal_resistor(Pull::Up);
+        let clock_hz = switch_on::<pac::USART2>(rcc);
+        let divider = uart::divider(clock_hz, params::CONSOLE.baud);
+        let console = Console::new(peripherals.USART2, divider, queues.console.split());
+
+        // Reserved for Modbus: its transceiver listens and stays silent.
+        gpioc.pc8.into_push_pull_output_in_state(PinState::Low);
+
+        switch_on::<pac::TIM5>(rcc);
+        let pin = gpioa.pa1.into_alternate::<2>();
+        let pwm1 = PwmCapture::new(Tim5(peripherals.TIM5), TimerInput::Ti2, pin, pwm1_producer);
+        switch_on::<pac::TIM2>(rcc);
+        let pin = gpioa.pa15.into_alternate::<1>();
+        let pwm2 = PwmCapture::new(peripherals.TIM2, TimerInput::Ti1, pin, pwm2_producer);
+
+        let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
+        let gateway = Gateway::new(&params::SLOTS, params::T7, params::ISU, params::pwm_limits(timer_hz));
+        Board { console, ports: Ports { t7, isu, pwm1, pwm2 }, inbox, gateway, clock_source }
+    }
+}
+
+/// Core at full speed from the crystal, or from the internal oscillator when there is no crystal.
+fn start_clocks(rcc: pac::RCC) -> (ClockSource, Rcc) {
+    let (source, config) = match crystal_starts(&rcc) {
+        true => (ClockSource::Crystal, Config::hse(params::CRYSTAL_HZ.Hz())),
+        false => (ClockSource::Internal, Config::hsi()),
+    };
+    (source, rcc.freeze(config.sysclk(params::CORE_HZ.Hz())))
+}
+
+/// Switches a peripheral's clock on and everything in it to its reset value; returns the bus clock in Hz.
+fn switch_on<P: Enable + Reset + BusClock>(rcc: &mut Rcc) -> u32 {
+    P::enable(rcc);
+    P::reset(rcc);
+    P::clock(&rcc.clocks).raw()
+}
+
+/// Tries to start the crystal. The HAL would wait for it for ever.
+fn crystal_starts(rcc: &pac::RCC) -> bool {
+    rcc.cr().modify(|_, w| w.hseon().set_bit());
+    let begin = DWT::cycle_count();
+    let limit = (params::INTERNAL_HZ / 1_000_000).saturating_mul(params::CRYSTAL_START.0 as u32);
+    while DWT::cycle_count().wrapping_sub(begin) < limit {
+        if rcc.cr().read().hserdy().bit_is_set() {
+            return true;
+        }
+    }
+    rcc.cr().modify(|_, w| w.hseon().clear_bit());
+    false
+}

@@ -1,0 +1,101 @@
+//! The bus level: a software interrupt in which the gateway core runs.
+//!
+//! Any port, the clock's alarm and the clock's rounds raise it. Each run hands the core what has come in, sends
+//! what it wants sent, publishes what it has read, and sets the alarm for the next deadline.
+
+use core::cell::Cell;
+
+use clino_bus::{Event, Micros, earliest};
+use clino_gateway::{Bus, Capture, Gateway, PwmInput};
+use cortex_m::peripheral::NVIC;
+use critical_section::Mutex;
+use heapless::spsc::Consumer;
+use stm32f4xx_hal::pac::{Interrupt, interrupt};
+
+use crate::{clock, params, ports, shared};
+
+/// The interrupt line is borrowed from EXTI0, which has nothing connected here; only software raises it.
+pub const INTERRUPT: Interrupt = Interrupt::EXTI0;
+
+/// What the ports have for the bus level.
+pub struct Inbox {
+    pub t7: Consumer<'static, Event>,
+    pub isu: Consumer<'static, Event>,
+    pub pwm1: Consumer<'static, Capture>,
+    pub pwm2: Consumer<'static, Capture>,
+}
+
+struct BusLevel {
+    inbox: Inbox,
+    gateway: Gateway,
+    statistics_due: Micros,
+}
+
+/// Carries the bus level from the main program into its interrupt.
+static HANDOVER: Mutex<Cell<Option<BusLevel>>> = Mutex::new(Cell::new(None));
+
+/// Makes the bus level ready to run; it does once its interrupt is let in.
+pub fn start(inbox: Inbox, gateway: Gateway) {
+    let level = BusLevel { inbox, gateway, statistics_due: Micros::ZERO };
+    critical_section::with(|cs| HANDOVER.borrow(cs).set(Some(level)));
+    wake();
+}
+
+/// Runs the bus level soon: at once if nothing of higher priority is running.
+pub fn wake() {
+    NVIC::pend(INTERRUPT);
+}
+
+#[interrupt]
+fn EXTI0() {
+    static mut LEVEL: Option<BusLevel> = None;
+    if LEVEL.is_none() {
+        *LEVEL = critical_section::with(|cs| HANDOVER.borrow(cs).take());
+    }
+    if let Some(level) = LEVEL {
+        level.run();
+    }
+}
+
+impl BusLevel {
+    fn run(&mut self) {
+        let now = clock::now();
+        self.fetch(now);
+        for bus in shared::BUSES {
+            self.gateway.poll(bus, now, |frame| ports::submit(bus, frame));
+        }
+        let ports_at = ports::poll(now);
+        self.publish(now);
+        let gateway_at = shared::BUSES.map(|bus| self.gateway.poll_at(bus)).into_iter().fold(None, earliest);
+        if let Some(at) = earliest(ports_at, gateway_at) {
+            clock::wake_at(at);
+        }
+    }
+
+    fn fetch(&mut self, now: Micros) {
+        while let Some(event) = self.inbox.t7.dequeue() {
+            self.gateway.line(Bus::T7, event);
+        }
+        while let Some(event) = self.inbox.isu.dequeue() {
+            self.gateway.line(Bus::Isu, event);
+        }
+        while let Some(capture) = self.inbox.pwm1.dequeue() {
+            self.gateway.pwm(PwmInput::Pwm1, capture, now);
+        }
+        while let Some(capture) = self.inbox.pwm2.dequeue() {
+            self.gateway.pwm(PwmInput::Pwm2, capture, now);
+        }
+    }
+
+    fn publish(&mut self, now: Micros) {
+        while let Some(reading) = self.gateway.next_changed() {
+            shared::publish(reading);
+        }
+        if now >= self.statistics_due {
+            self.statistics_due = now + params::STATISTICS_EVERY;
+            for bus in shared::BUSES {
+                shared::publish_statistics((bus, *self.gateway.counters(bus), ports::driver_enable(bus)));
+            }
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Time: microseconds since reset, and one alarm.
+//!
+//! TIM4 counts microseconds; its 16 bits come round every 65.5 ms, and an interrupt counts the rounds in 64
+//! bits. Its first compare channel is the alarm, which wakes the bus level.
+
+use core::cell::{Cell, RefCell};
+
+use clino_bus::Micros;
+use critical_section::{CriticalSection, Mutex};
+use stm32f4xx_hal::pac::{self, interrupt};
+use stm32f4xx_hal::rcc::{BusTimerClock, Enable, Rcc, Reset};
+
+use crate::params::CLOCK_HZ;
+
+/// Microseconds in one round of the counter.
+const ROUND: u64 = 1 << 16;
+
+static TIMER: Mutex<RefCell<Option<pac::TIM4>>> = Mutex::new(RefCell::new(None));
+static ROUNDS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
+
+/// Starts the clock at zero.
+pub fn start(timer: pac::TIM4, rcc: &mut Rcc) {
+    pac::TIM4::enable(rcc);
+    pac::TIM4::reset(rcc);
+    let divider = pac::TIM4::timer_clock(&rcc.clocks).raw() / CLOCK_HZ;
+    timer.psc().write(|w| w.psc().set((divider - 1) as u16));
+    timer.arr().write(|w| w.arr().set(u16::MAX));
+    // The prescaler takes effect at an update; with URS set, this one raises no flag.
+    timer.cr1().write(|w| w.urs().set_bit());
+    timer.egr().write(|w| w.ug().set_bit());
+    timer.dier().write(|w| w.uie().set_bit());
+    timer.cr1().write(|w| w.urs().set_bit().cen().set_bit());
+    critical_section::with(|cs| TIMER.replace(cs, Some(timer)));
+}
+
+/// Now.
+pub fn now() -> Micros {
+    critical_section::with(|cs| TIMER.borrow_ref(cs).as_ref().map_or(Micros::ZERO, |timer| read(timer, cs)))
+}
+
+/// Wakes the bus level at `at`, or at the end of the round if that comes first: rounds wake it anyway.
+/// An instant that has passed wakes it at once.
+pub fn wake_at(at: Micros) {
+    let missed = critical_section::with(|cs| {
+        let timer = TIMER.borrow_ref(cs);
+        let Some(timer) = timer.as_ref() else { return false };
+        if at.since(read(timer, cs)).0 >= ROUND {
+            timer.dier().modify(|_, w| w.cc1ie().clear_bit());
+            return false;
+        }
+        timer.ccr1().write(|w| w.ccr().set(at.0 as u16));
+        timer.sr().write(|w| w.cc1if().clear_bit());
+        timer.dier().modify(|_, w| w.cc1ie().set_bit());
+        // The counter may have passed the compare value before the write took effect.
+        read(timer, cs) >= at
+    });
+    if missed {
+        crate::bus::wake();
+    }
+}
+
+fn read(timer: &pac::TIM4, cs: CriticalSection<'_>) -> Micros {
+    let rounds = ROUNDS.borrow(cs).get();
+    let count = u64::from(timer.cnt().read().cnt().bits());
+    // An overflow whose interrupt has not run yet: count it here, if the counter was read after it.
+    let overflowed = timer.sr().read().uif().bit_is_set();
+    let count_after = u64::from(timer.cnt().read().cnt().bits());
+    match overflowed {
+        true => Micros((rounds + 1) * ROUND + count_after),
+        false => Micros(rounds * ROUND + count),
+    }
+}
+
+#[interrupt]
+fn TIM4() {
+    critical_section::with(|cs| {
+        let timer = TIMER.borrow_ref(cs);
+        let Some(timer) = timer.as_ref() else { return };
+        let status = timer.sr().read();
+        if status.uif().bit_is_set() {
+            ROUNDS.borrow(cs).set(ROUNDS.borrow(cs).get() + 1);
+        }
+        // Only what was seen is cleared, so that nothing is lost that comes up meanwhile.
+        timer.sr().write(|w| {
+            if status.uif().bit_is_set() {
+                w.uif().clear_bit();
+            }
+            if status.cc1if().bit_is_set() {
+                w.cc1if().clear_bit();
+            }
+            w
+        });
+        if status.cc1if().bit_is_set() {
+            timer.dier().modify(|_, w| w.cc1ie().clear_bit());
+        }
+    });
+    crate::bus::wake();
+}

@@ -1,0 +1,115 @@
+//! Every number of the firmware: value, unit, derivation, source.
+//!
+//! Pins are in `board.rs`; what a sensor needs is in the codec and bus crates; this is what this board and
+//! this installation need.
+
+use clino_bus::{Micros, Serial, Timing};
+use clino_codec::{isu, pwm, t7};
+use clino_gateway::{PwmInput, SlotConfig, Source};
+
+/// Crystal on the board, Hz (STM32F4-Discovery X2, 8 MHz).
+pub const CRYSTAL_HZ: u32 = 8_000_000;
+
+/// Core clock, Hz: the F407's maximum (DS8626 table 14). APB1 runs at a quarter, APB2 at half of it.
+pub const CORE_HZ: u32 = 168_000_000;
+
+/// The internal oscillator the part starts on, Hz (DS8626 table 39).
+pub const INTERNAL_HZ: u32 = 16_000_000;
+
+/// How long a crystal may take to start before the internal oscillator is used. DS8626 table 37 gives 2 ms
+/// typical; bad weather and age get the rest.
+pub const CRYSTAL_START: Micros = Micros(20_000);
+
+/// The microsecond clock: ticks per second.
+pub const CLOCK_HZ: u32 = 1_000_000;
+
+/// T7 bus: bit rate, waits, turnaround guard (one character, 87 µs at 115200 bit/s).
+pub const T7: Timing = Timing::t7(Serial::T7_DEFAULT);
+
+/// ISU bus: bit rate, waits, turnaround guard (one character, 1042 µs at 9600 bit/s).
+pub const ISU: Timing = Timing::isu();
+
+/// Console bit rate, 8N1.
+pub const CONSOLE: Serial = Serial { baud: 115_200 };
+
+/// A new line is formatted when fewer characters than this wait for the console: enough to keep the line
+/// busy while the next one is formatted (64 characters last 5.5 ms), few enough that what is printed is fresh.
+pub const CONSOLE_LOW_WATER: usize = 64;
+
+/// From one block of statistics lines to the next.
+pub const STATISTICS_EVERY: Micros = Micros::from_millis(1_000);
+
+/// Nominal period of an ISU's PWM output: 30 Hz ([ISU] section 5).
+pub const PWM_PERIOD: Micros = Micros(33_333);
+
+/// A PWM input without a cycle for this long has no signal: two and a half nominal periods, so that one lost
+/// cycle is not yet a fault.
+pub const PWM_NO_SIGNAL: Micros = Micros(PWM_PERIOD.0 * 5 / 2);
+
+/// Input filter of the capture timers: TIMx_CCMR1.ICxF = 15, eight equal samples at f_DTS/32, which is 3.0 µs at
+/// 84 MHz (RM0090 section 18.4.7). Both edges are delayed alike, so the duty cycle is not.
+pub const CAPTURE_FILTER: u8 = 0b1111;
+
+/// Limits within which a PWM cycle is an angle, for a timer at `timer_hz`.
+pub const fn pwm_limits(timer_hz: u32) -> pwm::Limits {
+    pwm::Limits::new(timer_hz)
+}
+
+/// From one reading of a T7 to the next: 50 a second, three times what its 8 Hz bandwidth needs.
+const T7_PERIOD: Micros = Micros::from_millis(20);
+
+/// From one reading of an ISU to the next: half its 533 ms refresh ([ISU] section 4), so that a new angle is
+/// seen at most 267 ms after the module has it.
+const ISU_PERIOD: Micros = Micros::from_millis(266);
+
+/// The slot table the gateway starts with.
+pub const SLOTS: [SlotConfig; 6] = [
+    t7_slot(1),
+    t7_slot(2),
+    t7_slot(3),
+    SlotConfig {
+        source: Source::Isu { address: isu_address(1) },
+        period: ISU_PERIOD,
+        retries: 1,
+        stale_after: ISU_PERIOD.times(3),
+        report_every: Micros::ZERO,
+    },
+    pwm_slot(PwmInput::Pwm1),
+    pwm_slot(PwmInput::Pwm2),
+];
+
+const fn t7_slot(address: u8) -> SlotConfig {
+    SlotConfig {
+        source: Source::T7 { address: t7_address(address), axis: t7::Axis::Two },
+        period: T7_PERIOD,
+        retries: 1,
+        stale_after: T7_PERIOD.times(3),
+        report_every: Micros::from_millis(100),
+    }
+}
+
+const fn pwm_slot(input: PwmInput) -> SlotConfig {
+    SlotConfig {
+        source: Source::Pwm { input },
+        period: PWM_PERIOD,
+        retries: 0,
+        stale_after: PWM_PERIOD.times(3),
+        report_every: Micros::ZERO,
+    }
+}
+
+/// A mistake in the table above ends the build.
+const fn t7_address(address: u8) -> t7::Address {
+    match t7::Address::new(address) {
+        Some(address) => address,
+        None => panic!("not a T7 address"),
+    }
+}
+
+/// See [`t7_address`].
+const fn isu_address(address: u8) -> isu::Address {
+    match isu::Address::new(address) {
+        Some(address) => address,
+        None => panic!("not an ISU address"),
+    }
+}

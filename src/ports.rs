@@ -1,0 +1,116 @@
+//! The ports that an interrupt and the bus level share, and the interrupts with their priorities.
+//!
+//! A port is borrowed only inside a critical section and only for a few register accesses.
+
+use core::cell::RefCell;
+
+use clino_bus::{Micros, earliest};
+use clino_gateway::Bus;
+use clino_gateway::json::DriverEnable;
+use cortex_m::peripheral::NVIC;
+use critical_section::Mutex;
+use stm32f4xx_hal::pac::{Interrupt, interrupt};
+
+use crate::board::{IsuPort, Pwm1Port, Pwm2Port, T7Port};
+
+/// Everything the bus level moves bytes and ticks with.
+pub struct Ports {
+    pub t7: T7Port,
+    pub isu: IsuPort,
+    pub pwm1: Pwm1Port,
+    pub pwm2: Pwm2Port,
+}
+
+static PORTS: Mutex<RefCell<Option<Ports>>> = Mutex::new(RefCell::new(None));
+
+/// Interrupt priorities, highest first. The F4 implements the upper four bits of the byte (RM0090 section 12).
+mod priority {
+    /// Characters and edges, and the clock that stamps them.
+    pub const BYTES: u8 = 1 << 4;
+    /// The console's characters can wait for those of the buses.
+    pub const CONSOLE: u8 = 2 << 4;
+    /// The bus level: above the main loop, below every character.
+    pub const BUS: u8 = 3 << 4;
+}
+
+/// Takes the ports into service and lets the interrupts in.
+pub fn start(ports: Ports, nvic: &mut NVIC) {
+    critical_section::with(|cs| PORTS.replace(cs, Some(ports)));
+    let interrupts = [
+        (Interrupt::USART1, priority::BYTES),
+        (Interrupt::USART3, priority::BYTES),
+        (Interrupt::TIM5, priority::BYTES),
+        (Interrupt::TIM2, priority::BYTES),
+        (Interrupt::TIM4, priority::BYTES),
+        (Interrupt::USART2, priority::CONSOLE),
+        (crate::bus::INTERRUPT, priority::BUS),
+    ];
+    for (number, priority) in interrupts {
+        // SAFETY: critical sections here mask by PRIMASK, which no priority escapes; and everything the
+        // handlers use was set up before this line.
+        unsafe {
+            nvic.set_priority(number, priority);
+            NVIC::unmask(number);
+        }
+    }
+}
+
+/// Gives a frame to a bus's line.
+pub fn submit(bus: Bus, frame: &[u8]) {
+    let accepted = with(|ports| match bus {
+        Bus::T7 => ports.t7.submit(frame),
+        Bus::Isu => ports.isu.submit(frame),
+    });
+    if let Some(Err(error)) = accepted {
+        // The master's own deadline ends the exchange.
+        defmt::warn!("frame not accepted: {}", error);
+    }
+}
+
+/// Lets time pass in all ports; returns when they want it again.
+pub fn poll(now: Micros) -> Option<Micros> {
+    with(|ports| {
+        ports.t7.poll(now);
+        ports.isu.poll(now);
+        ports.pwm1.poll(now);
+        ports.pwm2.poll(now);
+        let lines = earliest(ports.t7.poll_at(), ports.isu.poll_at());
+        let captures = ports.pwm1.poll_at().min(ports.pwm2.poll_at());
+        earliest(lines, Some(captures))
+    })
+    .flatten()
+}
+
+/// How a bus's driver enable behaved since reset.
+pub fn driver_enable(bus: Bus) -> DriverEnable {
+    with(|ports| match bus {
+        Bus::T7 => ports.t7.driver_enable(),
+        Bus::Isu => ports.isu.driver_enable(),
+    })
+    .unwrap_or_default()
+}
+
+/// Borrows the ports, once they are in service.
+fn with<R>(work: impl FnOnce(&mut Ports) -> R) -> Option<R> {
+    critical_section::with(|cs| PORTS.borrow_ref_mut(cs).as_mut().map(work))
+}
+
+#[interrupt]
+fn USART1() {
+    with(|ports| ports.t7.on_interrupt());
+}
+
+#[interrupt]
+fn USART3() {
+    with(|ports| ports.isu.on_interrupt());
+}
+
+#[interrupt]
+fn TIM5() {
+    with(|ports| ports.pwm1.on_interrupt());
+}
+
+#[interrupt]
+fn TIM2() {
+    with(|ports| ports.pwm2.on_interrupt());
+}

@@ -1,0 +1,218 @@
+//! A USART with a driver-enable pin: moves the characters of a [`Line`] to and from the registers.
+//!
+//! DE rises just before the first character is written and falls in the transmission-complete interrupt of the
+//! last one. The receiver is on all the time, so it is armed long before DE falls. Every received character
+//! goes into a queue with the receiver's error flags and the time.
+//!
+//! Read status, then data, once per interrupt: that is what clears RXNE, ORE, FE, NE and PE (RM0090 section
+//! 30.6.1). On an overrun the data register still holds the character that was there first; it is kept, and
+//! the flag tells that at least one after it is lost.
+
+use core::ops::Deref;
+
+use clino_bus::line::{Step, SubmitError};
+use clino_bus::{Event, Line, Micros, Timing};
+use clino_codec::character::{Character, LineErrors};
+use clino_gateway::json::DriverEnable;
+use cortex_m::peripheral::DWT;
+use embedded_hal::digital::OutputPin;
+use heapless::spsc::Producer;
+use stm32f4xx_hal::pac::usart1::RegisterBlock;
+
+use crate::clock;
+
+/// Bits of one character on the line, 8N1.
+const CHARACTER_BITS: u32 = 10;
+
+/// The USART of an RS485 bus. `U` is the peripheral, `D` the driver-enable pin.
+pub struct Rs485<U, D> {
+    uart: U,
+    de: D,
+    line: Line,
+    events: Producer<'static, Event>,
+    watch: DriverWatch,
+    /// Events the bus level did not fetch in time.
+    dropped: u32,
+    /// An overrun was flagged without a character to carry it.
+    overrun: bool,
+}
+
+/// Measures the driver enable in core cycles.
+struct DriverWatch {
+    core_hz: u32,
+    cycles_per_character: u32,
+    raised: u32,
+    first_character: u32,
+    figures: DriverEnable,
+}
+
+impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
+    /// Takes a USART whose clock runs at `clock_hz` and sets it up: 8N1, receiver and its interrupt on.
+    pub fn new(
+        uart: U,
+        mut de: D,
+        timing: &Timing,
+        clock_hz: u32,
+        core_hz: u32,
+        events: Producer<'static, Event>,
+    ) -> Self {
+        _ = de.set_low();
+        let divider = divider(clock_hz, timing.serial.baud);
+        set_up(&uart, divider);
+        uart.cr1().modify(|_, w| w.re().set_bit().rxneie().set_bit());
+        let cycles_per_character = (u64::from(divider) * u64::from(CHARACTER_BITS) * u64::from(core_hz)
+            / u64::from(clock_hz)) as u32;
+        Rs485 {
+            uart,
+            de,
+            line: Line::new(timing.serial, timing.guard),
+            events,
+            watch: DriverWatch {
+                core_hz,
+                cycles_per_character,
+                raised: 0,
+                first_character: 0,
+                figures: DriverEnable::default(),
+            },
+            dropped: 0,
+            overrun: false,
+        }
+    }
+
+    /// Takes a frame to be sent as soon as the guard allows.
+    pub fn submit(&mut self, frame: &[u8]) -> Result<(), SubmitError> {
+        self.line.submit(frame)
+    }
+
+    /// Lets time pass: begins a frame, or takes the line back from one that hangs.
+    pub fn poll(&mut self, now: Micros) {
+        match self.line.poll(now) {
+            Some(Step::Begin) => self.begin(),
+            Some(Step::Force) => {
+                self.uart.cr1().modify(|_, w| w.txeie().clear_bit().tcie().clear_bit());
+                self.release();
+                self.report(Event::Forced { at: now });
+            }
+            None => {}
+        }
+    }
+
+    /// When [`Rs485::poll`] has something to do, if ever.
+    pub fn poll_at(&self) -> Option<Micros> {
+        self.line.poll_at()
+    }
+
+    /// How the driver enable behaved since reset.
+    pub fn driver_enable(&self) -> DriverEnable {
+        self.watch.figures
+    }
+
+    /// The USART's interrupt.
+    pub fn on_interrupt(&mut self) {
+        let status = self.uart.sr().read();
+        let control = self.uart.cr1().read();
+        if control.tcie().bit_is_set() && status.tc().bit_is_set() {
+            self.uart.cr1().modify(|_, w| w.tcie().clear_bit());
+            // The pin first, everything else after: this is the moment the line has to be let go.
+            let now = clock::now();
+            if self.line.transmission_complete(now) {
+                self.release();
+                self.report(Event::Released { at: now });
+            }
+        }
+        if control.txeie().bit_is_set() && status.txe().bit_is_set() {
+            match self.line.next_character() {
+                Some(byte) => self.write(byte),
+                None => _ = self.uart.cr1().modify(|_, w| w.txeie().clear_bit().tcie().set_bit()),
+            }
+        }
+        let errors = [
+            (status.ore().bit_is_set(), LineErrors::OVERRUN),
+            (status.fe().bit_is_set(), LineErrors::FRAMING),
+            (status.nf().bit_is_set(), LineErrors::NOISE),
+            (status.pe().bit_is_set(), LineErrors::PARITY),
+        ]
+        .into_iter()
+        .filter_map(|(set, flag)| set.then_some(flag))
+        .fold(LineErrors::NONE, LineErrors::union);
+        if status.rxne().bit_is_set() || errors != LineErrors::NONE {
+            let byte = self.uart.dr().read().dr().bits() as u8;
+            self.received(byte, errors, status.rxne().bit_is_set());
+        }
+    }
+
+    fn received(&mut self, byte: u8, mut errors: LineErrors, fresh: bool) {
+        if !fresh {
+            // The data register was read before the flag came up: the next character carries it.
+            self.overrun = true;
+            return;
+        }
+        if core::mem::take(&mut self.overrun) {
+            errors = errors.union(LineErrors::OVERRUN);
+        }
+        let at = clock::now();
+        self.line.heard(at);
+        self.report(Event::Heard { character: Character { byte, errors }, at });
+    }
+
+    fn begin(&mut self) {
+        self.watch.raised = DWT::cycle_count();
+        _ = self.de.set_high();
+        // Reading the status before writing the data clears the old transmission-complete flag.
+        _ = self.uart.sr().read();
+        if let Some(byte) = self.line.next_character() {
+            self.watch.first_character = DWT::cycle_count();
+            self.write(byte);
+        }
+        self.uart.cr1().modify(|_, w| w.txeie().set_bit());
+    }
+
+    fn write(&self, byte: u8) {
+        self.uart.dr().write(|w| w.dr().set(u16::from(byte)));
+    }
+
+    fn release(&mut self) {
+        _ = self.de.set_low();
+        self.watch.released(self.line.frame_len());
+    }
+
+    fn report(&mut self, event: Event) {
+        if self.events.enqueue(event).is_err() {
+            // The bus level is too far behind; what follows is incomplete and will fail its checks.
+            self.dropped = self.dropped.wrapping_add(1);
+            self.overrun = true;
+        }
+        crate::bus::wake();
+    }
+}
+
+impl DriverWatch {
+    /// DE has just fallen after a frame of `characters`. The end of the last stop bit is computed from the
+    /// instant the first character was written, which is up to one bit before its start bit begins: the figure
+    /// can be one bit too large, never too small.
+    fn released(&mut self, characters: usize) {
+        let now = DWT::cycle_count();
+        let frame = self.cycles_per_character.wrapping_mul(characters as u32);
+        let since_stop_bit = now.wrapping_sub(self.first_character).saturating_sub(frame);
+        let high = now.wrapping_sub(self.raised);
+        let cycles_per_us = (self.core_hz / 1_000_000).max(1);
+        let release_ns = u64::from(since_stop_bit) * 1_000 / u64::from(cycles_per_us);
+        let figures = &mut self.figures;
+        figures.release_max_ns = figures.release_max_ns.max(u32::try_from(release_ns).unwrap_or(u32::MAX));
+        figures.high_max_us = figures.high_max_us.max(high / cycles_per_us);
+    }
+}
+
+/// Transmitter and USART on, 8N1, everything else at its reset value.
+pub fn set_up(uart: &RegisterBlock, divider: u16) {
+    // SAFETY: USART_BRR takes any 16-bit value but zero (RM0090 section 30.6.3); `divider` is at least 16.
+    uart.brr().write(|w| unsafe { w.bits(divider) });
+    uart.cr1().write(|w| w.ue().set_bit().te().set_bit());
+}
+
+/// USART_BRR for oversampling by 16: the clock over the bit rate, rounded; the last four bits are sixteenths
+/// (RM0090 section 30.3.4).
+pub fn divider(clock_hz: u32, baud: u32) -> u16 {
+    let rounded = (clock_hz + baud / 2) / baud.max(1);
+    u16::try_from(rounded.max(16)).unwrap_or(u16::MAX)
+}

@@ -1,0 +1,34 @@
+//! Building the firmware image.
+
+use std::env;
+use std::path::PathBuf;
+use std::process::Command;
+
+use crate::command::{self, Failure, Outcome};
+
+/// Cortex-M4 with its floating-point unit.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+/// The root package.
+pub const PACKAGE: &str = "clino-firmware";
+
+/// Builds the release image and returns where it is.
+pub fn build() -> Result<PathBuf, Failure> {
+    add_target()?;
+    command::run(command::cargo(["build", "--release", "--package", PACKAGE, "--target", TARGET]))?;
+    let target_dir =
+        env::var_os("CARGO_TARGET_DIR").map_or_else(|| command::root().join("target"), PathBuf::from);
+    Ok(target_dir.join(TARGET).join("release").join(PACKAGE))
+}
+
+/// Installs the target's standard library if it is missing.
+pub fn add_target() -> Outcome {
+    let installed = command::output_of("rustup", &["target", "list", "--installed"]).ok_or_else(|| {
+        Failure::new(format!("rustup is missing; it is needed to install the target {TARGET}"))
+    })?;
+    if installed.lines().any(|line| line == TARGET) {
+        return Ok(());
+    }
+    let mut rustup = Command::new("rustup");
+    rustup.args(["target", "add", TARGET]).current_dir(command::root());
+    command::run(rustup)
+}

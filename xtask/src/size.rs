@@ -1,0 +1,50 @@
+//! Flash and RAM of the firmware image.
+
+use std::fs;
+use std::path::Path;
+
+use object::Endianness;
+use object::elf::PT_LOAD;
+use object::read::elf::{ElfFile32, ProgramHeader};
+
+use crate::command::{Failure, Outcome};
+use crate::firmware;
+
+/// Bytes of flash the image may take.
+const FLASH_BUDGET: u64 = 64 * 1024;
+/// Bytes of RAM for static data, the stack not included.
+const RAM_BUDGET: u64 = 24 * 1024;
+
+/// First address above the flash.
+const RAM_START: u32 = 0x2000_0000;
+
+/// Builds the image and prints its size; fails when it is over its budget.
+pub fn run() -> Outcome {
+    let (flash, ram) = print(&firmware::build()?)?;
+    if flash > FLASH_BUDGET || ram > RAM_BUDGET {
+        return Err(Failure::new(format!(
+            "the image is over its budget of {FLASH_BUDGET} bytes of flash and {RAM_BUDGET} bytes of RAM"
+        )));
+    }
+    Ok(())
+}
+
+/// Prints the size of an image and returns it: bytes of flash, bytes of static RAM.
+pub fn print(elf: &Path) -> Result<(u64, u64), Failure> {
+    let bytes = fs::read(elf).map_err(|error| Failure::new(format!("{}: {error}", elf.display())))?;
+    let (flash, ram) =
+        measure(&bytes).map_err(|error| Failure::new(format!("{}: {error}", elf.display())))?;
+    println!("image: {flash} bytes of flash, {ram} bytes of static RAM");
+    Ok((flash, ram))
+}
+
+/// What is written to flash (initial values of RAM included), and what lies in RAM.
+fn measure(elf: &[u8]) -> object::Result<(u64, u64)> {
+    let file = ElfFile32::<Endianness>::parse(elf)?;
+    let endian = file.endian();
+    let loaded = || file.elf_program_headers().iter().filter(|header| header.p_type(endian) == PT_LOAD);
+    let flash = loaded().map(|header| u64::from(header.p_filesz(endian))).sum();
+    let in_ram = loaded().filter(|header| header.p_vaddr(endian) >= RAM_START);
+    let ram = in_ram.map(|header| u64::from(header.p_memsz(endian))).sum();
+    Ok((flash, ram))
+}
