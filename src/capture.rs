@@ -80,12 +80,7 @@ mod smcr {
 
 impl<T: Deref<Target = tim2::RegisterBlock>, P: InputPin> PwmCapture<T, P> {
     /// Sets the timer up and starts it. Its clock has to be on.
-    pub fn new(
-        timer: T,
-        input: TimerInput,
-        pin: P,
-        captures: Producer<'static, Capture>,
-    ) -> Self {
+    pub fn new(timer: T, input: TimerInput, pin: P, captures: Producer<'static, Capture>) -> Self {
         let filter = u32::from(CAPTURE_FILTER) << ccmr1::IC1F | u32::from(CAPTURE_FILTER) << ccmr1::IC2F;
         let (select, polarity, trigger) = match input {
             TimerInput::Ti1 => (ccmr1::CC1S_TI1 | ccmr1::CC2S_TI1, ccer::CC2_FALLING, smcr::TS_TI1FP1),

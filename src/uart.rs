@@ -65,7 +65,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
         Rs485 {
             uart,
             de,
-            line: Line::new(timing.serial, timing.guard),
+            line: Line::new(timing.serial, timing.guard, clock::now()),
             events,
             watch: DriverWatch {
                 core_hz,

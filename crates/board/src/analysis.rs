@@ -108,7 +108,10 @@ impl<T: PartialOrd + Copy> Extremes<T> {
     pub fn of(values: impl Iterator<Item = T>) -> Option<Self> {
         values.fold(None, |so_far: Option<Self>, value| {
             let Self { min, max } = so_far.unwrap_or(Self { min: value, max: value });
-            Some(Self { min: if value < min { value } else { min }, max: if value > max { value } else { max } })
+            Some(Self {
+                min: if value < min { value } else { min },
+                max: if value > max { value } else { max },
+            })
         })
     }
 }

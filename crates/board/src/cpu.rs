@@ -20,11 +20,13 @@ use rsemu::core::device::{
     Device, DeviceClass, ExportId, MachineReset, RealizeCtx, ResetKind, SinkPin,
 };
 use rsemu::core::props::Props;
+use rsemu::core::space::MemAttrs;
 use rsemu::core::sched::{AccessKind, Budget, Consumed, LazyHandle, TickCursor};
 use rsemu::core::sync::{AtomicBool, Ordering};
+use rsemu::core::value::Width;
 use rsemu::core::wire::{Level, WireId, WireSink, WireSource};
 use rsemu::cpu::arm::v7m::sys::Exception;
-use rsemu::cpu::arm::v7m::{self, ArmV7m};
+use rsemu::cpu::arm::v7m::{self, ArmV7m, xpsr};
 use rsemu::dev::stm32::{ClockOutput, Clocks};
 use rsemu::machine::validate::{ClassSchema, PortDir};
 use rsemu::machine::{BindCtx, Instance};
@@ -36,6 +38,11 @@ pub(crate) const CLASS_NAME: &str = "clino.cortex-m4f";
 /// Instructions between two looks at what firmware can change without telling: timers, clock tree, reset
 /// request, sleep. A timer event armed less than this many instructions ahead may arrive that much late.
 const LOOK_EVERY: u32 = 8;
+
+/// Where an exception frame holds the program status (ARM DDI 0403 B1.5.6).
+const STACKED_XPSR: u64 = 28;
+/// Bit of EXC_RETURN: the frame is on the process stack (ARM DDI 0403 B1.5.8).
+const EXC_RETURN_SPSEL: u32 = 1 << 2;
 
 /// "Nothing due".
 const NEVER: u64 = u64::MAX;
@@ -197,7 +204,7 @@ impl Cpu {
                 }
                 timing = work.next_timer_event(anchor);
             }
-            let cycles = self.core.step();
+            let cycles = self.step();
             if cycles == 0 {
                 break;
             }
@@ -234,6 +241,31 @@ impl Cpu {
         let spent = at - anchor;
         work.debt = spent.saturating_sub(budget);
         spent.min(budget)
+    }
+
+    /// One step of the core: an instruction, an exception entry, or a cycle asleep.
+    ///
+    /// The emulator's exception entry stacks the program status without the bits that say how far an IT block
+    /// has come (ARM DDI 0403 B1.5.6 wants them), so an interrupted block would go on unconditionally. They are
+    /// put into the frame here.
+    fn step(&self) -> u64 {
+        let before = self.core.regs().xpsr;
+        let cycles = self.core.step();
+        if before & xpsr::IT_MASK != 0 {
+            let after = self.core.regs();
+            if (before ^ after.xpsr) & xpsr::EXCEPTION != 0
+                && let Some(space) = self.core.space()
+            {
+                let from_process_stack = after.r[14] & EXC_RETURN_SPSEL != 0;
+                let frame = if from_process_stack { after.psp } else { after.msp };
+                let stacked = u64::from(frame) + STACKED_XPSR;
+                let word = space.read(stacked, Width::U32, MemAttrs::DEBUG).unwrap_or_default() as u32;
+                let whole = u64::from(word | before & xpsr::IT_MASK);
+                // The frame was written a moment ago; the same address cannot be refused now.
+                let _ = space.write(stacked, Width::U32, whole, MemAttrs::DEBUG);
+            }
+        }
+        cycles
     }
 
     /// Takes over a new clock tree.
@@ -295,6 +327,9 @@ impl Cpu {
             return false;
         }
         work.stats.resets += 1;
+        for actor in &work.actors {
+            actor.resetting();
+        }
         if let Some(reset) = self.machine_reset.get() {
             reset.request();
         }

@@ -1,7 +1,13 @@
 //! The virtual board: the shipped ELF on an emulated STM32F407, with real bit timing on its pins.
 
+pub mod analysis;
+pub mod console;
 pub mod log;
+pub mod oracle;
+pub mod run;
+pub mod scenario;
 pub mod segment;
+pub mod summary;
 pub mod wire;
 
 // The emulator half.

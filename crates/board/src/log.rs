@@ -229,7 +229,9 @@ impl SegmentLog {
                 let fought = if fought { "fought" } else { "same_level" };
                 format!("{at:>12} {line} {:<10} {} until={until} {fought}", "contention", names.join("+"))
             }
-            Event::Flipped { receiver, bits, .. } => format!("{} bits={bits:#05x}", head("flipped", receiver)),
+            Event::Flipped { receiver, bits, .. } => {
+                format!("{} bits={bits:#05x}", head("flipped", receiver))
+            }
             Event::Dropped { receiver, .. } => head("dropped", receiver),
             Event::Altered { node, how, .. } => format!("{} {how}", head("altered", Talker::Node(node))),
         }

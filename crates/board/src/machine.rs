@@ -21,7 +21,7 @@ use std::sync::{Arc, Mutex};
 
 const TEXT: &str = include_str!("board.machine");
 
-/// Length of a scheduler round, and how often logs are fetched: 1 ms.
+/// Length of a scheduler round, and how often the core is looked at for a fault: 1 ms.
 const ROUND: Ns = 1_000_000;
 
 /// The stock timers whose events the core may not run past; all on the APB1 timer clock.
@@ -30,11 +30,13 @@ const TIMERS: [&str; 4] = ["tim2", "tim3", "tim4", "tim5"];
 /// A running board.
 pub struct Board {
     machine: Machine,
+    /// How far the scheduler has been driven: whole rounds.
+    scheduled: Ns,
     space: Arc<AddressSpace>,
     timeline: Arc<Timeline>,
     cpu: Arc<Cpu>,
     pwm: [Arc<Source>; 2],
-    rtt: Option<rtt::Reader>,
+    rtt: Option<Arc<rtt::Reader>>,
 }
 
 /// The board could not be put together: a fault of this crate.
@@ -99,34 +101,33 @@ impl Board {
         let cpu = lock(&parts.cpu).take().ok_or_else(|| missing("core"))?;
         let pwm = std::mem::take(&mut *lock(&parts.sources));
         let pwm = pwm.try_into().map_err(|_| missing("two PWM sources"))?;
-        cpu.surround(std::mem::take(&mut *lock(&parts.actors)), timers(&machine)?);
-        let rtt = image.symbol(rtt::SYMBOL).map(|block| rtt::Reader::new(Arc::clone(&space), block));
-        Ok(Board { machine, space, timeline, cpu, pwm, rtt })
+        let mut actors = std::mem::take(&mut *lock(&parts.actors));
+        let reader = |block| Arc::new(rtt::Reader::new(Arc::clone(&space), block));
+        let rtt = image.symbol(rtt::SYMBOL).map(reader);
+        actors.extend(rtt.clone().map(|reader| reader as Arc<dyn Actor>));
+        cpu.surround(actors, timers(&machine)?);
+        Ok(Board { machine, scheduled: 0, space, timeline, cpu, pwm, rtt })
     }
 
-    /// Lets virtual time run up to `ns` since power-up, to within an instruction.
+    /// Lets virtual time run, by whole milliseconds, until `ns` since power-up has been reached.
+    ///
+    /// Whole ones, because the emulator converts between clocks afresh at the seams of its rounds: cut anywhere
+    /// else, a timer could read one tick less, and a run would depend on how its caller slices it.
     ///
     /// # Errors
     ///
     /// [`Stopped`] if firmware faulted; the board may still be looked at.
     pub fn run_until(&mut self, ns: Ns) -> Result<(), Stopped> {
-        let mut begun = self.machine.now().as_nanos();
-        while begun < ns {
-            let boundary = (begun / ROUND + 1) * ROUND;
-            let target = boundary.min(ns);
-            let faulted = self.cpu.fault().is_some();
+        // After a change of clocks the core stands before the end of the scheduler's round: it catches up in the
+        // next one.
+        while self.now() < ns {
+            let was_faulted = self.cpu.fault().is_some();
+            self.scheduled += ROUND;
             self.machine
-                .step_until(GlobalTime::from_nanos(target))
+                .run_until(GlobalTime::from_nanos(self.scheduled))
                 .map_err(|error| Stopped::Emulator(error.to_string()))?;
-            begun = target;
-            if target < boundary {
-                break;
-            }
-            if let Some(rtt) = &mut self.rtt {
-                rtt.drain();
-            }
             // A handler that records the fault and resets is through long before it is seen twice.
-            if let Some(fault) = self.cpu.fault().filter(|fault| faulted || fault.lockup) {
+            if let Some(fault) = self.cpu.fault().filter(|fault| was_faulted || fault.lockup) {
                 return Err(self.stopped(fault));
             }
         }
@@ -168,12 +169,9 @@ impl Board {
         self.pwm.get(index).map_or_else(Vec::new, |source| source.log())
     }
 
-    /// What firmware has logged through RTT since the last call: raw frames.
+    /// What firmware has logged through RTT since the last call, up to the last millisecond: raw frames.
     pub fn take_rtt(&mut self) -> Vec<u8> {
-        self.rtt.as_mut().map_or_else(Vec::new, |rtt| {
-            rtt.drain();
-            rtt.take()
-        })
+        self.rtt.as_ref().map_or_else(Vec::new, |rtt| rtt.take())
     }
 }
 

@@ -46,7 +46,9 @@ pub enum ScenarioError {
 impl fmt::Display for ScenarioError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Unreadable { file, why } => write!(f, "{}: {why}, expected a scenario file", file.display()),
+            Self::Unreadable { file, why } => {
+                write!(f, "{}: {why}, expected a scenario file", file.display())
+            }
             Self::Wrong { file, line, what } => write!(f, "{}:{line}: {what}", file.display()),
         }
     }
@@ -133,8 +135,8 @@ impl Scenario {
             let line = 1 + before.matches('\n').count();
             ScenarioError::Wrong { file: path.to_owned(), line, what }
         };
-        let file: schema::File = toml::from_str(text)
-            .map_err(|error| wrong(error.span(), error.message().replace('\n', ", ")))?;
+        let file: schema::File =
+            toml::from_str(text).map_err(|error| wrong(error.span(), error.message().replace('\n', ", ")))?;
         check::file(&file).map_err(|complaint| wrong(Some(complaint.span), complaint.what))?;
         Ok(Self { file })
     }

@@ -17,20 +17,22 @@ mod driver;
 mod faults;
 mod line;
 mod receiver;
+mod slot;
 #[cfg(test)]
 mod tests;
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use clino_sim::node::{Burst, Heard, Node, Ns};
+use clino_sim::node::{Node, Ns};
 
-use crate::log::{Event, PS_PER_S, SegmentLog, SharedLog, Talker};
+use crate::log::{Event, SegmentLog, SharedLog, Talker};
 use crate::wire::{Format, Received, Sent, Wire};
 use chance::{Chance, Topic};
 use driver::{Character, Driver};
 use line::{Level, Line, Ps, reached, to_ns, to_ps};
 use receiver::{Receiver, Sampled, Sampling, Shared};
+use slot::Slot;
 
 pub use chance::Probability;
 pub use faults::{Babble, Faults};
@@ -38,8 +40,6 @@ pub use receiver::Noise;
 
 /// How far receivers look back, in bit times: start, nine data bits, stop and one to spare.
 const LOOK_BACK_BITS: u64 = 12;
-/// A babbling node decides on its next character this many bit times before it begins.
-const BABBLE_LEAD_BITS: u64 = 5;
 /// A node that has more than this to do at one instant never gets on.
 const MAX_ACTS_AT_ONCE: usize = 1_000;
 
@@ -62,19 +62,6 @@ pub struct Station {
     pub node: Box<dyn Node>,
     /// What goes wrong with it.
     pub faults: Faults,
-}
-
-/// A sensor with its receiver.
-struct Slot {
-    node: Box<dyn Node>,
-    faults: Faults,
-    receiver: Receiver,
-    chance: Chance,
-    powered: bool,
-    /// Last instant at which power changes were looked at.
-    power_seen: Option<Ns>,
-    /// Earliest start of the next babbled character.
-    babble_from: Ns,
 }
 
 /// Two or more drivers are on.
@@ -107,24 +94,8 @@ impl Segment {
         let nodes = stations.iter().map(|station| station.name.clone()).collect();
         let log = Arc::new(Mutex::new(SegmentLog { nodes, events: Vec::new() }));
         let drivers = (0..=stations.len()).map(|index| Driver::new(talker(index))).collect();
-        let slots = stations
-            .into_iter()
-            .enumerate()
-            .map(|(node, station)| {
-                let chance = settings.chance.part(node as u64 + 1);
-                let mut receiver = Receiver::new(Talker::Node(node), chance);
-                receiver.switch_on(sampling_at(station.node.baud()), Level::IDLE);
-                Slot {
-                    node: station.node,
-                    faults: station.faults,
-                    receiver,
-                    chance,
-                    powered: true,
-                    power_seen: None,
-                    babble_from: 0,
-                }
-            })
-            .collect();
+        let slot = |(index, station)| Slot::new(index, station, settings.chance.part(index as u64 + 1));
+        let slots = stations.into_iter().enumerate().map(slot).collect();
         let mut segment = Self {
             settings,
             line: Line::new(),
@@ -152,7 +123,7 @@ impl Segment {
     fn find_next(&self) -> Option<Ps> {
         let characters = self.drivers.iter().filter_map(Driver::next_event);
         let nodes = self.slots.iter().filter_map(Slot::next);
-        let receivers = self.slots.iter().map(|slot| &slot.receiver).chain([&self.receiver]);
+        let receivers = self.slots.iter().map(Slot::receiver).chain([&self.receiver]);
         characters.chain(nodes).chain(receivers.filter_map(Receiver::due)).min()
     }
 
@@ -171,7 +142,8 @@ impl Segment {
         self.settle(now);
         self.clock = now;
         self.next = self.find_next();
-        let slowest = self.slots.iter().filter_map(|slot| slot.receiver.bit_ps()).chain(self.receiver.bit_ps());
+        let slowest =
+            self.slots.iter().filter_map(|slot| slot.receiver().bit_ps()).chain(self.receiver.bit_ps());
         let look_back = LOOK_BACK_BITS * slowest.max().unwrap_or(0);
         self.line.forget(now.saturating_sub(look_back));
         if !self.news.is_empty() {
@@ -212,9 +184,8 @@ impl Segment {
         self.note_contention(at, on, fought);
         if self.line.set(at, Level { high, fought }) {
             self.receiver.line_changed(at, high, &self.settings.noise);
-            for slot in self.slots.iter_mut().filter(|slot| slot.powered) {
-                slot.receiver.line_changed(at, high, &self.settings.noise);
-                slot.node.line_level(reached(at), high);
+            for slot in &mut self.slots {
+                slot.line_changed(at, high, &self.settings.noise);
             }
         }
     }
@@ -227,8 +198,7 @@ impl Segment {
             }
             return;
         }
-        let open =
-            self.contention.get_or_insert(OpenContention { from: at, who: Vec::new(), fought: false });
+        let open = self.contention.get_or_insert(OpenContention { from: at, who: Vec::new(), fought: false });
         open.fought |= fought;
         for (index, driver) in self.drivers.iter_mut().enumerate().filter(|(_, driver)| driver.is_on()) {
             if !open.who.contains(&talker(index)) {
@@ -251,113 +221,22 @@ impl Segment {
             self.received.push_back(Received { at, word, framing_error, noise });
         }
         for slot in &mut self.slots {
-            if slot.receiver.due().is_some_and(|due| due <= self.clock)
-                && let Some(sampled) = slot.receiver.complete(line, noise, &mut self.shared, &mut self.news)
-            {
-                let Sampled { at, word, framing_error, .. } = sampled;
-                slot.node.hear(Heard { at, byte: word as u8, framing_error });
-                slot.follow_baud(line.now());
-            }
+            slot.complete(self.clock, line, noise, &mut self.shared, &mut self.news);
         }
     }
 
-    /// Does what is due for one sensor: power, babble, its own acts.
+    /// Does what is due for one sensor.
     fn run_slot(&mut self, index: usize) {
         let mut acts = 0;
         while self.slots[index].next().is_some_and(|next| next <= self.clock) {
             assert!(acts < MAX_ACTS_AT_ONCE, "node {index} does not get on at {} ps", self.clock);
             acts += 1;
-            self.act(index);
+            let driver = &mut self.drivers[index + 1];
+            self.slots[index].act(self.clock, driver, self.line.now(), &mut self.news);
         }
         if acts > 0 {
             self.resolve(self.clock);
             self.settle(self.clock);
-        }
-    }
-
-    /// One thing that is due for one sensor.
-    fn act(&mut self, index: usize) {
-        let now = reached(self.clock);
-        let (slot, driver) = (&mut self.slots[index], &mut self.drivers[index + 1]);
-        if let Some(at) = slot.faults.next_power_change(slot.power_seen)
-            && at <= now
-        {
-            slot.power_seen = Some(at);
-            let on = !slot.faults.unplugged_at(at);
-            if on != slot.powered {
-                self.news.push(Event::Power { node: index, at, on });
-                slot.switch_power(now, on, driver, self.line.now(), &mut self.news);
-            }
-        } else if slot.babble_due().is_some_and(|due| due <= self.clock) {
-            slot.babble(self.clock, driver);
-        } else {
-            let burst = slot.node.act(now);
-            slot.follow_baud(self.line.now());
-            if let Some(mut burst) = burst
-                && !slot.faults.babbles_at(now)
-            {
-                if let Some(how) = slot.faults.spoil(&mut burst, slot.chance) {
-                    self.news.push(Event::Altered { node: index, at: burst.start_at, how });
-                }
-                transmit(&burst, self.clock, driver);
-            }
-        }
-    }
-}
-
-impl Slot {
-    /// When its power, its babble or its node wants something.
-    fn next(&self) -> Option<Ps> {
-        let power = self.faults.next_power_change(self.power_seen).map(to_ps);
-        let node = if self.powered { self.node.next_event().map(to_ps) } else { None };
-        [power, self.babble_due(), node].into_iter().flatten().min()
-    }
-
-    fn babble_due(&self) -> Option<Ps> {
-        if !self.powered || self.faults.babble.is_empty() {
-            return None;
-        }
-        let (start, _) = self.faults.next_babble(self.babble_from)?;
-        Some(to_ps(start).saturating_sub(BABBLE_LEAD_BITS * bit_ps(self.node.baud())))
-    }
-
-    fn babble(&mut self, clock: Ps, driver: &mut Driver) {
-        let Some((start, gap)) = self.faults.next_babble(self.babble_from) else { return };
-        let byte = self.chance.roll(Topic::Babble, start, 0) as u8;
-        let start_at = start.max(reached(clock));
-        let baud = self.node.baud();
-        let burst = Burst { drive_at: start_at, start_at, bytes: vec![byte], baud, hold: 0 };
-        self.babble_from = to_ns(transmit(&burst, clock, driver)) + gap;
-    }
-
-    fn switch_power(&mut self, now: Ns, on: bool, driver: &mut Driver, line: Level, log: &mut Vec<Event>) {
-        self.powered = on;
-        if on {
-            self.babble_from = now;
-            self.node.power_on(now);
-            self.node.line_level(now, line.high);
-            self.receiver.switch_on(sampling_at(self.node.baud()), line);
-        } else {
-            self.node.power_off(now);
-            self.receiver.switch_off();
-            driver.kill(to_ps(now), log);
-        }
-    }
-
-    fn driver_switched(&mut self, on: bool, line: Level) {
-        if self.powered && self.node.deaf_while_sending() {
-            if on {
-                self.receiver.switch_off();
-            } else {
-                self.receiver.switch_on(sampling_at(self.node.baud()), line);
-            }
-        }
-    }
-
-    /// A node may have changed its bit rate.
-    fn follow_baud(&mut self, line: Level) {
-        if self.receiver.bit_ps().is_some() {
-            self.receiver.switch_on(sampling_at(self.node.baud()), line);
         }
     }
 }
@@ -410,28 +289,6 @@ impl Wire for Segment {
     }
 }
 
-/// Puts a burst into the transmitter, not before `clock` nor into what it already sends; returns its end.
-fn transmit(burst: &Burst, clock: Ps, driver: &mut Driver) -> Ps {
-    let bit_ps = bit_ps(burst.baud);
-    let start = to_ps(burst.start_at).max(clock).max(driver.busy_until().unwrap_or(0));
-    driver.switch_at(to_ps(burst.drive_at).max(clock).min(start), true);
-    let mut end = start;
-    for character in driver::burst(start, &burst.bytes, bit_ps) {
-        end = character.end();
-        driver.push(character);
-    }
-    driver.switch_at(end + to_ps(burst.hold), false);
-    end
-}
-
 fn talker(index: usize) -> Talker {
     index.checked_sub(1).map_or(Talker::Gateway, Talker::Node)
-}
-
-fn bit_ps(baud: u32) -> u64 {
-    PS_PER_S / u64::from(baud.max(1))
-}
-
-fn sampling_at(baud: u32) -> Sampling {
-    Sampling { bit_ps: bit_ps(baud), data_bits: 8 }
 }

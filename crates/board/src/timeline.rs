@@ -25,6 +25,9 @@ pub(crate) trait Actor: Send + Sync {
 
     /// A bus clock changed.
     fn clocks_changed(&self, _now: Ns) {}
+
+    /// The chip is about to be reset.
+    fn resetting(&self) {}
 }
 
 /// A clock rate as an exact fraction of hertz.

@@ -88,9 +88,12 @@ pub struct Line {
 }
 
 impl Line {
-    /// A listening line. `guard` is the silence between anything heard and our next DE.
-    pub const fn new(serial: Serial, guard: Micros) -> Line {
-        Line { serial, guard, state: State::Listening, frame: Vec::new(), clear_at: Micros::ZERO }
+    /// A listening line. `guard` is the silence between anything heard and our next DE. A UART whose transmitter
+    /// was switched on at `started` first sends one character of idle line by itself (RM0090 section 30.3.2), which
+    /// has to be over before DE rises.
+    pub fn new(serial: Serial, guard: Micros, started: Micros) -> Line {
+        let clear_at = started + guard.max(serial.characters(1));
+        Line { serial, guard, state: State::Listening, frame: Vec::new(), clear_at }
     }
 
     /// Takes a frame to be sent as soon as the guard allows.

@@ -3,6 +3,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod angle;
+pub mod ascii;
 mod bytes;
 pub mod character;
 pub mod isu;

@@ -12,8 +12,6 @@ use crate::character::{Character, LineErrors};
 
 /// What can start at the first byte of some bytes.
 pub(crate) enum Front<E> {
-    /// Too few bytes to tell.
-    Unclear,
     /// Nothing.
     Junk,
     /// Something so close to a wanted frame that it is worth a report.
@@ -29,7 +27,10 @@ pub(crate) trait Grammar {
     type Frame;
     type Error;
 
-    /// Classifies the start of `bytes`.
+    /// How many bytes it takes to tell what starts with them.
+    const HEADER: usize;
+
+    /// Classifies the start of `bytes`, which are at least [`HEADER`](Self::HEADER).
     fn front(&self, bytes: &[u8]) -> Front<Self::Error>;
 
     /// Decodes a complete wanted frame.
@@ -59,6 +60,8 @@ pub(crate) struct Stream<const N: usize> {
     /// How many of the oldest bytes belong to a frame that was reported: they are not junk.
     reported: usize,
     junk: u32,
+    /// All receiver errors since there were no bytes: when there were none, nobody needs to look.
+    any_errors: LineErrors,
     candidate: Candidate,
     /// Bytes that the candidate needs before something can be said about it.
     need: usize,
@@ -72,6 +75,7 @@ impl<const N: usize> Stream<N> {
             length: 0,
             reported: 0,
             junk: 0,
+            any_errors: LineErrors::NONE,
             candidate: Candidate::Unknown,
             need: 0,
         }
@@ -93,12 +97,16 @@ impl<const N: usize> Stream<N> {
         character: Character,
     ) -> Progress<G::Frame, G::Error> {
         // The oldest candidate needs at most `N` bytes and is incomplete: there is room.
-        if let (Some(byte), Some(errors)) = (self.bytes.get_mut(self.length), self.errors.get_mut(self.length)) {
+        if let (Some(byte), Some(errors)) =
+            (self.bytes.get_mut(self.length), self.errors.get_mut(self.length))
+        {
             *byte = character.byte;
             *errors = character.errors;
+            self.any_errors |= character.errors;
             self.length = self.length.wrapping_add(1);
         }
-        if self.length < self.need && self.candidate != Candidate::Foreign {
+        let need = if self.candidate == Candidate::Unknown { G::HEADER } else { self.need };
+        if self.length < need && self.candidate != Candidate::Foreign {
             return Progress::More;
         }
         match self.resolve(grammar) {
@@ -122,8 +130,10 @@ impl<const N: usize> Stream<N> {
     fn resolve<G: Grammar>(&mut self, grammar: &mut G) -> Progress<G::Frame, G::Error> {
         loop {
             if self.candidate == Candidate::Unknown {
+                if self.length < G::HEADER {
+                    return Progress::More;
+                }
                 match grammar.front(self.bytes(self.length)) {
-                    Front::Unclear => return Progress::More,
                     Front::Junk => {
                         self.discard(1);
                         continue;
@@ -165,7 +175,7 @@ impl<const N: usize> Stream<N> {
     /// A wanted frame that ends with the newest byte, whatever came before it.
     fn wanted_at_end<G: Grammar>(&mut self, grammar: &mut G) -> Progress<G::Frame, G::Error> {
         for length in grammar.wanted_lengths() {
-            let start = self.length.saturating_sub(length);
+            let Some(start) = self.length.checked_sub(length.max(G::HEADER)) else { continue };
             let bytes = self.bytes.get(start..self.length).unwrap_or(&[]);
             let starts_here = matches!(grammar.front(bytes), Front::Wanted(need) if need == bytes.len());
             if !starts_here {
@@ -187,6 +197,9 @@ impl<const N: usize> Stream<N> {
 
     /// All receiver errors between two positions.
     fn errors(&self, start: usize, end: usize) -> LineErrors {
+        if self.any_errors.is_none() {
+            return LineErrors::NONE;
+        }
         let flags = self.errors.get(start..end).unwrap_or(&[]);
         flags.iter().fold(LineErrors::NONE, |all, &one| all | one)
     }
@@ -204,7 +217,9 @@ impl<const N: usize> Stream<N> {
         self.reported = self.reported.saturating_sub(count);
         self.length = self.length.saturating_sub(count);
         self.candidate = Candidate::Unknown;
-        self.need = 0;
+        if self.length == 0 {
+            self.any_errors = LineErrors::NONE;
+        }
         for to in 0..self.length {
             let from = to.wrapping_add(count);
             let moved = (self.bytes.get(from).copied(), self.errors.get(from).copied());

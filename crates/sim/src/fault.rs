@@ -30,9 +30,10 @@ pub struct Faults {
     pub deaf: bool,
     /// Strikes the next answer, once.
     pub next: Option<Fault>,
-    /// Strikes every answer whose number, counted from 1 at start, is a multiple of the first field.
+    /// Strikes every answer whose number is a multiple of the first field.
     pub every: Option<(u64, Fault)>,
-    answers: u64,
+    /// Answers so far, struck ones included.
+    pub answers: u64,
 }
 
 /// An answer after the faults have been at it.

@@ -19,130 +19,36 @@ mod ascii;
 mod command;
 mod eeprom;
 mod frame;
+mod measure;
+mod options;
 
 use std::collections::VecDeque;
 
 use oorandom::Rand64;
 
 use crate::fault::Faults;
-use crate::latency::Latency;
-use crate::motion::Motion;
 use crate::node::{Burst, Heard, Node, Ns};
 use crate::said::{Record, Said};
 use crate::uart;
-use angle::Schedule;
 pub use angle::REFRESH;
+use angle::Schedule;
 use ascii::Ascii;
 use command::{After, CURRENT_ANGLE};
 pub use eeprom::{ChecksumScope, Content, Eeprom, WORDS, location};
 pub use frame::OthersAnswers;
-
-const MICROSECOND: Ns = 1_000;
-const MILLISECOND: Ns = 1_000_000;
+pub use options::{Adoption, AnswerAddress, Options, Supervision, WriteRamEcho};
 
 /// The only bit rate, in bit/s (section 4).
 pub const BAUD: u32 = 9_600;
 
 /// TXEN goes high this long before a transmission (section 2).
-pub const TXEN_LEAD: Ns = MILLISECOND;
+pub const TXEN_LEAD: Ns = 1_000_000;
 
 /// Micro-degrees in 0.01°, the step of the ASCII mode.
 const MICRO_PER_CENTI: i64 = 10_000;
 
 /// Bytes of RAM that a one-byte address reaches.
 const RAM_SIZE: usize = 256;
-
-/// When new settings in the EEPROM take effect; the document does not say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Adoption {
-    /// As soon as a Write EEPROM command is done.
-    AtOnce,
-    /// At the next reset or power-up.
-    #[default]
-    AfterReset,
-}
-
-/// When the module checks its EEPROM. The document has both: "During operation and at power-up".
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Supervision {
-    /// At power-up and reset.
-    #[default]
-    AtReset,
-    /// And with every new angle: even a half-done sequence of writes leads to the Hard Error state.
-    Continuous,
-}
-
-/// The address nibble of an answer to a command for address 0; the document does not say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AnswerAddress {
-    /// The command's.
-    #[default]
-    AsAsked,
-    /// The module's own.
-    Own,
-}
-
-/// Byte 3 of the answer to Write RAM; the document prints the one, and the other for Write EEPROM.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum WriteRamEcho {
-    /// The first data byte.
-    #[default]
-    FirstDataByte,
-    /// The number of bytes written.
-    Count,
-}
-
-/// Everything about a simulated ISU that is not in its own memory.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// True angle from the default null position.
-    pub motion: Motion,
-    /// A new angle comes this long after the module has begun to run, and every 8/15 s from there on; less
-    /// than [`REFRESH`]. One more is there as soon as the module runs.
-    pub phase: Ns,
-    /// End of a command to TXEN. The document gives no limit.
-    pub latency: Latency,
-    /// Time to store one EEPROM word. The document does not say.
-    pub word_write_time: Ns,
-    /// How long after the last stop bit TXEN stays on. The document does not say.
-    pub hold: Ns,
-    /// Power-up or reset to the first angle and the first character heard. The document does not say.
-    pub boot_time: Ns,
-    /// When new settings take effect.
-    pub adoption: Adoption,
-    /// When the EEPROM is checked.
-    pub supervision: Supervision,
-    /// What answers carry that were asked for at address 0.
-    pub answer_address: AnswerAddress,
-    /// Byte 3 of the answer to Write RAM.
-    pub write_ram_echo: WriteRamEcho,
-    /// How answers of other modules are received.
-    pub others_answers: OthersAnswers,
-    /// Seed of the latency jitter.
-    pub seed: u64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            motion: Motion::Constant(0),
-            phase: 0,
-            // A 68HC05 that answers from its main loop; no source but plausibility.
-            latency: Latency::fixed(5 * MILLISECOND),
-            // Serial EEPROMs of 256 words of 16 bits take up to 10 ms a word.
-            word_write_time: 10 * MILLISECOND,
-            // One bit at 9600: TXEN falls by software, and before the master can have noticed the last byte.
-            hold: 104 * MICROSECOND,
-            boot_time: 50 * MILLISECOND,
-            adoption: Adoption::default(),
-            supervision: Supervision::default(),
-            answer_address: AnswerAddress::default(),
-            write_ram_echo: WriteRamEcho::default(),
-            others_answers: OthersAnswers::default(),
-            seed: 0,
-        }
-    }
-}
 
 /// State of health (section 4, "Module is in Error State").
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -260,48 +166,6 @@ impl Isu {
         Said { at: 0, sampled_at: self.measured_at, axis: 0, microdegrees }
     }
 
-    /// Power-up or reset is over.
-    fn boot(&mut self, now: Ns) {
-        self.power = Power::On;
-        self.mode = if self.eeprom.is_sound() { Mode::Normal } else { Mode::HardError };
-        self.adopt();
-        self.ram = [0; RAM_SIZE];
-        self.schedule = Schedule { origin: now, phase: self.options.phase };
-        self.receiver.reset();
-        self.measure(now);
-        self.ascii.ready(now);
-    }
-
-    fn adopt(&mut self) {
-        self.active = Active { address: self.eeprom.address(), null: self.eeprom.null() };
-    }
-
-    /// Takes the angle at `at`, if the module is healthy.
-    fn measure(&mut self, at: Ns) {
-        self.measured_at = at;
-        if self.options.supervision == Supervision::Continuous
-            && self.mode == Mode::Normal
-            && !self.eeprom.is_sound()
-        {
-            self.mode = Mode::HardError;
-        }
-        if self.mode == Mode::Normal {
-            self.measured = angle::from_microdegrees(self.options.motion.at(at));
-            let code = self.measured.wrapping_sub(self.active.null);
-            let [high, low] = code.to_be_bytes();
-            self.ram[usize::from(CURRENT_ANGLE)] = high;
-            self.ram[usize::from(CURRENT_ANGLE) + 1] = low;
-        }
-    }
-
-    /// Brings the angle up to date. Those that nobody could have read are skipped.
-    fn refresh(&mut self, now: Ns) {
-        let latest = self.schedule.latest(now);
-        if latest > self.measured_at {
-            self.measure(latest);
-        }
-    }
-
     /// Does all that is due at `now` except sending.
     fn settle(&mut self, now: Ns) {
         if let Power::Booting { ready_at } = self.power
@@ -400,12 +264,6 @@ impl Isu {
         let told = struck.unharmed.then(|| self.reading(centidegrees * MICRO_PER_CENTI));
         self.send(due.saturating_add(struck.delay), struck.bytes, told)
     }
-
-    /// Power-up or reset begins.
-    fn restart(&mut self, now: Ns) {
-        self.power = Power::Booting { ready_at: now + self.options.boot_time };
-        self.ascii.reset();
-    }
 }
 
 impl Node for Isu {
@@ -415,7 +273,7 @@ impl Node for Isu {
 
     fn hear(&mut self, heard: Heard) {
         self.settle(heard.at);
-        if self.power != Power::On || self.faults.deaf || self.job.is_some() || heard.at < self.silent_from {
+        if self.power != Power::On || self.faults.deaf || self.job.is_some() {
             return;
         }
         self.receiver.push(heard);
@@ -451,7 +309,6 @@ impl Node for Isu {
         self.power = Power::Off;
         self.job = None;
         self.silent_from = now;
-        self.receiver.reset();
     }
 
     fn power_on(&mut self, now: Ns) {

@@ -27,8 +27,7 @@ fn ramp_saturates() {
 
 #[test]
 fn sine_at_its_landmarks() {
-    let motion =
-        Motion::Sine { centre: 5 * DEGREE, amplitude: 10 * DEGREE, period: 1200 * MS, phase: 0 };
+    let motion = Motion::Sine { centre: 5 * DEGREE, amplitude: 10 * DEGREE, period: 1200 * MS, phase: 0 };
     let degrees = [0, 100, 300, 600, 900, 1200, 1300].map(|ms| motion.at(ms * MS));
     assert_eq!(degrees, [5, 10, 15, 5, -5, 5, 10].map(|d| d * DEGREE));
 }
@@ -42,7 +41,10 @@ fn sine_phase_and_zero_period() {
 #[test]
 fn table_holds_its_ends_and_steps() {
     let motion = Motion::Table(vec![(10, 100), (20, 200), (20, 500), (30, 400)]);
-    assert_eq!([0, 10, 15, 19, 20, 25, 30, 99].map(|t| motion.at(t)), [100, 100, 150, 190, 500, 450, 400, 400]);
+    assert_eq!(
+        [0, 10, 15, 19, 20, 25, 30, 99].map(|t| motion.at(t)),
+        [100, 100, 150, 190, 500, 450, 400, 400]
+    );
     assert_eq!(Motion::Table(Vec::new()).at(5), 0);
 }
 
@@ -51,11 +53,8 @@ fn normalisers_at_the_seams() {
     let turn = 360_000_000;
     assert_eq!([-1, 0, turn - 1, turn, -turn].map(unidirectional), [turn - 1, 0, turn - 1, 0, 0]);
     let half = 180_000_000;
-    assert_eq!([half - 1, half, -half, -half - 1, turn + 7].map(bidirectional), [
-        half - 1,
-        -half,
-        -half,
-        half - 1,
-        7
-    ]);
+    assert_eq!(
+        [half - 1, half, -half, -half - 1, turn + 7].map(bidirectional),
+        [half - 1, -half, -half, half - 1, 7]
+    );
 }

@@ -146,7 +146,9 @@ fn t7_truth(node: &schema::T7) -> Truth {
         tolerance: T7_TOLERANCE,
         away: bounds(&node.unplugged),
         disturbed: Vec::new(),
-        unreliable: node.fault.is_some() || node.corrupt.0 != Probability::NEVER || node.shorten.0 != Probability::NEVER,
+        unreliable: node.fault.is_some()
+            || node.corrupt.0 != Probability::NEVER
+            || node.shorten.0 != Probability::NEVER,
     }
 }
 
@@ -160,7 +162,9 @@ fn isu_truth(node: &schema::Isu) -> Truth {
         tolerance: ISU_TOLERANCE,
         away: bounds(&node.unplugged),
         disturbed: Vec::new(),
-        unreliable: node.fault.is_some() || node.corrupt.0 != Probability::NEVER || node.shorten.0 != Probability::NEVER,
+        unreliable: node.fault.is_some()
+            || node.corrupt.0 != Probability::NEVER
+            || node.shorten.0 != Probability::NEVER,
     }
 }
 

@@ -63,7 +63,10 @@ pub fn file(file: &File) -> Checked {
         }
         latency(isu.latency.as_ref(), ISU_LATENCY_LIMIT, "ISU")?;
         if let Some(phase) = isu.phase.as_ref().filter(|phase| phase.get_ref().0 >= isu::REFRESH) {
-            return complain(phase, format!("phase {}, expected less than {}", phase.get_ref(), Time(isu::REFRESH)));
+            return complain(
+                phase,
+                format!("phase {}, expected less than {}", phase.get_ref(), Time(isu::REFRESH)),
+            );
         }
         motion(&isu.motion)?;
         intervals(&isu.unplugged)?;

@@ -5,9 +5,9 @@ use std::num::NonZeroU64;
 
 use clino_sim::motion::Motion;
 use clino_sim::{fault, pwm};
+use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
-use serde::Deserialize;
 use toml::Spanned;
 
 use super::units::{Chances, Degrees, Hertz, Number, Time};
@@ -145,12 +145,9 @@ impl Moves {
         match self {
             Self::Constant(angle) => Motion::Constant(angle.0),
             Self::Ramp { start, rate } => Motion::Ramp { start: start.0, rate: rate.0 },
-            Self::Sine { centre, amplitude, period, phase } => Motion::Sine {
-                centre: centre.0,
-                amplitude: amplitude.0,
-                period: period.0,
-                phase: phase.0,
-            },
+            Self::Sine { centre, amplitude, period, phase } => {
+                Motion::Sine { centre: centre.0, amplitude: amplitude.0, period: period.0, phase: phase.0 }
+            }
             Self::Table(points) => {
                 let point = |point: &Spanned<Point>| (point.get_ref().at.0, point.get_ref().angle.0);
                 Motion::Table(points.iter().map(point).collect())

@@ -76,7 +76,7 @@ impl fmt::Display for Time {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ns = self.0;
         for (unit, name) in [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us")] {
-            if ns >= unit && ns % (unit / 1_000) == 0 {
+            if ns >= unit && ns.is_multiple_of(unit / 1_000) {
                 return write!(f, "{}{name}", ns as f64 / unit as f64);
             }
         }
@@ -220,9 +220,21 @@ mod tests {
 
     #[test]
     fn other_texts_are_no_durations() {
-        for text in
-            ["", "5", "s", "5 s", "5m", "-5s", "5.s", ".5s", "1.2.3s", "0.5ns", "1e3s", "86401s", "99999999999999999999s"]
-        {
+        for text in [
+            "",
+            "5",
+            "s",
+            "5 s",
+            "5m",
+            "-5s",
+            "5.s",
+            ".5s",
+            "1.2.3s",
+            "0.5ns",
+            "1e3s",
+            "86401s",
+            "99999999999999999999s",
+        ] {
             assert_eq!(text.parse::<Time>(), Err(BadTime(text.to_owned())), "{text}");
         }
     }

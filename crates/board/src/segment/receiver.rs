@@ -230,8 +230,7 @@ impl Receiver {
                 flips |= u16::from(hit) << bit;
             }
         }
-        self.state =
-            State::Busy { start, flips, started: false, taken: Samples::default(), whole: true };
+        self.state = State::Busy { start, flips, started: false, taken: Samples::default(), whole: true };
     }
 
     /// Takes the samples whose instants lie before `until` under the present mask.

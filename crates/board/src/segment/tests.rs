@@ -3,6 +3,8 @@
 
 use std::sync::{Arc, Mutex};
 
+use clino_sim::node::{Burst, Heard};
+
 use super::*;
 use crate::log::Fate;
 

@@ -7,8 +7,19 @@ use std::vec::Vec as StdVec;
 const SERIAL: Serial = Serial { baud: 115_200 };
 const GUARD: Micros = Micros(87);
 
+/// A line whose transmitter was switched on long before time 0.
 fn line() -> Line {
-    Line::new(SERIAL, GUARD)
+    let mut line = Line::new(SERIAL, GUARD, Micros(0));
+    line.clear_at = Micros(0);
+    line
+}
+
+#[test]
+fn the_idle_character_of_a_new_transmitter_is_over_before_the_driver_comes_on() {
+    let mut line = Line::new(SERIAL, Micros(0), Micros(1_000));
+    line.submit(&[1]).unwrap();
+    assert_eq!(line.poll(Micros(1_086)), None);
+    assert_eq!(line.poll(Micros(1_087)), Some(Step::Begin));
 }
 
 /// Sends a whole frame at `now` and returns the characters the line asked to be written.

@@ -94,8 +94,10 @@ impl Grammar for Answers {
     type Frame = Answer;
     type Error = DecodeError;
 
+    const HEADER: usize = 2;
+
     fn front(&self, bytes: &[u8]) -> Front<DecodeError> {
-        let [length, head, ..] = *bytes else { return Front::Unclear };
+        let [length, head, ..] = *bytes else { return Front::Junk };
         if let Some(size) = device_error_size(length, head) {
             return Front::Wanted(size);
         }

@@ -137,9 +137,8 @@ impl DecodeError {
         match self {
             Self::LineErrors { .. } => Layer::LineErrors,
             Self::Checksum { .. } => Layer::Checksum,
-            Self::ReservedAddress { .. } | Self::Foreign { differs: Differs::Address | Differs::Both, .. } => {
-                Layer::Address
-            }
+            Self::ReservedAddress { .. }
+            | Self::Foreign { differs: Differs::Address | Differs::Both, .. } => Layer::Address,
             Self::UnknownFunction { .. }
             | Self::Direction { .. }
             | Self::Memory { .. }
@@ -179,7 +178,9 @@ impl fmt::Display for DecodeError {
         match self {
             Self::LineErrors { errors } => write!(f, "receiver errors: {errors:?}"),
             Self::Size { received, expected } => write!(f, "{received} bytes instead of {expected}"),
-            Self::Length { length, function } => write!(f, "length byte {length:02X} cannot go with {function:?}"),
+            Self::Length { length, function } => {
+                write!(f, "length byte {length:02X} cannot go with {function:?}")
+            }
             Self::Checksum { received, computed } => {
                 write!(f, "checksum {received:02X} instead of {computed:02X}")
             }

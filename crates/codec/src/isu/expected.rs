@@ -1,6 +1,6 @@
 //! The answer that a command calls for. Source: AN #201 appendix A.
 
-use super::error::{DecodeError, Differs, DeviceError};
+use super::error::{DecodeError, DeviceError, Differs};
 use super::frame::OVERHEAD;
 use super::{Address, Answer, Function, Request, Response};
 use crate::layers::Layers;

@@ -130,7 +130,9 @@ impl Request {
         }
         let mut frame = Frame::start(self.length(), self.function().head(address));
         match self {
-            Self::ReadRam { start, count } | Self::ReadEeprom { start, count } => frame.extend(&[*start, *count]),
+            Self::ReadRam { start, count } | Self::ReadEeprom { start, count } => {
+                frame.extend(&[*start, *count])
+            }
             Self::WriteRam { start, data } => {
                 frame.extend(&[*start]);
                 frame.extend(data.as_slice());

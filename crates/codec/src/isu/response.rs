@@ -173,7 +173,8 @@ impl Response {
                 frame.extend(&[*start]);
                 frame.extend(words.as_be_bytes());
             }
-            Self::WriteRam { start, count_or_first_byte: third } | Self::WriteEeprom { start, count: third } => {
+            Self::WriteRam { start, count_or_first_byte: third }
+            | Self::WriteEeprom { start, count: third } => {
                 frame.extend(&[*start, *third]);
             }
             Self::Error(DeviceError::HardwareError { command_byte }) => frame.extend(&[*command_byte]),

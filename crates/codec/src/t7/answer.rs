@@ -2,6 +2,7 @@
 
 use super::error::{DecodeError, Differs};
 use super::frame::{Frame, OVERHEAD};
+use super::response::parse;
 use super::{Address, Opcode, Response};
 use crate::bytes::{Reader, sum};
 use crate::layers::Layers;
@@ -106,12 +107,14 @@ impl Answer {
         let total = sum(bytes);
         if layers.checksum && total != 0 {
             // Taking the total from the last byte leaves the byte that would have made the total zero.
-            return Err(DecodeError::Checksum { received: *received, computed: received.wrapping_sub(total) });
+            return Err(DecodeError::Checksum {
+                received: *received,
+                computed: received.wrapping_sub(total),
+            });
         }
-        let response = Response::parse(opcode, Reader::new(body))?;
-        response.check(layers.values)?;
         let length_quirk = is_quirk(*length, opcode);
-        Ok(Self { address, response, length_quirk })
+        let whole = |response| Self { address, response, length_quirk };
+        parse(opcode, Reader::new(body), layers.values, whole)
     }
 
     /// The answer as the device sends it, length quirk included.

@@ -88,8 +88,10 @@ impl Grammar for Answers {
     type Frame = Answer;
     type Error = DecodeError;
 
+    const HEADER: usize = 3;
+
     fn front(&self, bytes: &[u8]) -> Front<DecodeError> {
-        let [address, length, command, ..] = *bytes else { return Front::Unclear };
+        let [address, length, command, ..] = *bytes else { return Front::Junk };
         let (Some(address), Some(opcode)) = (Address::new(address), Opcode::new(command)) else {
             return Front::Junk;
         };

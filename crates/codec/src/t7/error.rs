@@ -151,7 +151,9 @@ impl fmt::Display for EncodeError {
                 f,
                 "{opcode:?} must not go to the all-respond address: its response length {response_length} exceeds 8"
             ),
-            Self::OutOfRange { field, value, min, max } => write!(f, "{field:?} {value} is not in {min}..={max}"),
+            Self::OutOfRange { field, value, min, max } => {
+                write!(f, "{field:?} {value} is not in {min}..={max}")
+            }
         }
     }
 }

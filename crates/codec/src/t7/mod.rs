@@ -28,6 +28,7 @@ mod opcode;
 mod parameters;
 mod request;
 mod response;
+mod sniffer;
 mod status;
 mod units;
 
@@ -41,6 +42,7 @@ pub use opcode::Opcode;
 pub use parameters::{Axis, BaudRate, DeviceType, Direction};
 pub use request::{Command, MAX_DAMPING_MS, MIN_DAMPING_MS, Request};
 pub use response::Response;
+pub use sniffer::{SniffProgress, Sniffed, Sniffer};
 pub use status::{Status, UnknownStatus};
 pub use units::{Acceleration, Millidegrees, Temperature};
 

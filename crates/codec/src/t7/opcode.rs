@@ -111,6 +111,16 @@ impl Opcode {
         }
     }
 
+    /// The axis of a Get Angle command; `None` for all others.
+    pub const fn axis(self) -> Option<Axis> {
+        match self {
+            Self::GetAngle0 => Some(Axis::Zero),
+            Self::GetAngle1 => Some(Axis::One),
+            Self::GetAngle2 => Some(Axis::Two),
+            _ => None,
+        }
+    }
+
     /// Whether the command changes the device; such changes land in memory that wears.
     pub const fn is_set(self) -> bool {
         self.request_length() != GET_LENGTH

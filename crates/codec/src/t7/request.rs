@@ -244,9 +244,11 @@ impl Request {
         let (field, value, (min, max)) = match *self {
             Self::SetAngle { angle, .. } => (Field::Angle, angle.0, angles),
             Self::SetAngleOffset { offset, .. } => (Field::Offset, offset.0, angles),
-            Self::SetDamping { damping_ms } => {
-                (Field::Damping, i32::from(damping_ms), (i32::from(MIN_DAMPING_MS), i32::from(MAX_DAMPING_MS)))
-            }
+            Self::SetDamping { damping_ms } => (
+                Field::Damping,
+                i32::from(damping_ms),
+                (i32::from(MIN_DAMPING_MS), i32::from(MAX_DAMPING_MS)),
+            ),
             Self::SetAddress { new_address, .. } => {
                 (Field::NewAddress, i32::from(new_address.get()), (1, MAX_NEW_ADDRESS))
             }

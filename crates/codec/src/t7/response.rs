@@ -3,7 +3,9 @@
 use super::error::{DecodeError, Field};
 use super::frame::Frame;
 use super::request::{MAX_DAMPING_MS, MIN_DAMPING_MS, direction, range, range_code};
-use super::{Acceleration, Answer, Axis, DeviceInformation, Direction, Millidegrees, Opcode, Status, Temperature};
+use super::{
+    Acceleration, Answer, Axis, DeviceInformation, Direction, Millidegrees, Opcode, Status, Temperature,
+};
 use super::{Address, Text};
 use crate::angle::Range;
 use crate::bytes::Reader;
@@ -150,73 +152,83 @@ impl Response {
             | Self::SetAddress(status) => frame.extend(&[status.get()]),
         }
     }
+}
 
-    pub(super) fn parse(opcode: Opcode, mut body: Reader<'_>) -> Result<Self, DecodeError> {
-        Ok(match opcode {
-            Opcode::GetAllAngles => {
-                Self::GetAllAngles { angles: angles(&mut body), temperature: Temperature(body.i16()) }
-            }
-            Opcode::GetAngle0 => Self::GetAngle { axis: Axis::Zero, angle: Millidegrees(body.i32()) },
-            Opcode::GetAngle1 => Self::GetAngle { axis: Axis::One, angle: Millidegrees(body.i32()) },
-            Opcode::GetAngle2 => Self::GetAngle { axis: Axis::Two, angle: Millidegrees(body.i32()) },
-            Opcode::SetAngle => Self::SetAngle(Status::new(body.u8())),
-            Opcode::GetAllAngleOffsets => Self::GetAllAngleOffsets { offsets: angles(&mut body) },
-            Opcode::SetAngleOffset => Self::SetAngleOffset(Status::new(body.u8())),
-            Opcode::GetAllData => Self::GetAllData {
-                angles: angles(&mut body),
-                temperature: Temperature(body.i16()),
-                accelerations: angles(&mut body).map(|raw| Acceleration(raw.0)),
-                serial: body.u32(),
-            },
-            Opcode::GetAllDirections => {
-                let [zero, one, two] = body.array();
-                Self::GetAllDirections { directions: [direction(zero)?, direction(one)?, direction(two)?] }
-            }
-            Opcode::SetDirection => Self::SetDirection(Status::new(body.u8())),
-            Opcode::GetDamping => Self::GetDamping { damping_ms: body.u16() },
-            Opcode::SetDamping => Self::SetDamping(Status::new(body.u8())),
-            Opcode::GetAngleOutputRange => Self::GetAngleOutputRange(range(body.u8())?),
-            Opcode::SetAngleOutputRange => Self::SetAngleOutputRange(Status::new(body.u8())),
-            Opcode::GetDeviceInformation => Self::GetDeviceInformation(DeviceInformation {
-                serial: body.u32(),
-                firmware: Text::new(body.array()),
-                product: Text::new(body.array()),
-                calibration_state: body.u16(),
-            }),
-            Opcode::SetBaudRate => Self::SetBaudRate(Status::new(body.u8())),
-            Opcode::SetAddress => Self::SetAddress(Status::new(body.u8())),
-        })
-    }
-
-    /// Checks numbers against their documented ranges. Temperatures are reported as they are.
-    pub(super) fn check(&self, range: ValueRange) -> Result<(), DecodeError> {
-        let allowed = |value: &Millidegrees| match range {
-            ValueRange::Off => true,
-            ValueRange::AnyMode => value.is_in_any(),
-            ValueRange::Mode(mode) => value.is_in(mode),
-        };
-        let (field, values) = match self {
-            Self::GetAngle { angle, .. } => (Field::Angle, core::slice::from_ref(angle)),
-            Self::GetAllAngles { angles, .. } | Self::GetAllData { angles, .. } => {
-                (Field::Angle, angles.as_slice())
-            }
-            Self::GetAllAngleOffsets { offsets } => (Field::Offset, offsets.as_slice()),
-            Self::GetDamping { damping_ms }
-                if range != ValueRange::Off && !(MIN_DAMPING_MS..=MAX_DAMPING_MS).contains(damping_ms) =>
-            {
-                return Err(DecodeError::Value { field: Field::Damping, value: i32::from(*damping_ms) });
-            }
-            _ => return Ok(()),
-        };
-        match values.iter().find(|value| !allowed(value)) {
-            Some(value) => Err(DecodeError::Value { field, value: value.0 }),
-            None => Ok(()),
+/// Reads the body of an answer, whose length was checked, and checks numbers against their documented ranges.
+/// Temperatures are reported as they are.
+///
+/// `whole` makes an answer of the response, arm by arm: a response of its own, made here and moved there, costs more
+/// instructions than all the rest.
+pub(super) fn parse(
+    opcode: Opcode,
+    mut body: Reader<'_>,
+    values: ValueRange,
+    whole: impl Fn(Response) -> Answer,
+) -> Result<Answer, DecodeError> {
+    use Response as R;
+    let angle = Field::Angle;
+    match opcode {
+        Opcode::GetAngle0 | Opcode::GetAngle1 | Opcode::GetAngle2 => {
+            let axis = opcode.axis().unwrap_or(Axis::Two);
+            Ok(whole(R::GetAngle { axis, angle: number(&mut body, angle, values)? }))
         }
+        Opcode::GetAllAngles => {
+            let angles = triple(&mut body, angle, values)?;
+            Ok(whole(R::GetAllAngles { angles, temperature: Temperature(body.i16()) }))
+        }
+        Opcode::GetAllAngleOffsets => {
+            Ok(whole(R::GetAllAngleOffsets { offsets: triple(&mut body, Field::Offset, values)? }))
+        }
+        Opcode::GetAllData => {
+            let angles = triple(&mut body, angle, values)?;
+            let temperature = Temperature(body.i16());
+            let accelerations = triple(&mut body, angle, ValueRange::Off)?.map(|raw| Acceleration(raw.0));
+            Ok(whole(R::GetAllData { angles, temperature, accelerations, serial: body.u32() }))
+        }
+        Opcode::GetAllDirections => {
+            let [zero, one, two] = body.array();
+            let directions = [direction(zero)?, direction(one)?, direction(two)?];
+            Ok(whole(R::GetAllDirections { directions }))
+        }
+        Opcode::GetDamping => Ok(whole(R::GetDamping { damping_ms: damping(body.u16(), values)? })),
+        Opcode::GetAngleOutputRange => Ok(whole(R::GetAngleOutputRange(range(body.u8())?))),
+        Opcode::GetDeviceInformation => Ok(whole(R::GetDeviceInformation(DeviceInformation {
+            serial: body.u32(),
+            firmware: Text::new(body.array()),
+            product: Text::new(body.array()),
+            calibration_state: body.u16(),
+        }))),
+        Opcode::SetAngle => Ok(whole(R::SetAngle(Status::new(body.u8())))),
+        Opcode::SetAngleOffset => Ok(whole(R::SetAngleOffset(Status::new(body.u8())))),
+        Opcode::SetDirection => Ok(whole(R::SetDirection(Status::new(body.u8())))),
+        Opcode::SetDamping => Ok(whole(R::SetDamping(Status::new(body.u8())))),
+        Opcode::SetAngleOutputRange => Ok(whole(R::SetAngleOutputRange(Status::new(body.u8())))),
+        Opcode::SetBaudRate => Ok(whole(R::SetBaudRate(Status::new(body.u8())))),
+        Opcode::SetAddress => Ok(whole(R::SetAddress(Status::new(body.u8())))),
     }
 }
 
-fn angles(body: &mut Reader<'_>) -> [Millidegrees; 3] {
-    [Millidegrees(body.i32()), Millidegrees(body.i32()), Millidegrees(body.i32())]
+/// An angle or offset within the range that is asked for.
+fn number(body: &mut Reader<'_>, field: Field, values: ValueRange) -> Result<Millidegrees, DecodeError> {
+    let number = Millidegrees(body.i32());
+    let fits = match values {
+        ValueRange::Off => true,
+        ValueRange::AnyMode => number.is_in_any(),
+        ValueRange::Mode(mode) => number.is_in(mode),
+    };
+    if fits { Ok(number) } else { Err(DecodeError::Value { field, value: number.0 }) }
+}
+
+fn triple(body: &mut Reader<'_>, field: Field, values: ValueRange) -> Result<[Millidegrees; 3], DecodeError> {
+    Ok([number(body, field, values)?, number(body, field, values)?, number(body, field, values)?])
+}
+
+fn damping(damping_ms: u16, values: ValueRange) -> Result<u16, DecodeError> {
+    if values == ValueRange::Off || (MIN_DAMPING_MS..=MAX_DAMPING_MS).contains(&damping_ms) {
+        Ok(damping_ms)
+    } else {
+        Err(DecodeError::Value { field: Field::Damping, value: i32::from(damping_ms) })
+    }
 }
 
 fn write_triple(frame: &mut Frame, triple: [i32; 3]) {

@@ -1,7 +1,7 @@
 //! When an ISU measures, and in which units it speaks.
 //!
-//! A new angle every 8/15 s (section 4); 360/65536 ° a unit, relative to the null position (sections 3 and 6);
-//! nine ASCII characters a line (section 4, "ASCII Output Mode").
+//! A new angle every 8/15 s (section 4); 360/65536 ° a unit, relative to the null position (sections 3 and
+//! 6); nine ASCII characters a line (section 4, "ASCII Output Mode").
 
 use crate::motion;
 use crate::node::Ns;

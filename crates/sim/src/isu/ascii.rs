@@ -1,8 +1,8 @@
 //! When an ISU sends a line in ASCII mode.
 //!
 //! - RX low at power-up or reset, and low ever since: a line with every new angle.
-//! - Otherwise: a line when RX has gone from high to low and stayed low for 100 ms, but never sooner than 533 ms
-//!   after the last; one that would be too soon waits.
+//! - Otherwise: a line when RX has gone from high to low and stayed low for 100 ms, but never sooner than
+//!   533 ms after the last; one that would be too soon waits.
 //!
 //! Source: "Interfacing to an ISU Module", section 4, "ASCII Output Mode".
 

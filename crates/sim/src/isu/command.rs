@@ -1,16 +1,16 @@
 //! What each ISU function does.
 //!
-//! Source: "Interfacing to an ISU Module", section 4 and appendix A. What the document leaves open, and what is
-//! done here:
+//! Source: "Interfacing to an ISU Module", section 4 and appendix A. What the document leaves open, and
+//! what is done here:
 //!
 //! | Open | Here |
 //! |---|---|
 //! | address in an answer to a command for address 0 | an option, the command's by default |
 //! | command for address 15 | ignored, whatever the EEPROM says |
-//! | Write RAM: byte 3 of the answer is the first data byte or the count | an option, the data byte by default |
+//! | Write RAM: byte 3 of the answer, first data byte or count | an option, the data byte by default |
 //! | reading more than an answer's length byte can tell | no answer |
 //! | addresses past FFH | go on at 00H |
-//! | Reset Null Position: is it kept? | written to the EEPROM with its checksum, in effect with the next angle |
+//! | Reset Null Position: is it kept? | stored with a new checksum, in effect with the next angle |
 //! | Reset Null Position in the Soft Error state, where there is no angle | answered, nothing changed |
 
 use std::collections::VecDeque;

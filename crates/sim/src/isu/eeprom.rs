@@ -1,7 +1,7 @@
 //! The ISU's EEPROM: 256 words of 16 bits.
 //!
-//! A word of user data is spread over the two low bits of eight consecutive EEPROM words, low byte first, most
-//! significant pair first; the upper 14 bits are the module's own:
+//! A word of user data is spread over the two low bits of eight consecutive EEPROM words, low byte first,
+//! most significant pair first; the upper 14 bits are the module's own:
 //!
 //! ```text
 //! word       start  +1    +2    +3    +4     +5     +6     +7
@@ -10,8 +10,8 @@
 //! The data word at 78H is the checksum: the low 16 bits of the sum of all words, except the bits that hold
 //! the checksum itself.
 //!
-//! Source: "Interfacing to an ISU Module", section 6 and the examples of section 7. Table 4 is lost in the scan;
-//! the order follows from what is left of the list under "Setting the Module Address".
+//! Source: "Interfacing to an ISU Module", section 6 and the examples of section 7. Table 4 is lost in the
+//! scan; the order follows from what is left of the list under "Setting the Module Address".
 //!
 //! A word is either written or not when the power fails; a word torn in the middle is not modelled, because
 //! its upper 14 bits could not be restored by any means the document gives.
@@ -45,8 +45,9 @@ const SHIFTS: [u8; SPREAD as usize] = [6, 4, 2, 0, 14, 12, 10, 8];
 /// Position of the address in the module address word: bits 7 to 4.
 const ADDRESS_SHIFT: u8 = 4;
 
-/// What "the sum of all 256 words" means for the words that hold the checksum. Their two low bits cannot be in
-/// it, or the document's rule for updating the checksum would not hold; it says nothing of the others.
+/// What "the sum of all 256 words" means for the words that hold the checksum. Their two low bits cannot
+/// be in it, or the document's rule for updating the checksum would not hold; it says nothing of the
+/// others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ChecksumScope {
     /// The upper 14 bits of the checksum words count.

@@ -4,8 +4,8 @@
 //! byte   0        1                                          2 … length   length + 1
 //!        length   address 7…4 │ function 3…1 │ C/R 0         payload      checksum
 //! ```
-//! `length` counts neither itself nor the checksum. The checksum is the low byte of the plain sum of bytes 1 to
-//! `length`. C/R is 0 in a command and 1 in an answer. Words go high byte first.
+//! `length` counts neither itself nor the checksum. The checksum is the low byte of the plain sum of bytes
+//! 1 to `length`. C/R is 0 in a command and 1 in an answer. Words go high byte first.
 //!
 //! Source: "Interfacing to an ISU Module", section 4 and appendix A.
 
@@ -114,6 +114,7 @@ fn is_command_pair(length: u8, function: u8) -> bool {
 fn is_answer_pair(length: u8, head: u8) -> bool {
     match (head, function_of(head)) {
         (HARD_ERROR, _) => length == 2,
+        (_, function::INVALID) => [length, head] == INVALID_FUNCTION[..2],
         (_, function::READ_RAM) => length >= 3,
         (_, function::READ_EEPROM) => length >= 4 && length.is_multiple_of(2),
         (_, function::WRITE_RAM | function::WRITE_EEPROM) => length == 3,
@@ -140,7 +141,8 @@ impl Receiver {
         }
     }
 
-    /// The next complete message. Characters that begin no valid (length, function) pair are dropped one by one.
+    /// The next complete message. Characters that begin no valid (length, function) pair are dropped one
+    /// by one.
     pub fn next_message(&mut self, others: OthersAnswers) -> Option<Message> {
         loop {
             let [(_, length), (_, head), ..] = *self.pending else {

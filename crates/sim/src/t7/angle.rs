@@ -1,11 +1,12 @@
 //! From the true motion to the numbers a T7 reports.
 //!
-//! - Angles are 0.001° in `i32`. `reported = ± absolute + offset`, kept in the output range (sections 2.2, 2.6).
-//!   The document does not say where the direction comes in; here it negates the absolute angle and leaves the
-//!   offset alone.
-//! - Accelerations are 1/102300 g in `i32` (section 1). The document does not say how they relate to the angles.
-//!   Here they are gravity as seen by a sensor at the true angles, with a length of 1 g: for a T7-1 turning
-//!   about its horizontal axis 2, and for a T7-3 rolled by the angle of axis 0 and pitched by that of axis 1.
+//! - Angles are 0.001° in `i32`. `reported = ± absolute + offset`, kept in the output range (sections 2.2,
+//!   2.6). The document does not say where the direction comes in; here it negates the absolute angle and
+//!   leaves the offset alone.
+//! - Accelerations are 1/102300 g in `i32` (section 1). The document does not say how they relate to the
+//!   angles. Here they are gravity as seen by a sensor at the true angles, with a length of 1 g: for a T7-1
+//!   turning about its horizontal axis 2, and for a T7-3 rolled by the angle of axis 0 and pitched by that
+//!   of axis 1.
 
 use super::Damping;
 use super::settings::{AXES, Direction, Model, OutputRange, SINGLE_AXIS, Settings};

@@ -4,8 +4,8 @@
 //! byte   0        1        2         3 … length   length + 1
 //!        address  length   command   data         checksum (Set commands and all answers)
 //! ```
-//! Big endian. `length` counts the bytes after itself. The checksum is the two's complement of the low byte of
-//! the sum of everything before it, so a whole message sums to zero.
+//! Big endian. `length` counts the bytes after itself. The checksum is the two's complement of the low
+//! byte of the sum of everything before it, so a whole message sums to zero.
 //!
 //! Source: "T7 Communication User Guide" 1.7, sections 1, 1.1, 1.2.
 

@@ -2,6 +2,9 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod isu;
+pub mod t7;
+
 use clino_sim::node::{Burst, Heard, Node, Ns};
 
 pub const US: Ns = 1_000;
@@ -57,8 +60,8 @@ impl<N: Node> Bench<N> {
         self.run_until(self.now + time);
     }
 
-    /// Carries characters to the node from now on, at its own rate, with `gap` between them. Returns the end of the
-    /// last stop bit.
+    /// Carries characters to the node from now on, at its own rate, with `gap` between them. Returns the
+    /// end of the last stop bit.
     pub fn send_with_gap(&mut self, bytes: &[u8], gap: Ns) -> Ns {
         let baud = self.node.baud();
         for (i, &byte) in bytes.iter().enumerate() {
@@ -73,7 +76,8 @@ impl<N: Node> Bench<N> {
 
     /// Lets the node hear a character unless it is deaf.
     pub fn hear(&mut self, heard: Heard) {
-        let sending = self.bursts.last().is_some_and(|b| b.drive_at <= heard.at && heard.at < end(b) + b.hold);
+        let sending =
+            self.bursts.last().is_some_and(|b| b.drive_at <= heard.at && heard.at < end(b) + b.hold);
         if !(sending && self.node.deaf_while_sending()) {
             self.node.hear(heard);
         }
@@ -103,6 +107,11 @@ impl<N: Node> Bench<N> {
     pub fn ask(&mut self, command: &str) -> String {
         let answer = self.ask_within(&hex(command), 3 * SECOND).map_or(Vec::new(), |burst| burst.bytes);
         answer.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Changes the level on the node's receive pin.
+    pub fn node_level(&mut self, high: bool) {
+        self.node.line_level(self.now, high);
     }
 
     pub fn power_cycle(&mut self, off_for: Ns, settle: Ns) {

@@ -17,7 +17,8 @@ fn what_one_sends_the_others_hear_at_the_centre_of_the_stop_bit() {
             got.push(received);
         }
     }
-    let centres: Vec<Ns> = (0..3u64).map(|n| 5_000_000 + ((10 * n) * BIT + 19 * BIT / 2).div_ceil(1_000)).collect();
+    let centres: Vec<Ns> =
+        (0..3u64).map(|n| 5_000_000 + ((10 * n) * BIT + 19 * BIT / 2).div_ceil(1_000)).collect();
     assert_eq!(got.iter().map(|got| got.at).collect::<Vec<_>>(), centres);
     assert_eq!(got.iter().map(|got| got.word).collect::<Vec<_>>(), [0x00, 0xFF, 0x5A]);
     assert!(got.iter().all(|got| !got.framing_error && !got.noise));
@@ -134,7 +135,9 @@ fn a_small_baud_error_does_no_harm_and_a_large_one_does() {
     let bytes = [0x00, 0xFF, 0x55, 0xAA, 0x80];
     let clean: Vec<(u16, bool)> = bytes.iter().map(|&byte| (u16::from(byte), false)).collect();
     // The stop bit's centre is 9.5 bits after the edge: half a bit of slack is 5.2 %.
-    for (percent, harmless) in [(-4, true), (-2, true), (0, true), (2, true), (4, true), (-7, false), (7, false)] {
+    for (percent, harmless) in
+        [(-4, true), (-2, true), (0, true), (2, true), (4, true), (-7, false), (7, false)]
+    {
         let bit = (BIT as i64 * (100 + percent) / 100) as u64;
         let node = Puppet::default().says(1_000_000, &bytes);
         let mut segment = on_at(settings(), vec![node.station()], bit);

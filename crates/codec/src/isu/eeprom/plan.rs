@@ -1,0 +1,247 @@
+//! From an image and a wish to the words to write. Source: AN #201 §7.
+
+use core::fmt;
+
+use super::image::{Audit, ChecksumReading, DataWord, Image};
+use super::packing::{WORDS_PER_DATA_WORD, pack};
+use crate::isu::{Address, Request, Words};
+
+/// Position of the module address in its data word.
+const ADDRESS_SHIFT: u32 = 4;
+/// The module address' bits in its data word.
+const ADDRESS_MASK: u16 = 0b1111 << ADDRESS_SHIFT;
+/// EEPROM words that hold the module address: those for b7…b4.
+const ADDRESS_WORDS: usize = 2;
+
+/// What is to be changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Change {
+    /// The module's address: 1–14, or 0 as it leaves the factory.
+    ModuleAddress(Address),
+    /// The null position, in 360/65536°.
+    NullPosition(u16),
+    /// Auto-shutoff.
+    AutoShutoff {
+        /// Which bit the caller takes for the switch.
+        bit: ShutoffBit,
+        /// Whether the module may switch itself off.
+        enabled: bool,
+    },
+}
+
+/// The bit that switches auto-shutoff.
+///
+/// Its number is unreadable in the available copy of the document; these three fit what is left of it, 0 fits best. The
+/// caller has to name one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(u8)]
+pub enum ShutoffBit {
+    /// b0.
+    Bit0 = 0,
+    /// b1.
+    Bit1 = 1,
+    /// b7.
+    Bit7 = 7,
+}
+
+impl ShutoffBit {
+    const fn mask(self) -> u16 {
+        match self {
+            Self::Bit0 => 1,
+            Self::Bit1 => 1 << 1,
+            Self::Bit7 => 1 << 7,
+        }
+    }
+}
+
+/// Why there is no plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Refusal {
+    /// The image's checksum is wrong in both readings: the image was misread, or the module needs a
+    /// [repair](Plan::repair) first.
+    UnsoundChecksum(Audit),
+    /// Address 15 belongs to nobody.
+    ReservedAddress,
+}
+
+/// Up to eight consecutive EEPROM words to write, and what is there now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Write {
+    start: u8,
+    count: usize,
+    before: [u16; WORDS_PER_DATA_WORD],
+    after: [u16; WORDS_PER_DATA_WORD],
+}
+
+impl Write {
+    /// Address of the first word.
+    pub const fn start(&self) -> u8 {
+        self.start
+    }
+
+    /// The words that are there before.
+    pub fn before(&self) -> &[u16] {
+        self.before.get(..self.count).unwrap_or(&[])
+    }
+
+    /// The words to write. Only their two low bits differ from those before.
+    pub fn words(&self) -> &[u16] {
+        self.after.get(..self.count).unwrap_or(&[])
+    }
+
+    /// The command that writes them.
+    pub fn request(&self) -> Request {
+        let mut words = [0; 2 * WORDS_PER_DATA_WORD];
+        for (slot, word) in words.as_chunks_mut().0.iter_mut().zip(self.words()) {
+            *slot = word.to_be_bytes();
+        }
+        let used = words.get(..self.count.saturating_mul(2)).unwrap_or(&[]);
+        Request::WriteEeprom { start: self.start, words: Words::from_be_bytes(used) }
+    }
+
+    /// The command that reads them back.
+    pub const fn read_back(&self) -> Request {
+        Request::ReadEeprom { start: self.start, count: self.count as u8 }
+    }
+
+    /// Which words change from `before` to `data` in them; `None` when none does.
+    fn of(image: &Image, data_word: DataWord, data: u16, skip: usize, count: usize) -> Option<Self> {
+        let before = image.group(data_word);
+        let after = pack(before, data);
+        (before != after).then(|| Self {
+            start: data_word.start().wrapping_add(skip as u8),
+            count,
+            before: shifted(before, skip),
+            after: shifted(after, skip),
+        })
+    }
+
+    /// How much the sum of all words grows.
+    fn growth(&self) -> u16 {
+        let sum = |words: &[u16]| words.iter().fold(0_u16, |sum, &word| sum.wrapping_add(word));
+        sum(self.words()).wrapping_sub(sum(self.before()))
+    }
+}
+
+/// The writes that make a change and keep the checksum right.
+///
+/// Between the first and the last write the checksum is wrong. Should power fail there, the module comes up in its Hard
+/// Error state, and [`repair`](Self::repair) on a fresh image brings it back.
+///
+/// ```
+/// use clino_codec::isu::eeprom::{Change, ChecksumReading, Image, Plan};
+/// use clino_codec::isu::Address;
+///
+/// let blank = Image::new([0; 256]);
+/// let plan = Plan::change(&blank, Change::ModuleAddress(Address::new(3).unwrap())).unwrap();
+/// let [address, checksum] = plan.writes() else { panic!() };
+/// assert_eq!((address.start(), address.words()), (0x48, &[0b00, 0b11][..]));
+/// assert_eq!((checksum.start(), checksum.words()), (0x78, &[0, 0, 0, 0b11, 0, 0, 0, 0][..]));
+///
+/// let mut changed = blank.clone();
+/// plan.apply(&mut changed);
+/// assert_eq!(changed.module_address().get(), 3);
+/// assert!(changed.audit().is_sound());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Plan {
+    writes: [Write; 2],
+    count: usize,
+}
+
+impl Plan {
+    /// The writes for a change of a sound image. None, if the image is already as wished.
+    ///
+    /// # Errors
+    /// [`Refusal`], before anything is written.
+    pub fn change(image: &Image, change: Change) -> Result<Self, Refusal> {
+        let audit = image.audit();
+        if !audit.is_sound() {
+            return Err(Refusal::UnsoundChecksum(audit));
+        }
+        let write = match change {
+            Change::ModuleAddress(address) if address.is_reserved() => return Err(Refusal::ReservedAddress),
+            Change::ModuleAddress(address) => {
+                let others = image.data(DataWord::ModuleAddress) & !ADDRESS_MASK;
+                let data = others | u16::from(address.get()) << ADDRESS_SHIFT;
+                Write::of(image, DataWord::ModuleAddress, data, 0, ADDRESS_WORDS)
+            }
+            Change::NullPosition(data) => {
+                Write::of(image, DataWord::NullPosition, data, 0, WORDS_PER_DATA_WORD)
+            }
+            Change::AutoShutoff { bit, enabled } => {
+                let others = image.data(DataWord::AutoShutoff) & !bit.mask();
+                let data = if enabled { others | bit.mask() } else { others };
+                // The word that holds the bit, and no other.
+                let skip = if bit == ShutoffBit::Bit7 { 0 } else { 3 };
+                Write::of(image, DataWord::AutoShutoff, data, skip, 1)
+            }
+        };
+        let Some(write) = write else { return Ok(Self::new(None, None)) };
+        // New checksum = old − old words + new words: right in whichever reading the old one was.
+        let checksum = audit.stored.wrapping_add(write.growth());
+        let checksum = Write::of(image, DataWord::Checksum, checksum, 0, WORDS_PER_DATA_WORD);
+        Ok(Self::new(Some(write), checksum))
+    }
+
+    /// The writes that make a wrong checksum right in that reading. None, if it is right.
+    ///
+    /// Which reading a module follows shows in its [`Audit`] while it is sound. If that is not known, try one, reset
+    /// the module, and try the other should it still report a hardware error.
+    pub fn repair(image: &Image, reading: ChecksumReading) -> Self {
+        let checksum = image.audit().computed(reading);
+        Self::new(None, Write::of(image, DataWord::Checksum, checksum, 0, WORDS_PER_DATA_WORD))
+    }
+
+    /// The writes in the order in which they must be made; at most two, none when there is nothing to do.
+    pub fn writes(&self) -> &[Write] {
+        self.writes.get(..self.count).unwrap_or(&[])
+    }
+
+    /// Makes the change in a copy of the EEPROM, to compare with what is read back.
+    pub fn apply(&self, image: &mut Image) {
+        for write in self.writes() {
+            image.fill(write.start, write.words().iter().copied());
+        }
+    }
+
+    fn new(data: Option<Write>, checksum: Option<Write>) -> Self {
+        const UNUSED: Write = Write { start: 0, count: 0, before: [0; 8], after: [0; 8] };
+        let (writes, count) = match (data, checksum) {
+            (Some(data), Some(checksum)) => ([data, checksum], 2),
+            (Some(only), None) | (None, Some(only)) => ([only, UNUSED], 1),
+            (None, None) => ([UNUSED, UNUSED], 0),
+        };
+        Self { writes, count }
+    }
+}
+
+/// The words from `skip` on, with zeros behind.
+fn shifted(words: [u16; WORDS_PER_DATA_WORD], skip: usize) -> [u16; WORDS_PER_DATA_WORD] {
+    let mut from = words.iter().skip(skip);
+    [(); WORDS_PER_DATA_WORD].map(|()| from.next().copied().unwrap_or(0))
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnsoundChecksum(Audit { stored, upper_bits_counted, words_left_out }) => write!(
+                f,
+                "EEPROM checksum {stored:04X} is neither {upper_bits_counted:04X} nor {words_left_out:04X}"
+            ),
+            Self::ReservedAddress => write!(f, "address 15 is reserved"),
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}

@@ -1,0 +1,191 @@
+//! ISU: finding answers in a stream.
+
+mod common;
+
+use clino_codec::character::{Character, LineErrors};
+use clino_codec::isu::{
+    Address, Answer, AnswerDecoder, DecodeError, DeviceError, Differs, Function, Progress, Request, Response,
+};
+use clino_codec::layers::Layers;
+use common::{clean, hex, isu_frame};
+
+/// Address 3 says 180°.
+const GOOD: [u8; 6] = [0x04, 0x35, 0x58, 0x80, 0x00, 0x0D];
+
+fn decoder(request: Request, number: u8) -> AnswerDecoder {
+    AnswerDecoder::new(request.expected(Address::new(number).unwrap()), Layers::ALL)
+}
+
+/// Everything that came out, end of transmission included.
+fn run(decoder: &mut AnswerDecoder, bytes: &[u8]) -> Vec<Result<Answer, DecodeError>> {
+    let mut seen = Vec::new();
+    let mut note = |progress| match progress {
+        Progress::More => false,
+        Progress::Frame(answer) => {
+            seen.push(Ok(answer));
+            true
+        }
+        Progress::Bad(error) => {
+            seen.push(Err(error));
+            true
+        }
+    };
+    for character in clean(bytes) {
+        note(decoder.push(character));
+    }
+    while note(decoder.idle()) {}
+    seen
+}
+
+#[test]
+fn the_answer_is_found_at_its_last_byte() {
+    let mut decoder = decoder(Request::READ_ANGLE, 3);
+    for character in clean(&GOOD[..5]) {
+        assert_eq!(decoder.push(character), Progress::More);
+    }
+    assert_eq!(decoder.pending(), 5);
+    let Progress::Frame(answer) = decoder.push(Character::clean(GOOD[5])) else { panic!() };
+    assert_eq!(answer.angle_word(), Some(0x8000));
+    assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+    assert_eq!(decoder.expected().function(), Function::ReadRam);
+}
+
+#[test]
+fn the_longest_answer_fits() {
+    let content: Vec<u8> = (0..=252).collect();
+    let bytes = isu_frame(0x35, &[&[1], &content[..]].concat());
+    assert_eq!(bytes.len(), 257);
+    let mut decoder = decoder(Request::ReadRam { start: 1, count: 253 }, 3);
+    let seen = run(&mut decoder, &bytes);
+    let [Ok(Answer { response: Response::ReadRam { start: 1, data }, .. })] = &seen[..] else { panic!() };
+    assert_eq!(data.as_slice(), content);
+}
+
+#[test]
+fn error_answers_belong_to_the_transaction_in_flight() {
+    for (bytes, error) in [
+        (hex("01 FF FF"), DeviceError::InvalidFunctionCode),
+        (hex("01 FD FD"), DeviceError::InvalidChecksum),
+        (hex("02 F1 04 F5"), DeviceError::HardwareError { command_byte: 0x04 }),
+    ] {
+        for junk in [&[][..], &[0x00], &[0xFF, 0xFF], &[0x35], &[0x10, 0x45]] {
+            let mut decoder = decoder(Request::READ_ANGLE, 3);
+            let seen = run(&mut decoder, &[junk, &bytes].concat());
+            let answer = Answer { address: Address::RESERVED, response: Response::Error(error) };
+            assert_eq!(seen, [Ok(answer)], "{junk:02X?}");
+            assert_eq!(decoder.junk() as usize, junk.len());
+        }
+        let mut damaged = bytes.clone();
+        let last = damaged.len() - 1;
+        damaged[last] ^= 1;
+        let seen = run(&mut decoder(Request::READ_ANGLE, 3), &damaged);
+        assert!(matches!(seen[..], [Err(DecodeError::Checksum { .. })]));
+    }
+}
+
+#[test]
+fn junk_never_costs_a_good_answer() {
+    let command = hex("03 34 58 02 8E");
+    for junk in
+        [&[0x00][..], &[0x04], &[0x04, 0x35], &[0x35; 5], &command, &[0xFE, 0x15], &[0x04, 0x35, 0x58]]
+    {
+        let mut decoder = decoder(Request::READ_ANGLE, 3);
+        let seen = run(&mut decoder, &[junk, &GOOD].concat());
+        assert_eq!(seen.last(), Some(&Answer::decode(&GOOD)), "{junk:02X?}");
+    }
+    // The host's own command, heard as an echo, is junk.
+    let mut decoder = decoder(Request::READ_ANGLE, 3);
+    assert_eq!(run(&mut decoder, &[&command[..], &GOOD].concat()), [Answer::decode(&GOOD)]);
+    assert_eq!(decoder.junk(), 5);
+}
+
+#[test]
+fn a_good_answer_comes_out_at_once_while_a_longer_foreign_one_seems_to_arrive() {
+    let mut decoder = decoder(Request::READ_ANGLE, 3);
+    let bytes = [&[0xFE, 0x15][..], &GOOD].concat();
+    let (&last, first) = bytes.split_last().unwrap();
+    for character in clean(first) {
+        assert_eq!(decoder.push(character), Progress::More);
+    }
+    assert!(matches!(decoder.push(Character::clean(last)), Progress::Frame(_)));
+    assert_eq!(decoder.junk(), 2);
+}
+
+#[test]
+fn foreign_answers_are_reported_with_their_sender() {
+    let foreign = |request, number| {
+        let seen = run(&mut decoder(request, number), &GOOD);
+        match seen[..] {
+            [Err(DecodeError::Foreign { address, function: Function::ReadRam, differs })] => {
+                assert_eq!(address.get(), 3);
+                differs
+            }
+            _ => panic!("{seen:?}"),
+        }
+    };
+    assert_eq!(foreign(Request::READ_ANGLE, 4), Differs::Address);
+    assert_eq!(foreign(Request::ResetModule, 3), Differs::Function);
+    assert_eq!(foreign(Request::ResetModule, 4), Differs::Both);
+    // Asked as 0, whoever answers is right.
+    assert_eq!(run(&mut decoder(Request::READ_ANGLE, 0), &GOOD), [Answer::decode(&GOOD)]);
+    // A damaged foreign answer is junk.
+    let mut damaged = GOOD;
+    damaged[5] ^= 1;
+    let mut decoder = decoder(Request::READ_ANGLE, 4);
+    assert_eq!(run(&mut decoder, &damaged), []);
+    assert_eq!(decoder.junk(), 6);
+}
+
+#[test]
+fn an_answer_about_other_memory_is_reported() {
+    let other = isu_frame(0x35, &[0x59, 0x80, 0x00]);
+    let seen = run(&mut decoder(Request::READ_ANGLE, 3), &[&other[..], &GOOD].concat());
+    let memory = DecodeError::Memory { received: (0x59, 2), expected: (0x58, 2) };
+    assert_eq!(seen, [Err(memory), Answer::decode(&GOOD)]);
+}
+
+#[test]
+fn a_wrong_length_byte_is_reported() {
+    let longer = isu_frame(0x35, &[0x58, 1, 2, 3]);
+    let length = DecodeError::Length { length: 5, function: Function::ReadRam };
+    let seen = run(&mut decoder(Request::READ_ANGLE, 3), &longer);
+    assert_eq!(seen, [Err(length)]);
+    let layers = Layers { length: false, ..Layers::ALL };
+    let expected = Request::READ_ANGLE.expected(Address::new(3).unwrap());
+    let seen = run(&mut AnswerDecoder::new(expected, layers), &longer);
+    assert!(matches!(seen[..], [Ok(_)]), "{seen:?}");
+}
+
+#[test]
+fn with_the_command_layer_off_other_functions_are_taken() {
+    let expected = Request::READ_ANGLE.expected(Address::new(3).unwrap());
+    let layers = Layers { command: false, ..Layers::ALL };
+    let reset = isu_frame(0x33, &[]);
+    let seen = run(&mut AnswerDecoder::new(expected, layers), &reset);
+    assert_eq!(seen, [Answer::decode(&reset)]);
+}
+
+#[test]
+fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
+    for position in 0..GOOD.len() {
+        let mut decoder = decoder(Request::READ_ANGLE, 3);
+        let mut last = Progress::More;
+        for (index, byte) in GOOD.into_iter().enumerate() {
+            let errors = if index == position { LineErrors::OVERRUN } else { LineErrors::NONE };
+            last = decoder.push(Character { byte, errors });
+        }
+        assert_eq!(last, Progress::Bad(DecodeError::LineErrors { errors: LineErrors::OVERRUN }));
+        assert_eq!(run(&mut decoder, &GOOD), [Answer::decode(&GOOD)]);
+    }
+    let expected = Request::READ_ANGLE.expected(Address::new(3).unwrap());
+    let mut tolerant = AnswerDecoder::new(expected, Layers { line_errors: false, ..Layers::ALL });
+    let dirty = GOOD.map(|byte| tolerant.push(Character { byte, errors: LineErrors::NOISE }));
+    assert!(matches!(dirty[5], Progress::Frame(_)));
+    // On a dirty line even an intact foreign frame is not believed.
+    let mut decoder = decoder(Request::READ_ANGLE, 4);
+    for byte in GOOD {
+        assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), Progress::More);
+    }
+    assert_eq!(decoder.idle(), Progress::More);
+    assert_eq!(decoder.junk(), 6);
+}

@@ -1,0 +1,328 @@
+//! T7: finding answers in a stream, and listening to both directions.
+
+mod common;
+
+use clino_codec::angle::Range;
+use clino_codec::character::{Character, LineErrors};
+use clino_codec::layers::Layers;
+use clino_codec::t7::{
+    Address, Answer, AnswerDecoder, Axis, Command, DecodeError, Differs, Expected, Opcode, Progress, Request,
+    SniffProgress, Sniffed, Sniffer, Status,
+};
+use common::{clean, hex, t7_frame};
+
+const GOOD: [u8; 8] = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
+
+fn decoder(number: u8, opcode: Opcode) -> AnswerDecoder {
+    let address = Address::new(number).unwrap();
+    AnswerDecoder::new(Expected { address, opcode }, Layers::ALL)
+}
+
+/// Everything that came out, end of transmission included.
+fn run(decoder: &mut AnswerDecoder, bytes: &[u8]) -> Vec<Result<Answer, DecodeError>> {
+    let mut seen = Vec::new();
+    let mut note = |progress| match progress {
+        Progress::More => false,
+        Progress::Frame(answer) => {
+            seen.push(Ok(answer));
+            true
+        }
+        Progress::Bad(error) => {
+            seen.push(Err(error));
+            true
+        }
+    };
+    for character in clean(bytes) {
+        note(decoder.push(character));
+    }
+    while note(decoder.idle()) {}
+    seen
+}
+
+#[test]
+fn every_documented_answer_is_found_at_its_last_byte() {
+    for bytes in common::frames("t7", "response") {
+        let answer = Answer::decode(&bytes).unwrap();
+        let mut decoder = decoder(5, answer.response.opcode());
+        assert_eq!(decoder.expected().opcode, answer.response.opcode());
+        let (&last, first) = bytes.split_last().unwrap();
+        for character in clean(first) {
+            assert_eq!(decoder.push(character), Progress::More);
+        }
+        assert_eq!(decoder.pending(), first.len());
+        assert_eq!(decoder.push(Character::clean(last)), Progress::Frame(answer));
+        assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+    }
+}
+
+#[test]
+fn junk_is_counted_and_costs_nothing() {
+    for junk in [&[0x00][..], &[0xFF, 0xFF], &[0x05], &[0x05, 0x06], &[0x05, 0x05, 0x05], &[0x7E, 0x01, 0x83]]
+    {
+        let mut decoder = decoder(5, Opcode::GetAngle2);
+        let seen = run(&mut decoder, &[junk, &GOOD].concat());
+        assert_eq!(seen, [Answer::decode(&GOOD)], "{junk:02X?}");
+        assert_eq!(decoder.junk() as usize, junk.len());
+    }
+}
+
+#[test]
+fn a_good_answer_comes_out_at_its_last_byte_even_while_a_longer_foreign_one_seems_to_arrive() {
+    // The header of somebody's 34 bytes, and then the answer.
+    let mut decoder = decoder(5, Opcode::GetAngle2);
+    for character in clean(&[0x09, 0x20, 0x87]) {
+        assert_eq!(decoder.push(character), Progress::More);
+    }
+    for character in clean(&GOOD[..7]) {
+        assert_eq!(decoder.push(character), Progress::More);
+    }
+    assert!(matches!(decoder.push(Character::clean(GOOD[7])), Progress::Frame(_)));
+    assert_eq!(decoder.junk(), 3);
+}
+
+#[test]
+fn a_truncated_answer_does_not_cost_the_next() {
+    for cut in 1..GOOD.len() {
+        let mut decoder = decoder(5, Opcode::GetAngle2);
+        let seen = run(&mut decoder, &[&GOOD[..cut], &GOOD].concat());
+        assert_eq!(seen.last(), Some(&Answer::decode(&GOOD)), "cut after {cut}");
+    }
+}
+
+#[test]
+fn a_damaged_answer_is_reported_once_with_both_checksums() {
+    let mut damaged = GOOD;
+    damaged[5] ^= 0x10;
+    let mut decoder = decoder(5, Opcode::GetAngle2);
+    let seen = run(&mut decoder, &damaged);
+    assert_eq!(seen, [Err(DecodeError::Checksum { received: 0x27, computed: 0x17 })]);
+    assert_eq!(decoder.junk(), 0);
+}
+
+#[test]
+fn foreign_answers_are_reported_with_their_sender() {
+    let foreign = |number, opcode| {
+        let mut decoder = decoder(number, opcode);
+        let seen = run(&mut decoder, &GOOD);
+        assert_eq!(decoder.junk(), 0);
+        match seen[..] {
+            [Err(DecodeError::Foreign { address, opcode: Opcode::GetAngle2, differs })] => {
+                assert_eq!(address.get(), 5);
+                differs
+            }
+            _ => panic!("{seen:?}"),
+        }
+    };
+    assert_eq!(foreign(6, Opcode::GetAngle2), Differs::Address);
+    assert_eq!(foreign(5, Opcode::GetAllData), Differs::Command);
+    assert_eq!(foreign(6, Opcode::GetAllData), Differs::Both);
+
+    // A damaged foreign answer is junk.
+    let mut damaged = GOOD;
+    damaged[7] ^= 1;
+    let mut decoder = decoder(6, Opcode::GetAngle2);
+    assert_eq!(run(&mut decoder, &damaged), []);
+    assert_eq!(decoder.junk(), 8);
+}
+
+#[test]
+fn a_foreign_answer_does_not_cost_the_wanted_one() {
+    let foreign = t7_frame(9, 0x83, &[0, 0, 0, 1], true);
+    let mut decoder = decoder(5, Opcode::GetAngle2);
+    let seen = run(&mut decoder, &[&foreign[..], &GOOD].concat());
+    assert!(matches!(seen[..], [Err(DecodeError::Foreign { .. }), Ok(_)]), "{seen:?}");
+    assert_eq!(decoder.junk(), 0);
+}
+
+#[test]
+fn a_wrong_length_byte_is_reported() {
+    let mut wrong = GOOD;
+    wrong[1] = 0x07;
+    let mut decoder = decoder(5, Opcode::GetAngle2);
+    let seen = run(&mut decoder, &[&wrong[..], &GOOD].concat());
+    assert_eq!(seen, [Err(DecodeError::Length { received: 7, expected: 6 }), Answer::decode(&GOOD)]);
+}
+
+#[test]
+fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
+    for position in 0..GOOD.len() {
+        let mut decoder = decoder(5, Opcode::GetAngle2);
+        let mut last = Progress::More;
+        for (index, byte) in GOOD.into_iter().enumerate() {
+            let errors = if index == position { LineErrors::FRAMING } else { LineErrors::NONE };
+            last = decoder.push(Character { byte, errors });
+        }
+        assert_eq!(last, Progress::Bad(DecodeError::LineErrors { errors: LineErrors::FRAMING }));
+        assert_eq!(run(&mut decoder, &GOOD), [Answer::decode(&GOOD)]);
+    }
+    // On a dirty line even an intact foreign frame is not believed.
+    let mut decoder = decoder(6, Opcode::GetAngle2);
+    for byte in GOOD {
+        assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), Progress::More);
+    }
+    assert_eq!(decoder.idle(), Progress::More);
+    assert_eq!(decoder.junk(), 8);
+}
+
+#[test]
+fn layers_can_be_switched_off_one_by_one() {
+    let all = Layers::ALL;
+    let address = Address::new(6).unwrap();
+    let expected = Expected { address, opcode: Opcode::GetAngle0 };
+    let got = |layers, bytes: &[u8], errors| {
+        let mut decoder = AnswerDecoder::new(expected, layers);
+        let mut good = false;
+        for &byte in bytes {
+            good |= matches!(decoder.push(Character { byte, errors }), Progress::Frame(_));
+        }
+        good
+    };
+    let right = t7_frame(6, 0x81, &[0; 4], true);
+    let other_device = t7_frame(7, 0x81, &[0; 4], true);
+    let other_command = t7_frame(6, 0x83, &[0; 4], true);
+    let other_length = [6, 9, 0x81, 0, 0, 0, 0, 0x70];
+    let bad_sum = [6, 6, 0x81, 0, 0, 0, 0, 0];
+    let far_value = t7_frame(6, 0x81, &[0x7F; 4], true);
+    let (clean, dirty) = (LineErrors::NONE, LineErrors::NOISE);
+    for (off, bytes, errors) in [
+        (Layers { line_errors: false, ..all }, &right[..], dirty),
+        (Layers { address: false, ..all }, &other_device[..], clean),
+        (Layers { command: false, ..all }, &other_command[..], clean),
+        (Layers { length: false, ..all }, &other_length[..], clean),
+        (Layers { checksum: false, ..all }, &bad_sum[..], clean),
+        (Layers { values: clino_codec::layers::ValueRange::Off, ..all }, &far_value[..], clean),
+    ] {
+        assert!(got(off, bytes, errors), "{off:?}");
+        assert!(!got(all, bytes, errors), "{off:?}");
+        assert!(got(Layers::NONE, bytes, errors), "{off:?}");
+    }
+    assert_eq!(Layers::default(), Layers::ALL);
+}
+
+#[test]
+fn with_the_command_layer_off_silence_releases_what_hides_behind_a_damaged_header() {
+    let address = Address::new(5).unwrap();
+    let expected = Expected { address, opcode: Opcode::GetAngle2 };
+    let mut decoder = AnswerDecoder::new(expected, Layers { command: false, ..Layers::ALL });
+    let seen = run(&mut decoder, &[&[0x05, 0x20, 0x87][..], &GOOD].concat());
+    assert_eq!(seen, [Answer::decode(&GOOD)]);
+}
+
+// T11
+#[test]
+fn asked_all_everybody_is_heard() {
+    let expected = Request::GetAngle(Axis::Two).expected(Address::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let frames: Vec<_> = [1, 2, 100, 127].map(|number| t7_frame(number, 0x83, &[0; 4], true)).concat();
+    let seen = run(&mut decoder, &frames);
+    let senders: Vec<u8> = seen.iter().map(|answer| answer.unwrap().address.get()).collect();
+    assert_eq!(senders, [1, 2, 100, 127]);
+}
+
+// T1
+#[test]
+fn the_printed_length_of_get_all_angles_does_not_shorten_the_frame() {
+    let printed = hex("05 0A 80 00 02 7D B2 FF FF 4E F8 00 00 4E DE 08 FC CC");
+    let mut decoder = decoder(5, Opcode::GetAllAngles);
+    let seen = run(&mut decoder, &printed);
+    assert_eq!(seen, [Answer::decode(&printed)]);
+    assert!(seen[0].unwrap().length_quirk);
+}
+
+fn sniff(sniffer: &mut Sniffer, bytes: &[u8]) -> Vec<Result<Sniffed, DecodeError>> {
+    clean(bytes)
+        .filter_map(|character| match sniffer.push(character) {
+            SniffProgress::More => None,
+            SniffProgress::Frame(message) => Some(Ok(message)),
+            SniffProgress::Bad(error) => Some(Err(error)),
+        })
+        .collect()
+}
+
+#[test]
+fn a_sniffer_follows_every_documented_exchange() {
+    let mut sniffer = Sniffer::new(Layers::ALL);
+    let vectors = common::vectors("t7");
+    let mut asked = None;
+    for vector in &vectors {
+        let bytes = common::bytes_of(vector);
+        if vector["name"] == "get_all_angles (correct length)" {
+            // The same exchange twice: ask again.
+            assert_eq!(sniff(&mut sniffer, &[5, 1, 0x80]), [Ok(Sniffed::Command(asked.unwrap()))]);
+        }
+        let seen = sniff(&mut sniffer, &bytes);
+        if vector["kind"] == "command" {
+            asked = Request::decode(&bytes).ok();
+            assert_eq!(seen, [Ok(Sniffed::Command(asked.unwrap()))], "{vector}");
+        } else {
+            let answer = Answer::decode(&bytes).unwrap();
+            assert_eq!(seen, [Ok(Sniffed::Answer { answer, to: asked })], "{vector}");
+        }
+    }
+    assert_eq!(sniffer.junk(), 0);
+}
+
+#[test]
+fn a_sniffer_tells_look_alikes_apart_by_their_order() {
+    let command = [0x05, 0x03, 0x8D, 0x01, 0x6A];
+    let asked = Command {
+        address: Address::new(5).unwrap(),
+        request: Request::SetAngleOutputRange(Range::Unidirectional),
+    };
+    let mut sniffer = Sniffer::new(Layers::ALL);
+    assert_eq!(sniff(&mut sniffer, &command), [Ok(Sniffed::Command(asked))]);
+    // Without a pause, the same bytes are its answer: "invalid command".
+    let seen = sniff(&mut sniffer, &command);
+    let [Ok(Sniffed::Answer { answer, to: Some(to) })] = seen[..] else { panic!("{seen:?}") };
+    assert_eq!((answer.response.status(), to), (Some(Status::InvalidCommand), asked));
+    // Then a command again; after a pause, the repeated command.
+    assert_eq!(sniff(&mut sniffer, &command), [Ok(Sniffed::Command(asked))]);
+    assert_eq!(sniffer.idle(), SniffProgress::More);
+    assert_eq!(sniff(&mut sniffer, &command), [Ok(Sniffed::Command(asked))]);
+    // Another device's answer is not the answer to it.
+    let other = t7_frame(6, 0x81, &[0; 4], true);
+    assert!(matches!(sniff(&mut sniffer, &other)[..], [Ok(Sniffed::Answer { to: None, .. })]));
+}
+
+#[test]
+fn a_sniffer_hears_all_answers_to_a_command_to_all() {
+    let mut sniffer = Sniffer::new(Layers::ALL);
+    sniff(&mut sniffer, &[126, 1, 0x83]);
+    for number in [3, 4, 5] {
+        let seen = sniff(&mut sniffer, &t7_frame(number, 0x83, &[0; 4], true));
+        assert!(matches!(seen[..], [Ok(Sniffed::Answer { to: Some(_), .. })]));
+    }
+    // Nobody answers as 126.
+    assert_eq!(sniff(&mut sniffer, &t7_frame(126, 0x83, &[0; 4], true)), []);
+}
+
+#[test]
+fn a_sniffer_reports_damage_and_goes_on() {
+    let mut sniffer = Sniffer::new(Layers::ALL);
+    let mut answer = GOOD;
+    answer[6] ^= 1;
+    let bytes = [&[0xFF][..], &[5, 1, 0x83], &answer, &[0x80, 0x80], &[5, 1, 0x83], &GOOD].concat();
+    let seen = sniff(&mut sniffer, &bytes);
+    assert!(
+        matches!(
+            seen[..],
+            [
+                Ok(Sniffed::Command(_)),
+                Err(DecodeError::Checksum { received: 0x27, computed: 0x28 }),
+                Ok(Sniffed::Command(_)),
+                Ok(Sniffed::Answer { to: Some(_), .. }),
+            ]
+        ),
+        "{seen:?}"
+    );
+    assert_eq!(sniffer.junk(), 3);
+    let dirty = Character { byte: 5, errors: LineErrors::OVERRUN };
+    _ = sniffer.push(dirty);
+    assert_eq!(
+        sniff(&mut sniffer, &[1, 0x83]),
+        [Err(DecodeError::LineErrors { errors: LineErrors::OVERRUN })]
+    );
+    // A command whose parameters make no sense.
+    let seen = sniff(&mut sniffer, &t7_frame(5, 0x89, &[3, 0], true));
+    assert!(matches!(seen[..], [Err(DecodeError::Value { .. })]), "{seen:?}");
+}
