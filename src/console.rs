@@ -10,7 +10,7 @@ use crate::params::CONSOLE_LOW_WATER;
 use crate::{shared, uart};
 
 /// Characters that can wait: more than the longest line on top of the low-water mark.
-pub const QUEUE: usize = 512;
+pub const QUEUE: usize = 256;
 const _: () = assert!(QUEUE > clino_gateway::json::MAX_LINE + CONSOLE_LOW_WATER);
 
 struct Transmitter {

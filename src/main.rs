@@ -24,7 +24,9 @@ mod ports;
 mod shared;
 mod uart;
 
-use clino_gateway::{Reporter, json};
+use clino_bus::Micros;
+use clino_gateway::Reporter;
+use clino_gateway::json::{self, Topic};
 use cortex_m_rt::entry;
 use defmt_rtt as _;
 use heapless::String;
@@ -62,15 +64,16 @@ struct Printer {
     statistics: Statistics,
 }
 
-/// Statistics lines take turns with readings: one line per bus, every [`params::STATISTICS_EVERY`].
+/// Every [`params::STATISTICS_EVERY`], one line for each bus and topic, between readings.
 struct Statistics {
-    due: clino_bus::Micros,
-    bus: usize,
+    due: Micros,
+    /// Lines of this round that were printed.
+    printed: usize,
 }
 
 impl Printer {
     fn new(console: Console) -> Printer {
-        let statistics = Statistics { due: params::STATISTICS_EVERY, bus: 0 };
+        let statistics = Statistics { due: params::STATISTICS_EVERY, printed: 0 };
         Printer { console, reporter: Reporter::new(), statistics }
     }
 
@@ -81,10 +84,12 @@ impl Printer {
         }
         let now = clock::now();
         let mut line: String<{ json::MAX_LINE }> = String::new();
-        let written = match self.next_statistics(now) {
-            Some((bus, counters, driver)) => json::statistics(&mut line, bus, &counters, &driver),
-            None => match self.reporter.next(shared::reading, now) {
-                Some(reading) => json::reading(&mut line, &reading, now),
+        let written = match self.reporter.next(shared::reading, now) {
+            Some(reading) => json::reading(&mut line, &reading, now),
+            None => match self.statistics.next(now) {
+                Some((topic, (bus, counters, driver))) => {
+                    json::statistics(&mut line, bus, topic, &counters, &driver)
+                }
                 None => return false,
             },
         };
@@ -94,16 +99,19 @@ impl Printer {
         }
         true
     }
+}
 
-    fn next_statistics(&mut self, now: clino_bus::Micros) -> Option<shared::BusStatistics> {
-        if now < self.statistics.due {
+impl Statistics {
+    fn next(&mut self, now: Micros) -> Option<(Topic, shared::BusStatistics)> {
+        if now < self.due {
             return None;
         }
-        let statistics = shared::statistics(self.statistics.bus);
-        match statistics {
-            Some(_) => self.statistics.bus += 1,
-            None => self.statistics = Statistics { due: now + params::STATISTICS_EVERY, bus: 0 },
+        let (bus, topic) = (self.printed / Topic::ALL.len(), self.printed % Topic::ALL.len());
+        let next = Topic::ALL.get(topic).copied().zip(shared::statistics(bus));
+        match next {
+            Some(_) => self.printed += 1,
+            None => *self = Statistics { due: self.due + params::STATISTICS_EVERY, printed: 0 },
         }
-        statistics
+        next
     }
 }

@@ -29,6 +29,8 @@ pub struct Rs485<U, D> {
     uart: U,
     de: D,
     line: Line,
+    /// Longest wait for the line to fall silent.
+    line_busy: Micros,
     events: Producer<'static, Event>,
     watch: DriverWatch,
     /// Events the bus level did not fetch in time.
@@ -66,6 +68,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
             uart,
             de,
             line: Line::new(timing.serial, timing.guard, clock::now()),
+            line_busy: timing.line_busy,
             events,
             watch: DriverWatch {
                 core_hz,
@@ -81,7 +84,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
 
     /// Takes a frame to be sent as soon as the guard allows.
     pub fn submit(&mut self, frame: &[u8]) -> Result<(), SubmitError> {
-        self.line.submit(frame)
+        self.line.submit(frame, clock::now() + self.line_busy)
     }
 
     /// Lets time pass: begins a frame, or takes the line back from one that hangs.
@@ -93,6 +96,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
                 self.release();
                 self.report(Event::Forced { at: now });
             }
+            Some(Step::GiveUp) => self.report(Event::GivenUp { at: now }),
             None => {}
         }
     }

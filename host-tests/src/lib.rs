@@ -1,1 +1,16 @@
-//! placeholder
+//! Runs the shipped firmware image through a scenario and keeps everything a test may want to look at.
+//!
+//! The image is the file named by `CLINO_ELF`; `cargo xtask test` builds it and sets that.
+
+#[cfg(feature = "virtual-board")]
+mod ran;
+
+#[cfg(feature = "virtual-board")]
+pub use ran::{Ran, Spoken, run, run_file};
+
+#[cfg(all(test, not(feature = "virtual-board")))]
+mod tests {
+    #[test]
+    #[ignore = "the firmware is not tested by plain `cargo test`: run `cargo xtask test`"]
+    fn firmware_on_the_virtual_board() {}
+}

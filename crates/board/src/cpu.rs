@@ -13,59 +13,32 @@
 //! It returns early from a round only where the machine has to act between rounds: a change of clock rates and
 //! a reset of the whole chip.
 
+mod device;
+mod step;
+
 use crate::timeline::{Actor, Rate, Timeline, lock};
 use clino_sim::node::Ns;
+use device::ResetLine;
 use rsemu::core::Result;
-use rsemu::core::device::{
-    Device, DeviceClass, ExportId, MachineReset, RealizeCtx, ResetKind, SinkPin,
-};
+use rsemu::core::device::{Device, MachineReset};
 use rsemu::core::props::Props;
-use rsemu::core::space::MemAttrs;
-use rsemu::core::sched::{AccessKind, Budget, Consumed, LazyHandle, TickCursor};
-use rsemu::core::sync::{AtomicBool, Ordering};
-use rsemu::core::value::Width;
-use rsemu::core::wire::{Level, WireId, WireSink, WireSource};
+use rsemu::core::sched::{AccessKind, LazyHandle, TickCursor};
+use rsemu::core::sync::Ordering;
+use rsemu::core::wire::{Level, WireSource};
+use rsemu::cpu::arm::v7m::ArmV7m;
 use rsemu::cpu::arm::v7m::sys::Exception;
-use rsemu::cpu::arm::v7m::{self, ArmV7m, xpsr};
 use rsemu::dev::stm32::{ClockOutput, Clocks};
-use rsemu::machine::validate::{ClassSchema, PortDir};
-use rsemu::machine::{BindCtx, Instance};
 use std::sync::{Arc, Mutex, OnceLock};
+use step::step;
 
-/// Class name in the board text.
-pub(crate) const CLASS_NAME: &str = "clino.cortex-m4f";
+pub(crate) use device::{CLASS_NAME, class, schema};
 
 /// Instructions between two looks at what firmware can change without telling: timers, clock tree, reset
 /// request, sleep. A timer event armed less than this many instructions ahead may arrive that much late.
 const LOOK_EVERY: u32 = 8;
 
-/// Where an exception frame holds the program status (ARM DDI 0403 B1.5.6).
-const STACKED_XPSR: u64 = 28;
-/// Bit of EXC_RETURN: the frame is on the process stack (ARM DDI 0403 B1.5.8).
-const EXC_RETURN_SPSEL: u32 = 1 << 2;
-
 /// "Nothing due".
 const NEVER: u64 = u64::MAX;
-
-static CLASS: DeviceClass = DeviceClass {
-    name: CLASS_NAME,
-    version: 1,
-    summary: "Cortex-M4F that keeps peripherals to the cycle and skips sleep",
-    properties: &[],
-    construct: |_| Err(rsemu::core::Error::Unimplemented("built by the board only")),
-};
-
-/// The class as the emulator's registry wants it.
-pub(crate) fn class() -> &'static DeviceClass {
-    &CLASS
-}
-
-/// What the board text may say about the class.
-pub(crate) fn schema() -> ClassSchema {
-    let mut schema = v7m::schema();
-    schema.class = CLASS_NAME.to_string();
-    schema.port("sysresetreq", PortDir::Out)
-}
 
 /// What the core has done since power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -116,6 +89,8 @@ struct Work {
     generation: Option<u64>,
     /// Ticks of the APB1 timer clock per core cycle, as a fraction.
     timer_ticks: (u64, u64),
+    /// A core cycle at which a tick of the timer clock begins.
+    in_phase: u64,
     actors: Vec<Arc<dyn Actor>>,
     /// Instant of the last act: time does not go back.
     acted: Ns,
@@ -142,7 +117,7 @@ impl Cpu {
             timeline,
             clocks: OnceLock::new(),
             machine_reset: OnceLock::new(),
-            reset_line: Arc::new(ResetLine { asserted: AtomicBool::new(false) }),
+            reset_line: Arc::new(ResetLine::default()),
             sysresetreq: Mutex::new(None),
             work: Mutex::new(Work { timer_ticks: (1, 1), ..Work::default() }),
         })
@@ -179,9 +154,10 @@ impl Cpu {
     /// Runs at most `budget` cycles; returns how many are to be accounted for.
     fn run_round(&self, work: &mut Work, cursor: &TickCursor, budget: u64) -> u64 {
         let anchor = cursor.anchor();
-        let end = anchor + budget;
         let mut at = anchor + work.debt;
-        self.follow_clocks(work, at);
+        self.follow_clocks(work, anchor);
+        let budget = work.whole_timer_ticks(anchor, budget);
+        let end = anchor + budget;
         for timer in &mut work.timers {
             timer.base = timer.handle.present_tick();
         }
@@ -204,7 +180,7 @@ impl Cpu {
                 }
                 timing = work.next_timer_event(anchor);
             }
-            let cycles = self.step();
+            let cycles = step(&self.core);
             if cycles == 0 {
                 break;
             }
@@ -237,38 +213,16 @@ impl Cpu {
             }
             dozing = asleep;
         }
-        cursor.set(at);
+        // What is due within this round must not find the timers at its end already.
+        let seam = at.min(end);
+        self.let_act(work, cursor, seam);
+        cursor.set(seam);
         let spent = at - anchor;
         work.debt = spent.saturating_sub(budget);
         spent.min(budget)
     }
 
-    /// One step of the core: an instruction, an exception entry, or a cycle asleep.
-    ///
-    /// The emulator's exception entry stacks the program status without the bits that say how far an IT block
-    /// has come (ARM DDI 0403 B1.5.6 wants them), so an interrupted block would go on unconditionally. They are
-    /// put into the frame here.
-    fn step(&self) -> u64 {
-        let before = self.core.regs().xpsr;
-        let cycles = self.core.step();
-        if before & xpsr::IT_MASK != 0 {
-            let after = self.core.regs();
-            if (before ^ after.xpsr) & xpsr::EXCEPTION != 0
-                && let Some(space) = self.core.space()
-            {
-                let from_process_stack = after.r[14] & EXC_RETURN_SPSEL != 0;
-                let frame = if from_process_stack { after.psp } else { after.msp };
-                let stacked = u64::from(frame) + STACKED_XPSR;
-                let word = space.read(stacked, Width::U32, MemAttrs::DEBUG).unwrap_or_default() as u32;
-                let whole = u64::from(word | before & xpsr::IT_MASK);
-                // The frame was written a moment ago; the same address cannot be refused now.
-                let _ = space.write(stacked, Width::U32, whole, MemAttrs::DEBUG);
-            }
-        }
-        cycles
-    }
-
-    /// Takes over a new clock tree.
+    /// Takes over a new clock tree, in force from core cycle `cycle` on.
     fn follow_clocks(&self, work: &mut Work, cycle: u64) {
         let Some(clocks) = self.clocks.get() else { return };
         let generation = clocks.generation();
@@ -279,6 +233,7 @@ impl Cpu {
         let hclk = rate(clocks, ClockOutput::HCLK);
         let timer = rate(clocks, ClockOutput::TIMCLK1);
         work.timer_ticks = (timer.num * hclk.den, timer.den * hclk.num);
+        work.in_phase = cycle;
         self.timeline.rerate(cycle, hclk);
         let now = self.timeline.ns_at(cycle);
         for actor in &work.actors {
@@ -352,6 +307,15 @@ impl Cpu {
 }
 
 impl Work {
+    /// The part of `budget` after which a tick of the timer clock begins.
+    ///
+    /// The emulator counts ticks from the beginning of the round; begun within a tick, all that follows would be
+    /// one tick early. What is left out here is made up for in the next round.
+    fn whole_timer_ticks(&self, anchor: u64, budget: u64) -> u64 {
+        let cycles_per_tick = (self.timer_ticks.1 / self.timer_ticks.0.max(1)).max(1);
+        budget.saturating_sub((anchor + budget - self.in_phase) % cycles_per_tick)
+    }
+
     /// Core cycle of the next timer event, given that the round began at cycle `anchor`.
     fn next_timer_event(&self, anchor: u64) -> u64 {
         let (num, den) = self.timer_ticks;
@@ -368,78 +332,4 @@ impl Work {
 pub(crate) fn rate(clocks: &Clocks, output: ClockOutput) -> Rate {
     let rate = clocks.rate(output);
     Rate { num: rate.num(), den: rate.den() }
-}
-
-/// The line that resets the whole chip: the watchdog's.
-struct ResetLine {
-    asserted: AtomicBool,
-}
-
-impl WireSink for ResetLine {
-    fn set_level(&self, _src: WireId, _line: u32, level: Level) {
-        if level.is_high() {
-            self.asserted.store(true, Ordering::Relaxed);
-        }
-    }
-}
-
-impl std::fmt::Debug for Cpu {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Cpu").field("core", &self.core).finish_non_exhaustive()
-    }
-}
-
-impl Device for Cpu {
-    fn class(&self) -> &'static DeviceClass {
-        &CLASS
-    }
-
-    fn realize(&self, ctx: &mut RealizeCtx<'_>) -> Result<()> {
-        let _ = self.machine_reset.set(ctx.machine_reset()?);
-        self.core.realize(ctx)
-    }
-
-    fn reset(&self, _kind: ResetKind) {
-        // A system reset leaves nothing of the core or its system block as it was (ARM DDI 0403 B1.5.5).
-        self.core.reset(ResetKind::Cold);
-        self.reset_line.asserted.store(false, Ordering::Relaxed);
-    }
-
-    fn sink(&self, port: &str, sources: &[WireId]) -> Option<SinkPin> {
-        if port == "reset" {
-            return Some(SinkPin { sink: Arc::clone(&self.reset_line) as Arc<dyn WireSink>, line: 0 });
-        }
-        self.core.sink(port, sources)
-    }
-
-    fn connect(&self, port: &str, source: WireSource) -> Result<()> {
-        if port != "sysresetreq" {
-            return self.core.connect(port, source);
-        }
-        *lock(&self.sysresetreq) = Some(source);
-        Ok(())
-    }
-
-    fn is_runnable(&self) -> bool {
-        true
-    }
-
-    fn attach_cursor(&self, cursor: TickCursor) {
-        // Not handed to the inner core: positions are published here, once per instruction.
-        self.timeline.follow(cursor);
-    }
-
-    fn run(&self, budget: Budget) -> Consumed {
-        let Some(cursor) = self.timeline.cursor() else { return Consumed::default() };
-        let mut work = lock(&self.work);
-        Consumed::new(self.run_round(&mut work, cursor, budget.ticks))
-    }
-}
-
-impl Instance for Cpu {
-    fn bind(&self, ctx: &BindCtx<'_>) -> Result<()> {
-        let clocks = ctx.export_as::<Clocks>("rcc", ExportId::CLOCK_TREE)?;
-        let _ = self.clocks.set(clocks);
-        self.core.bind(ctx)
-    }
 }

@@ -99,6 +99,12 @@ impl Image {
         Ok(Image { flash, symbols })
     }
 
+    /// An image of `words` from the beginning of flash, for tests.
+    #[cfg(test)]
+    pub(crate) fn of_words(words: &[u32]) -> Image {
+        Image { flash: words.iter().flat_map(|word| word.to_le_bytes()).collect(), symbols: BTreeMap::new() }
+    }
+
     /// Contents of flash from its first address.
     pub fn flash(&self) -> &[u8] {
         &self.flash
@@ -124,7 +130,8 @@ fn place(flash: &mut Vec<u8>, address: u32, data: &[u8]) -> Result<(), ElfError>
 }
 
 fn check_vectors(flash: &[u8]) -> Result<(), ElfError> {
-    let (Some(stack), Some(reset)) = (flash.first_chunk(), flash.get(4..).and_then(|rest| rest.first_chunk()))
+    let (Some(stack), Some(reset)) =
+        (flash.first_chunk(), flash.get(4..).and_then(|rest| rest.first_chunk()))
     else {
         return Err(ElfError::Empty);
     };
@@ -168,5 +175,62 @@ impl std::error::Error for ElfError {
             ElfError::Unreadable(_, error) => Some(error),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ARM: u16 = 40;
+    const VECTORS: [u32; 2] = [0x2002_0000, 0x0800_0009];
+
+    /// An ELF file with one segment that holds `words` and is loaded at `address`.
+    fn elf(machine: u16, address: u32, words: &[u32]) -> Vec<u8> {
+        let data: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let mut file = b"\x7fELF\x01\x01\x01".to_vec();
+        file.resize(16, 0);
+        let half = |file: &mut Vec<u8>, values: &[u16]| {
+            file.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        };
+        let word = |file: &mut Vec<u8>, values: &[u32]| {
+            file.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        };
+        half(&mut file, &[2, machine]);
+        // Version, entry, program headers right after this one, no section headers, flags.
+        word(&mut file, &[1, 0, 52, 0, 0]);
+        half(&mut file, &[52, 32, 1, 40, 0, 0]);
+        // PT_LOAD, offset, virtual and physical address, sizes in file and memory, flags, alignment.
+        let length = data.len() as u32;
+        word(&mut file, &[1, 84, 0x2000_0000, address, length, length, 5, 4]);
+        file.extend(data);
+        file
+    }
+
+    #[test]
+    fn a_segment_goes_to_its_load_address() {
+        let image = Image::parse(&elf(ARM, FLASH_BASE, &[VECTORS[0], VECTORS[1], 0xdead_beef])).unwrap();
+        assert_eq!(image.flash()[..4], [0x00, 0x00, 0x02, 0x20]);
+        assert_eq!(image.flash()[8..], [0xef, 0xbe, 0xad, 0xde]);
+    }
+
+    #[test]
+    fn a_missing_file_says_so() {
+        let error = Image::read(Path::new("no/such/image")).unwrap_err();
+        assert!(matches!(error, ElfError::Missing(_)), "{error}");
+    }
+
+    #[test]
+    fn what_is_not_for_this_chip_is_refused() {
+        assert!(matches!(Image::parse(b"#!/bin/sh"), Err(ElfError::NotElf(_))));
+        assert!(matches!(Image::parse(&elf(243, FLASH_BASE, &VECTORS)), Err(ElfError::WrongProcessor(243))));
+        assert!(matches!(Image::parse(&elf(ARM, FLASH_BASE, &[])), Err(ElfError::Empty)));
+        // Flash at zero, as on other vendors' chips; beyond the end; RAM of another chip.
+        for address in [0, FLASH_BASE + FLASH_SIZE - 4] {
+            let parsed = Image::parse(&elf(ARM, address, &VECTORS));
+            assert!(matches!(parsed, Err(ElfError::OutsideFlash { length: 8, .. })), "{address:#x}");
+        }
+        let parsed = Image::parse(&elf(ARM, FLASH_BASE, &[0x2005_0000, VECTORS[1]]));
+        assert!(matches!(parsed, Err(ElfError::BadVectors { stack: 0x2005_0000, .. })));
     }
 }

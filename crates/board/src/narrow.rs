@@ -8,9 +8,7 @@ use rsemu::core::Result;
 use rsemu::core::device::{Deferred, Device, DeviceClass, RealizeCtx, ResetKind, SinkPin};
 use rsemu::core::error::BusError;
 use rsemu::core::sched::LazyHandle;
-use rsemu::core::space::{
-    AccessConstraints, MemAttrs, MemOps, MemResult, Region, RegionKind, RegionRef,
-};
+use rsemu::core::space::{AccessConstraints, MemAttrs, MemOps, MemResult, Region, RegionKind, RegionRef};
 use rsemu::core::value::{Endian, Width};
 use rsemu::core::wire::{WireId, WireSource};
 use rsemu::machine::{BindCtx, Instance};

@@ -18,11 +18,12 @@ use crate::scenario::{Identity, Kind, Truth};
 use clino_sim::motion::{DEGREE, Motion, TURN, bidirectional};
 use clino_sim::node::Ns;
 
-pub use reading::Reading;
+pub use reading::{Reading, parse};
 
 const MS: Ns = 1_000_000;
-/// Longest wait of a line for those before it: a console queue of 1 KiB at 115200 is 89 ms long.
-pub const MARGIN: Ns = 100 * MS;
+/// Longest wait of a line for those before it. The gateway makes a line when fewer than 64 characters are ahead of
+/// it, 5.6 ms at 115200 bit/s; doubled, less a little.
+pub const MARGIN: Ns = 10 * MS;
 /// Time in which a slot must have settled at the end of a run.
 pub const SETTLE: Ns = 1_000 * MS;
 /// Step in which the true angle is searched for its closest approach.

@@ -20,6 +20,8 @@ pub struct Counters {
     pub late: u32,
     /// The line driver had to be switched off by force.
     pub forced: u32,
+    /// A request was dropped because the line did not fall silent.
+    pub line_busy: u32,
     /// Characters that belong to no frame.
     pub junk: u32,
     /// Characters with a low stop bit.

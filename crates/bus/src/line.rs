@@ -3,8 +3,8 @@
 //! ```text
 //!            submit            guard over            no character left          transmission complete
 //!  Listening ───────▶ Turnaround ────────▶ Sending ──────────────────▶ Draining ─────────────────────▶ Listening
-//!                    (driver off)     (driver on, DE high)            (driver on)                   (driver off)
-//!                                          └──────────── held too long: forced ────────────────────▶
+//!      ▲             (driver off)     (driver on, DE high)            (driver on)                   (driver off)
+//!      └── line not silent: given up       └──────────── held too long: forced ────────────────────▶
 //! ```
 //!
 //! The driver is released on *transmission complete* of the last character, never when the last character was
@@ -44,6 +44,8 @@ pub enum Step {
     Begin,
     /// The line was held too long: drop DE now, stop transmitting.
     Force,
+    /// The line did not fall silent in time; the frame was dropped before its first character.
+    GiveUp,
 }
 
 /// What happened on the line, in order, for the [`Master`](crate::Master).
@@ -59,6 +61,11 @@ pub enum Event {
         /// When DE was forced low.
         at: Micros,
     },
+    /// Our frame was dropped before its first character, because somebody else kept talking.
+    GivenUp {
+        /// When it was dropped.
+        at: Micros,
+    },
     /// A character was received.
     Heard {
         /// The character with the receiver's error flags.
@@ -71,7 +78,7 @@ pub enum Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Listening,
-    Turnaround,
+    Turnaround { give_up: Micros },
     Sending { next: usize, release_by: Micros },
     Draining { release_by: Micros },
 }
@@ -96,8 +103,8 @@ impl Line {
         Line { serial, guard, state: State::Listening, frame: Vec::new(), clear_at }
     }
 
-    /// Takes a frame to be sent as soon as the guard allows.
-    pub fn submit(&mut self, bytes: &[u8]) -> Result<(), SubmitError> {
+    /// Takes a frame to be sent as soon as the guard allows, and to be dropped if it does not by `give_up`.
+    pub fn submit(&mut self, bytes: &[u8], give_up: Micros) -> Result<(), SubmitError> {
         if self.state != State::Listening {
             return Err(SubmitError::Busy);
         }
@@ -105,16 +112,20 @@ impl Line {
             Ok(frame) if !frame.is_empty() => self.frame = frame,
             _ => return Err(SubmitError::Length(bytes.len())),
         }
-        self.state = State::Turnaround;
+        self.state = State::Turnaround { give_up };
         Ok(())
     }
 
     /// Lets time pass: says when to raise DE, and when it has been up for too long.
     pub fn poll(&mut self, now: Micros) -> Option<Step> {
         match self.state {
-            State::Turnaround if now >= self.clear_at => {
+            State::Turnaround { .. } if now >= self.clear_at => {
                 self.state = State::Sending { next: 0, release_by: now + self.longest_hold() };
                 Some(Step::Begin)
+            }
+            State::Turnaround { give_up } if now >= give_up => {
+                self.state = State::Listening;
+                Some(Step::GiveUp)
             }
             State::Sending { release_by, .. } | State::Draining { release_by } if now >= release_by => {
                 self.listen(now);
@@ -128,7 +139,7 @@ impl Line {
     pub fn poll_at(&self) -> Option<Micros> {
         match self.state {
             State::Listening => None,
-            State::Turnaround => Some(self.clear_at),
+            State::Turnaround { give_up } => Some(self.clear_at.min(give_up)),
             State::Sending { release_by, .. } | State::Draining { release_by } => Some(release_by),
         }
     }

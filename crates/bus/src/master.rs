@@ -37,7 +37,7 @@ pub enum Fault<E> {
     },
     /// A frame came, but not the awaited one, or it failed a check.
     Bad(E),
-    /// Our own frame did not get out: the line driver was switched off by force.
+    /// Our own frame did not get out whole: the line did not fall silent, or the driver was switched off by force.
     NotSent,
 }
 
@@ -122,8 +122,9 @@ impl<P: Protocol> Master<P> {
             characters: 0,
             bad: None,
         };
-        // The line reports the end of the frame or forces it; this deadline covers a line that does neither.
-        let give_up = now + self.timing.guard + self.longest_wait(frame.as_ref().len() as u64);
+        // The line reports how the frame ended; this deadline, twice what it may take, covers one that does not.
+        let longest = self.timing.line_busy + self.timing.serial.characters(frame.as_ref().len() as u64);
+        let give_up = now + longest.times(2);
         self.state = State::Sending { exchange, give_up };
         bump(&mut self.counters.requests);
         Ok(frame)
@@ -138,7 +139,11 @@ impl<P: Protocol> Master<P> {
             }
             Event::Forced { at } => {
                 bump(&mut self.counters.forced);
-                matches!(self.state, State::Sending { .. }).then(|| self.fail(Fault::NotSent, at)).flatten()
+                self.not_sent(at)
+            }
+            Event::GivenUp { at } => {
+                bump(&mut self.counters.line_busy);
+                self.not_sent(at)
             }
             Event::Heard { character, at } => self.heard(character, at),
         }
@@ -204,7 +209,7 @@ impl<P: Protocol> Master<P> {
             State::Sending { mut exchange, .. } => {
                 exchange.released = at;
                 let deadline = at + self.timing.first_character(exchange.latency);
-                let give_up = deadline + self.longest_wait(0);
+                let give_up = deadline + self.longest_wait();
                 State::Waiting { exchange, deadline, give_up }
             }
             other => other,
@@ -268,7 +273,7 @@ impl<P: Protocol> Master<P> {
             Fault::NotSent => {}
         }
         let until = at + self.timing.quiet;
-        let give_up = until + self.longest_wait(0);
+        let give_up = until + self.longest_wait();
         match core::mem::replace(&mut self.state, State::Idle) {
             State::Sending { exchange, .. } | State::Waiting { exchange, .. } => {
                 self.state = State::Quiet { exchange, until, give_up };
@@ -281,8 +286,15 @@ impl<P: Protocol> Master<P> {
         }
     }
 
-    fn longest_wait(&self, more_characters: u64) -> Micros {
-        self.timing.serial.characters(LONGEST_ANSWER.saturating_add(more_characters)) + self.timing.gap
+    fn not_sent(&mut self, at: Micros) -> Option<Outcome<P>> {
+        match self.state {
+            State::Sending { .. } => self.fail(Fault::NotSent, at),
+            _ => None,
+        }
+    }
+
+    fn longest_wait(&self) -> Micros {
+        self.timing.serial.characters(LONGEST_ANSWER) + self.timing.gap
     }
 }
 

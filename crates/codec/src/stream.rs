@@ -55,16 +55,19 @@ enum Candidate {
 #[derive(Clone, Debug)]
 pub(crate) struct Stream<const N: usize> {
     bytes: [u8; N],
+    /// Those of `bytes`; none behind its last.
     errors: [LineErrors; N],
     length: usize,
     /// How many of the oldest bytes belong to a frame that was reported: they are not junk.
     reported: usize,
     junk: u32,
-    /// All receiver errors since there were no bytes: when there were none, nobody needs to look.
+    /// All receiver errors of the kept bytes.
     any_errors: LineErrors,
     candidate: Candidate,
-    /// Bytes that the candidate needs before something can be said about it.
+    /// Bytes that the candidate needs to be complete.
     need: usize,
+    /// With fewer bytes than this there is nothing to say.
+    look_at: usize,
 }
 
 impl<const N: usize> Stream<N> {
@@ -78,6 +81,7 @@ impl<const N: usize> Stream<N> {
             any_errors: LineErrors::NONE,
             candidate: Candidate::Unknown,
             need: 0,
+            look_at: 0,
         }
     }
 
@@ -91,28 +95,67 @@ impl<const N: usize> Stream<N> {
         self.length.saturating_sub(self.reported)
     }
 
+    #[inline]
     pub(crate) fn push<G: Grammar>(
         &mut self,
         grammar: &mut G,
         character: Character,
     ) -> Progress<G::Frame, G::Error> {
         // The oldest candidate needs at most `N` bytes and is incomplete: there is room.
-        if let (Some(byte), Some(errors)) =
-            (self.bytes.get_mut(self.length), self.errors.get_mut(self.length))
-        {
-            *byte = character.byte;
-            *errors = character.errors;
-            self.any_errors |= character.errors;
+        if let Some(slot) = self.bytes.get_mut(self.length) {
+            *slot = character.byte;
+            if !character.errors.is_none() {
+                self.note(character.errors);
+            }
             self.length = self.length.wrapping_add(1);
         }
-        let need = if self.candidate == Candidate::Unknown { G::HEADER } else { self.need };
-        if self.length < need && self.candidate != Candidate::Foreign {
+        if self.length < self.look_at {
             return Progress::More;
         }
-        match self.resolve(grammar) {
+        // The usual course of things, apart from the rest because every answer pays for it.
+        if self.candidate == Candidate::Wanted {
+            if self.any_errors.is_none()
+                && self.length == self.need
+                && let Some(bytes) = self.bytes.get(..self.length)
+                && let Ok(frame) = grammar.judge(bytes, LineErrors::NONE)
+            {
+                (self.length, self.reported) = (0, 0);
+                (self.candidate, self.look_at) = (Candidate::Unknown, G::HEADER);
+                return Progress::Frame(frame);
+            }
+        } else if self.candidate == Candidate::Unknown
+            && self.length == G::HEADER
+            && let Some(bytes) = self.bytes.get(..G::HEADER)
+            && let Front::Wanted(need) = grammar.front(bytes)
+        {
+            (self.candidate, self.need, self.look_at) = (Candidate::Wanted, need, need);
+            return Progress::More;
+        }
+        self.look(grammar)
+    }
+
+    /// Remembers the receiver errors of the newest byte.
+    fn note(&mut self, errors: LineErrors) {
+        if let Some(slot) = self.errors.get_mut(self.length) {
+            *slot = errors;
+        }
+        self.any_errors |= errors;
+    }
+
+    /// There may be something to say, and it is not simple.
+    #[inline(never)]
+    fn look<G: Grammar>(&mut self, grammar: &mut G) -> Progress<G::Frame, G::Error> {
+        let progress = match self.resolve(grammar) {
             Progress::More if self.candidate == Candidate::Foreign => self.wanted_at_end(grammar),
             progress => progress,
-        }
+        };
+        // A wanted frame can end with any byte while a foreign one is awaited.
+        self.look_at = match self.candidate {
+            Candidate::Unknown => G::HEADER,
+            Candidate::Wanted => self.need,
+            Candidate::Foreign => 0,
+        };
+        progress
     }
 
     /// The line is silent: nothing incomplete will become complete.
@@ -215,19 +258,23 @@ impl<const N: usize> Stream<N> {
         let junk = count.saturating_sub(self.reported);
         self.junk = self.junk.saturating_add(junk as u32);
         self.reported = self.reported.saturating_sub(count);
+        shift(self.bytes.get_mut(..self.length).unwrap_or(&mut []), count, 0);
+        if !self.any_errors.is_none() {
+            shift(&mut self.errors, count, LineErrors::NONE);
+            self.any_errors = self.errors.iter().fold(LineErrors::NONE, |all, &one| all | one);
+        }
         self.length = self.length.saturating_sub(count);
         self.candidate = Candidate::Unknown;
-        if self.length == 0 {
-            self.any_errors = LineErrors::NONE;
-        }
-        for to in 0..self.length {
-            let from = to.wrapping_add(count);
-            let moved = (self.bytes.get(from).copied(), self.errors.get(from).copied());
-            let slot = (self.bytes.get_mut(to), self.errors.get_mut(to));
-            if let ((Some(byte), Some(errors)), (Some(byte_slot), Some(errors_slot))) = (moved, slot) {
-                *byte_slot = byte;
-                *errors_slot = errors;
-            }
+        self.look_at = 0;
+    }
+}
+
+/// Moves all items to the front by `count` places.
+fn shift<T: Copy>(items: &mut [T], count: usize, empty: T) {
+    for to in 0..items.len() {
+        let moved = items.get(to.wrapping_add(count)).copied().unwrap_or(empty);
+        if let Some(slot) = items.get_mut(to) {
+            *slot = moved;
         }
     }
 }

@@ -315,6 +315,8 @@ fn the_all_respond_address_takes_commands_with_short_answers_only() {
                 encoded,
                 Err(EncodeError::NotForAll { opcode: request.opcode(), response_length: length })
             );
+            // But it can be heard.
+            assert_eq!(Request::decode(&[126, 1, bytes[2]]), Ok(Command { address: Address::ALL, request }));
         } else {
             bytes[0] = 126;
             if let [.., checksum] = &mut bytes[3..] {

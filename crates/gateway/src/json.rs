@@ -2,7 +2,9 @@
 //!
 //! ```text
 //! {"slot":0,"kind":"t7","bus":"t7","address":1,"status":"ok","angle_deg":12.345,"age_ms":3}
-//! {"stats":"t7","requests":152,"good":152,"no_answer":0, …}
+//! {"stats":"t7","requests":152,"good":152,"no_answer":0,"bad_answer":0,"late":0}
+//! {"line":"t7","forced":0,"busy":0,"junk":0,"framing":0,"noise":0,"overrun":0}
+//! {"times":"t7","response_us":2083,"response_max_us":2083,"de_release_max_ns":1279,"de_high_max_us":261}
 //! ```
 //!
 //! `angle_deg` is in degrees with three decimals and is a number only while `status` is `ok`; `age_ms` is the
@@ -15,8 +17,8 @@ use clino_bus::{Counters, Micros};
 use crate::config::{Bus, PwmInput, Source};
 use crate::value::Reading;
 
-/// Longest line this module writes, line end included: a statistics line with every counter at its largest.
-pub const MAX_LINE: usize = 384;
+/// Longest line this module writes, line end included: response times of 2^64 - 1 µs and the rest at 2^32 - 1.
+pub const MAX_LINE: usize = 160;
 
 /// How the line driver behaved, as the hardware measured it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,29 +50,54 @@ pub fn reading(out: &mut impl Write, reading: &Reading, now: Micros) -> fmt::Res
     out.write_str("}\r\n")
 }
 
-/// Writes the statistics of a bus.
-pub fn statistics(out: &mut impl Write, bus: Bus, counters: &Counters, driver: &DriverEnable) -> fmt::Result {
-    write!(
-        out,
-        "{{\"stats\":\"{}\",\"requests\":{},\"good\":{},\"no_answer\":{},\"bad_answer\":{},\"late\":{},\
-         \"forced\":{},\"junk\":{},\"framing\":{},\"noise\":{},\"overrun\":{},\"response_us\":{},\
-         \"response_max_us\":{},\"de_release_max_ns\":{},\"de_high_max_us\":{}}}\r\n",
-        bus_name(bus),
-        counters.requests,
-        counters.good,
-        counters.no_answer,
-        counters.bad_answer,
-        counters.late,
-        counters.forced,
-        counters.junk,
-        counters.framing,
-        counters.noise,
-        counters.overrun,
-        counters.response_last.0,
-        counters.response_max.0,
-        driver.release_max_ns,
-        driver.high_max_us,
-    )
+/// Which of a bus's statistics lines. Several short lines, so that a reading never waits for a long one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topic {
+    /// How the exchanges ended.
+    Exchanges,
+    /// What the line was like.
+    Line,
+    /// How long things took.
+    Times,
+}
+
+impl Topic {
+    /// All topics, in the order in which they are printed.
+    pub const ALL: [Topic; 3] = [Topic::Exchanges, Topic::Line, Topic::Times];
+}
+
+/// Writes one topic of the statistics of a bus.
+pub fn statistics(
+    out: &mut impl Write,
+    bus: Bus,
+    topic: Topic,
+    counters: &Counters,
+    driver: &DriverEnable,
+) -> fmt::Result {
+    let bus = bus_name(bus);
+    match topic {
+        Topic::Exchanges => write!(
+            out,
+            "{{\"stats\":\"{bus}\",\"requests\":{},\"good\":{},\"no_answer\":{},\"bad_answer\":{},\"late\":{}}}\r\n",
+            counters.requests, counters.good, counters.no_answer, counters.bad_answer, counters.late,
+        ),
+        Topic::Line => write!(
+            out,
+            "{{\"line\":\"{bus}\",\"forced\":{},\"busy\":{},\"junk\":{},\"framing\":{},\"noise\":{},\"overrun\":{}}}\r\n",
+            counters.forced,
+            counters.line_busy,
+            counters.junk,
+            counters.framing,
+            counters.noise,
+            counters.overrun,
+        ),
+        Topic::Times => write!(
+            out,
+            "{{\"times\":\"{bus}\",\"response_us\":{},\"response_max_us\":{},\"de_release_max_ns\":{},\
+             \"de_high_max_us\":{}}}\r\n",
+            counters.response_last.0, counters.response_max.0, driver.release_max_ns, driver.high_max_us,
+        ),
+    }
 }
 
 fn name(source: &Source) -> (&'static str, &'static str, u8) {

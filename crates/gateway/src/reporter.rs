@@ -1,8 +1,9 @@
 //! Which reading is printed next, when the console is slower than the sensors.
 //!
-//! A slot is printed when it has an outcome that was not printed yet and either its status changed or its
-//! reporting interval has passed. Slots take turns. What is not printed in time is replaced by its successor:
-//! a slow console shows fewer readings, never old ones.
+//! A slot is printed when it has an outcome that was not printed yet and its reporting interval has passed. Among
+//! several, the one with the earliest deadline goes first: a slot whose lines are wanted often is printed ahead of one
+//! that is wanted seldom, and none starves. A change of status goes ahead of everything. What is not printed in time is
+//! replaced by its successor: a slow console shows fewer readings, never old ones.
 
 use clino_bus::Micros;
 
@@ -19,29 +20,31 @@ struct Printed {
 /// Chooses the next reading to print.
 pub struct Reporter {
     printed: [Printed; MAX_SLOTS],
-    turn: usize,
 }
 
 impl Reporter {
     /// A reporter that has printed nothing yet.
     pub fn new() -> Reporter {
-        Reporter { printed: [Printed::default(); MAX_SLOTS], turn: 0 }
+        Reporter { printed: [Printed::default(); MAX_SLOTS] }
     }
 
     /// The reading to print now, if any; it counts as printed. `read` copies out the reading of a slot, and
     /// returns `None` from the first slot on that there is not.
     pub fn next(&mut self, read: impl Fn(usize) -> Option<Reading>, now: Micros) -> Option<Reading> {
-        let turn = self.turn;
-        let slots = (turn..MAX_SLOTS).chain(0..turn.min(MAX_SLOTS));
-        for (reading, slot) in slots.filter_map(|slot| Some((read(slot)?, slot))) {
-            let Some(printed) = self.printed.get_mut(slot) else { continue };
-            if wants_printing(&reading, printed, now) {
-                *printed = Printed { sequence: reading.sequence, status: Some(reading.status(now)), at: now };
-                self.turn = slot.saturating_add(1);
-                return Some(reading);
+        let mut most_urgent: Option<(Micros, Reading)> = None;
+        for (slot, printed) in self.printed.iter().enumerate() {
+            let Some(reading) = read(slot) else { break };
+            if let Some(deadline) = deadline(&reading, printed, now)
+                && most_urgent.is_none_or(|(earliest, _)| deadline < earliest)
+            {
+                most_urgent = Some((deadline, reading));
             }
         }
-        None
+        let (_, reading) = most_urgent?;
+        if let Some(printed) = self.printed.get_mut(usize::from(reading.slot)) {
+            *printed = Printed { sequence: reading.sequence, status: Some(reading.status(now)), at: now };
+        }
+        Some(reading)
     }
 }
 
@@ -51,10 +54,17 @@ impl Default for Reporter {
     }
 }
 
-fn wants_printing(reading: &Reading, printed: &Printed, now: Micros) -> bool {
+/// By when the reading should be printed, if it should: at once when its status has changed, else within one more
+/// interval after its interval has passed.
+fn deadline(reading: &Reading, printed: &Printed, now: Micros) -> Option<Micros> {
     let status = reading.status(now);
     if printed.status != Some(status) {
-        return status != Status::NeverRead;
+        return (status != Status::NeverRead).then_some(Micros::ZERO);
     }
-    reading.sequence != printed.sequence && now >= printed.at + reading.report_every
+    let due = printed.at + reading.report_every;
+    let interval = reading.report_every.max(reading.period);
+    (reading.sequence != printed.sequence && now >= due).then(|| printed.at + interval.times(2))
 }
+
+#[cfg(test)]
+mod tests;

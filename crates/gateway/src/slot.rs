@@ -59,6 +59,7 @@ impl Slot {
             angle: self.angle,
             measured: self.measured,
             stale_after: self.config.stale_after,
+            period: self.config.period,
             report_every: self.config.report_every,
         }
     }

@@ -66,6 +66,7 @@ pub struct Reading {
     pub(crate) angle: Angle,
     pub(crate) measured: Option<Micros>,
     pub(crate) stale_after: Micros,
+    pub(crate) period: Micros,
     pub(crate) report_every: Micros,
 }
 

@@ -36,6 +36,11 @@ mod slot {
     pub const RAN_MASKED: usize = 12;
     /// Core cycles of a sleep of 500 µs, by DWT.
     pub const SLEPT_CYCLES: usize = 13;
+    /// Instructions executed in IT blocks whose condition is false, words changed on the interrupted stack, and
+    /// interrupts taken meanwhile.
+    pub const IT_EXECUTED: usize = 20;
+    pub const IT_STACK: usize = 21;
+    pub const IT_INTERRUPTS: usize = 22;
     /// USART2's SR right after the last character was written, and after TC.
     pub const CONSOLE_SR: usize = 14;
     /// Status register of USART1 after the first reply, received characters with their flags.
@@ -51,7 +56,10 @@ mod slot {
     pub const PWM2: usize = 48;
     /// Why each of three boots happened: the top bits of RCC_CSR.
     pub const CAUSES: usize = 64;
-    pub const COUNT: usize = 67;
+    /// Levels read from the input register while the PWM inputs belong to the timers: bit 0 channel 1 seen low,
+    /// bit 1 seen high, bits 2 and 3 likewise for channel 2.
+    pub const PWM_LEVELS: usize = 67;
+    pub const COUNT: usize = 68;
 }
 
 /// Not cleared at start: the findings survive the resets of the last stage. RAM is zero at power-up here.
@@ -83,7 +91,7 @@ fn main() -> ! {
     put(slot::PCLK2, rcc.clocks.pclk2().raw());
     let rcc = unsafe { pac::RCC::steal() };
     rcc.ahb1enr().modify(|r, w| unsafe { w.bits(r.bits() | 0b1111) });
-    rcc.apb1enr().modify(|r, w| unsafe { w.bits(r.bits() | 1 | 1 << 2 | 1 << 3 | 1 << 17 | 1 << 18) });
+    rcc.apb1enr().modify(|r, w| unsafe { w.bits(r.bits() | 0b1111 | 1 << 17 | 1 << 18) });
     rcc.apb2enr().modify(|r, w| unsafe { w.bits(r.bits() | 1 << 4 | 1 << 5) });
     let (mut dcb, mut dwt) = (cp.DCB, cp.DWT);
     dcb.enable_trace();
@@ -91,7 +99,8 @@ fn main() -> ! {
     let mut nvic = cp.NVIC;
     pins();
 
-    if unsafe { (*(&raw const HISTORY)).magic } == MAGIC {
+    let history = &raw const HISTORY;
+    if unsafe { (*history).magic } == MAGIC {
         // Came back from a reset of the last stage.
         watchdog();
     }
@@ -101,6 +110,7 @@ fn main() -> ! {
     nesting(&mut nvic);
     put(slot::STAGE, 3);
     masked_sleep();
+    it_blocks();
     put(slot::STAGE, 4);
     console();
     put(slot::STAGE, 5);
@@ -294,6 +304,76 @@ fn masked_sleep() {
     tim.dier().write(|w| unsafe { w.bits(0) });
 }
 
+// ---- IT blocks interrupted ------------------------------------------------------------------------------
+
+/// Interrupts of TIM3, counted by its handler.
+#[unsafe(no_mangle)]
+static TIM3_COUNT: AtomicU32 = AtomicU32::new(0);
+
+/// Clears TIM3's flag, counts, and returns from within an IT block.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+extern "C" fn TIM3() {
+    core::arch::naked_asm!(
+        "movw r0, #0x0410",
+        "movt r0, #0x4000",
+        "movs r1, #0",
+        "str r1, [r0]",
+        "ldr r0, =TIM3_COUNT",
+        "ldr r1, [r0]",
+        "adds r1, #1",
+        "str r1, [r0]",
+        "cmp r1, r1",
+        "it eq",
+        "bxeq lr",
+        ".ltorg",
+    )
+}
+
+/// Runs IT blocks that must do nothing, on top of a stack that must stay zero, under an interrupt every 7 µs.
+fn it_blocks() {
+    let tim = unsafe { pac::TIM3::steal() };
+    tim.arr().write(|w| unsafe { w.bits(7 * 84 + 12) });
+    tim.dier().write(|w| unsafe { w.bits(1) });
+    tim.cr1().write(|w| unsafe { w.bits(1) });
+    unsafe { NVIC::unmask(Interrupt::TIM3) };
+    let (mut executed, mut changed) = (0_u32, 0_u32);
+    unsafe {
+        core::arch::asm!(
+            "mov {word}, #0",
+            "sub sp, #64",
+            "mov {at}, sp",
+            ".rept 16",
+            "str {word}, [{at}], #4",
+            ".endr",
+            "2:",
+            "cmp {turns}, #0",
+            "itttt eq",
+            "addeq {executed}, #1",
+            "addeq {executed}, #1",
+            "addeq {executed}, #1",
+            "addeq {executed}, #1",
+            "subs {turns}, #1",
+            "bne 2b",
+            "mov {at}, sp",
+            ".rept 16",
+            "ldr {word}, [{at}], #4",
+            "orr {changed}, {word}",
+            ".endr",
+            "add sp, #64",
+            word = out(reg) _,
+            at = out(reg) _,
+            turns = inout(reg) 20_000_u32 => _,
+            executed = inout(reg) executed,
+            changed = inout(reg) changed,
+        );
+    }
+    NVIC::mask(Interrupt::TIM3);
+    put(slot::IT_EXECUTED, executed);
+    put(slot::IT_STACK, changed);
+    put(slot::IT_INTERRUPTS, TIM3_COUNT.load(Relaxed));
+}
+
 // ---- USARTs --------------------------------------------------------------------------------------------
 
 const TE_RE_UE: u32 = 1 << 3 | 1 << 2 | 1 << 13;
@@ -336,7 +416,7 @@ fn USART1() {
     if sr & (1 << 5 | 1 << 3) != 0 {
         let data = usart.dr().read().bits();
         let n = get(slot::T7_RECEIVED) as usize;
-        put(slot::T7 + n.min(6), u32::from(sr & 0x2f) << 16 | u32::from(data));
+        put(slot::T7 + n.min(2), u32::from(sr & 0x2f) << 16 | u32::from(data));
         put(slot::T7_RECEIVED, n as u32 + 1);
     }
     if sr & cr1 & 1 << 7 != 0 {
@@ -405,8 +485,11 @@ fn pwm() {
     tim2.smcr().write(|w| unsafe { w.bits(0b101 << 4 | 0b100) });
     tim2.cr1().write(|w| unsafe { w.bits(1) });
 
-    let (mut n5, mut n2) = (0, 0);
+    let port = unsafe { pac::GPIOA::steal() };
+    let (mut n5, mut n2, mut levels) = (0, 0, 0);
     while n5 < 9 || n2 < 9 {
+        let idr = port.idr().read().bits();
+        levels |= 1 << (idr >> 1 & 1) | 4 << (idr >> 15 & 1);
         if tim5.sr().read().bits() & 1 << 2 != 0 {
             let (period, high) = (tim5.ccr2().read().bits(), tim5.ccr1().read().bits());
             if (1..9).contains(&n5) {
@@ -424,6 +507,7 @@ fn pwm() {
             n2 += 1;
         }
     }
+    put(slot::PWM_LEVELS, levels);
     tim5.cr1().write(|w| unsafe { w.bits(0) });
     tim2.cr1().write(|w| unsafe { w.bits(0) });
 }
@@ -435,7 +519,8 @@ fn watchdog() -> ! {
     let rcc = unsafe { pac::RCC::steal() };
     let cause = rcc.csr().read().bits() >> 25;
     rcc.csr().modify(|r, w| unsafe { w.bits(r.bits() | 1 << 24) });
-    let history = unsafe { &mut *(&raw mut HISTORY) };
+    let history = &raw mut HISTORY;
+    let history = unsafe { &mut *history };
     if history.magic != MAGIC {
         *history = History { magic: MAGIC, causes: [0; 3], boots: 0 };
     }

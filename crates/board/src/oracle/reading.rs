@@ -22,6 +22,9 @@ pub struct Reading {
 }
 
 /// A reading, or nothing if it is another object.
+///
+/// # Errors
+/// The line is no JSON object, or contradicts itself.
 pub fn parse(text: &str) -> Result<Option<Reading>, String> {
     let value: serde_json::Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let Some(object) = value.as_object() else { return Err("no JSON object".into()) };

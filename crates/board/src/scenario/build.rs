@@ -170,12 +170,15 @@ fn isu_truth(node: &schema::Isu) -> Truth {
 
 fn pwm_truth(source: &schema::Pwm) -> Truth {
     let bus = if *source.channel.get_ref() == 1 { "pwm1" } else { "pwm2" };
+    let period = NS_PER_S * MILLIHERTZ / u64::from(millihertz(source));
+    // A pulse under way is finished, and a line that then stands high ends its cycle with a rising edge.
+    let away = bounds(&source.stuck).into_iter().map(|(from, until)| (from + period, until)).collect();
     Truth {
         who: Identity { kind: Kind::Pwm, bus, address: 0 },
         motion: source.motion.motion(),
-        hold: PWM_PERIODS * NS_PER_S * MILLIHERTZ / u64::from(millihertz(source)) + STAMP,
+        hold: PWM_PERIODS * period + STAMP,
         tolerance: PWM_TOLERANCE,
-        away: bounds(&source.stuck),
+        away,
         disturbed: Vec::new(),
         unreliable: false,
     }

@@ -5,14 +5,12 @@ use super::{Connections, Pin, Usart};
 use crate::timeline::{Timeline, lock};
 use rsemu::core::device::{self, DeviceClass, ExportId, RealizeCtx, ResetKind, SinkPin};
 use rsemu::core::error::{BusError, Error};
-use rsemu::core::space::{
-    AccessConstraints, AddressSpace, MemAttrs, MemOps, MemResult, Region, RegionRef,
-};
+use rsemu::core::props::ValueKind;
+use rsemu::core::space::{AccessConstraints, AddressSpace, MemAttrs, MemOps, MemResult, Region, RegionRef};
 use rsemu::core::value::{Endian, Width};
 use rsemu::core::wire::{Level, WireId, WireSink, WireSource};
 use rsemu::dev::stm32::Clocks;
 use rsemu::dev::stm32::gate::{self, ClockGate, Gated};
-use rsemu::core::props::ValueKind;
 use rsemu::machine::validate::{ClassSchema, PortDir, PropSchema};
 use rsemu::machine::{BindCtx, Instance};
 use std::sync::Arc;

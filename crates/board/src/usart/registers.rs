@@ -226,3 +226,132 @@ impl Registers {
         STOP_HALVES[usize::from(self.cr2 >> CR2_STOP_SHIFT & 3)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: u16 = 0xffff;
+
+    fn heard(word: u16) -> Received {
+        Received { at: 0, word, framing_error: false, noise: false }
+    }
+
+    #[test]
+    fn tc_is_cleared_by_reading_sr_and_then_writing_dr_only() {
+        let mut usart = Registers::default();
+        usart.write(offset::DR, 0x41, ALL);
+        assert_eq!(usart.peek(offset::SR), sr::TC);
+        usart.take_transmit();
+        assert_eq!(usart.read(offset::SR), sr::TC | sr::TXE);
+        usart.write(offset::DR, 0x42, ALL);
+        assert_eq!(usart.peek(offset::SR), 0);
+    }
+
+    #[test]
+    fn a_write_of_zero_clears_tc_and_rxne_and_nothing_else() {
+        let mut usart = Registers::default();
+        usart.receive(heard(0x41));
+        usart.receive(heard(0x42));
+        usart.write(offset::SR, !sr::TC, ALL);
+        assert_eq!(usart.peek(offset::SR), sr::TXE | sr::RXNE | sr::ORE);
+        usart.write(offset::SR, 0, ALL);
+        assert_eq!(usart.peek(offset::SR), sr::TXE | sr::ORE);
+        // A byte access leaves the bits of the other byte alone.
+        usart.raise(sr::TC);
+        usart.write(offset::SR, 0, 0xff00);
+        assert_eq!(usart.peek(offset::SR), sr::TXE | sr::TC | sr::ORE);
+    }
+
+    #[test]
+    fn an_error_flag_stays_until_sr_and_then_dr_are_read() {
+        let mut usart = Registers::default();
+        usart.receive(Received { framing_error: true, ..heard(0x41) });
+        usart.read(offset::DR);
+        assert_eq!(usart.peek(offset::SR), sr::TXE | sr::TC | sr::FE);
+        usart.read(offset::SR);
+        usart.read(offset::DR);
+        assert_eq!(usart.peek(offset::SR), sr::TXE | sr::TC);
+    }
+
+    #[test]
+    fn an_overrun_keeps_the_old_character_and_hides_the_flags_of_the_new() {
+        let mut usart = Registers::default();
+        usart.receive(heard(0x41));
+        usart.receive(Received { framing_error: true, noise: true, ..heard(0x42) });
+        assert_eq!(usart.read(offset::SR), sr::TXE | sr::TC | sr::RXNE | sr::ORE);
+        assert_eq!(usart.read(offset::DR), 0x41);
+        assert_eq!(usart.peek(offset::SR), sr::TXE | sr::TC);
+    }
+
+    #[test]
+    fn an_overrun_after_sr_was_read_survives_the_read_of_dr() {
+        let mut usart = Registers::default();
+        usart.receive(heard(0x41));
+        usart.read(offset::SR);
+        usart.receive(heard(0x42));
+        usart.read(offset::DR);
+        assert_eq!(usart.peek(offset::SR), sr::TXE | sr::TC | sr::ORE);
+    }
+
+    #[test]
+    fn parity_takes_the_top_data_bit() {
+        let mut usart = Registers::default();
+        // (CR1, data written, word sent): 8E1 with 9 bits, 7O1 with 8 bits, 8N1.
+        for (cr1, data, word) in [
+            (cr1::M | cr1::PCE, 0x07, 0x107),
+            (cr1::M | cr1::PCE, 0x103, 0x003),
+            (cr1::PCE | cr1::PS, 0x03, 0x83),
+            (cr1::PCE | cr1::PS, 0x07, 0x07),
+            (0, 0x1a5, 0x0a5),
+        ] {
+            usart.write(offset::CR1, cr1, ALL);
+            usart.write(offset::DR, data, ALL);
+            assert_eq!(usart.take_transmit(), Some(word), "CR1 {cr1:#06x}");
+            usart.receive(heard(word));
+            assert_eq!(usart.read(offset::SR) & sr::PE, 0);
+            usart.read(offset::DR);
+            if cr1 != 0 {
+                usart.receive(heard(word ^ 1));
+                assert_eq!(usart.read(offset::SR) & sr::PE, sr::PE);
+                usart.read(offset::DR);
+            }
+        }
+    }
+
+    #[test]
+    fn each_interrupt_needs_its_flag_and_its_enable() {
+        // RM0090 table 148.
+        for (enable, flag) in [
+            (cr1::TXEIE, sr::TXE),
+            (cr1::TCIE, sr::TC),
+            (cr1::RXNEIE, sr::RXNE),
+            (cr1::RXNEIE, sr::ORE),
+            (cr1::PEIE, sr::PE),
+            (cr1::IDLEIE, sr::IDLE),
+        ] {
+            let mut usart = Registers { sr: 0, ..Registers::default() };
+            usart.write(offset::CR1, enable, ALL);
+            assert!(!usart.interrupt());
+            usart.raise(flag);
+            assert!(usart.interrupt());
+            usart.write(offset::CR1, !enable, ALL);
+            assert!(!usart.interrupt());
+        }
+        let mut usart = Registers { sr: sr::FE, ..Registers::default() };
+        usart.write(offset::CR3, cr3::EIE, ALL);
+        assert!(!usart.interrupt(), "EIE counts with DMA reception only");
+        usart.write(offset::CR3, cr3::EIE | cr3::DMAR, ALL);
+        assert!(usart.interrupt());
+    }
+
+    #[test]
+    fn bit_length_and_framing_follow_the_registers() {
+        let mut usart = Registers::default();
+        usart.write(offset::BRR, 0x16d, ALL);
+        assert_eq!((usart.bit_ticks(), usart.data_bits(), usart.stop_halves()), (0x16d, 8, 2));
+        usart.write(offset::CR1, cr1::OVER8 | cr1::M, ALL);
+        usart.write(offset::CR2, 0b10 << 12, ALL);
+        assert_eq!((usart.bit_ticks(), usart.data_bits(), usart.stop_halves()), (22 * 8 + 5, 9, 4));
+    }
+}

@@ -35,9 +35,10 @@ fn frame(count: u32) {
     let address = Address::new(5).expect("an address");
     let mut decoder = AnswerDecoder::new(Request::GetAngle(Axis::Two).expected(address), Layers::ALL);
     for _ in 0..count {
-        for byte in black_box(ANSWER) {
-            if let Progress::Frame(answer) = black_box(&mut decoder).push(Character::clean(byte)) {
-                black_box(&answer);
+        for &byte in black_box(&ANSWER) {
+            match decoder.push(Character::clean(byte)) {
+                Progress::More => {}
+                done => _ = black_box(&done),
             }
         }
     }

@@ -47,7 +47,9 @@ impl AnswerDecoder {
     /// With the command check off, a damaged length or command byte can make the decoder wait for a longer frame;
     /// [`idle`](Self::idle) then releases a good frame that was received meanwhile.
     pub const fn new(expected: Expected, layers: Layers) -> Self {
-        Self { grammar: Answers { expected, layers }, stream: Stream::new() }
+        let Expected { address, opcode } = expected;
+        let header = [address.get(), opcode.response_length(), opcode.get()];
+        Self { grammar: Answers { expected, layers, header, size: size(opcode) }, stream: Stream::new() }
     }
 
     /// What the decoder waits for.
@@ -56,6 +58,7 @@ impl AnswerDecoder {
     }
 
     /// Takes one character.
+    #[inline]
     pub fn push(&mut self, character: Character) -> Progress {
         self.stream.push(&mut self.grammar, character)
     }
@@ -82,6 +85,9 @@ impl AnswerDecoder {
 struct Answers {
     expected: Expected,
     layers: Layers,
+    /// How the expected answer begins, for a quick look, and how long it is.
+    header: [u8; 3],
+    size: usize,
 }
 
 impl Grammar for Answers {
@@ -92,6 +98,9 @@ impl Grammar for Answers {
 
     fn front(&self, bytes: &[u8]) -> Front<DecodeError> {
         let [address, length, command, ..] = *bytes else { return Front::Junk };
+        if [address, length, command] == self.header {
+            return Front::Wanted(self.size);
+        }
         let (Some(address), Some(opcode)) = (Address::new(address), Opcode::new(command)) else {
             return Front::Junk;
         };
@@ -122,6 +131,6 @@ impl Grammar for Answers {
     }
 
     fn wanted_lengths(&self) -> [usize; 3] {
-        [self.expected.size(), 0, 0]
+        [self.size, 0, 0]
     }
 }

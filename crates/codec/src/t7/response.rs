@@ -211,12 +211,7 @@ pub(super) fn parse(
 /// An angle or offset within the range that is asked for.
 fn number(body: &mut Reader<'_>, field: Field, values: ValueRange) -> Result<Millidegrees, DecodeError> {
     let number = Millidegrees(body.i32());
-    let fits = match values {
-        ValueRange::Off => true,
-        ValueRange::AnyMode => number.is_in_any(),
-        ValueRange::Mode(mode) => number.is_in(mode),
-    };
-    if fits { Ok(number) } else { Err(DecodeError::Value { field, value: number.0 }) }
+    if values.allows(number) { Ok(number) } else { Err(DecodeError::Value { field, value: number.0 }) }
 }
 
 fn triple(body: &mut Reader<'_>, field: Field, values: ValueRange) -> Result<[Millidegrees; 3], DecodeError> {

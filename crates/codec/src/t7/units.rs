@@ -1,6 +1,7 @@
 //! The numbers of T7 messages, raw as sent, each with its one way to a common unit. Source: T7 guide §1, §2.1.1.
 
 use crate::angle::{Angle, Range};
+use crate::layers::ValueRange;
 
 /// Lowest angle of either output mode. Source: §1.
 const MIN_MDEG: i32 = -180_000;
@@ -37,6 +38,18 @@ impl Millidegrees {
     /// Whether a device in one of the two output modes can report the angle.
     pub const fn is_in_any(self) -> bool {
         self.0 >= MIN_MDEG && self.0 <= MAX_UNIDIRECTIONAL_MDEG
+    }
+}
+
+impl ValueRange {
+    /// Whether an angle passes this check.
+    #[inline]
+    pub(super) fn allows(self, angle: Millidegrees) -> bool {
+        match self {
+            Self::Off => true,
+            Self::AnyMode => angle.is_in_any(),
+            Self::Mode(mode) => angle.is_in(mode),
+        }
     }
 }
 

@@ -1,0 +1,44 @@
+//! The command line as a whole; each protocol's part of it lives with the protocol.
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::{isu, pwm, t7};
+
+const EXIT_STATUSES: &str = "\
+Exit status:
+  0  every frame is good
+  1  a frame is bad; the JSON object says why: {\"error\":{\"kind\":…,\"message\":…}}
+  2  bad usage; the message on stderr names the value and its limits
+  3  input or output failed";
+
+/// Decodes and encodes frames of US Digital T7 and STT ISU inclinometers.
+#[derive(Parser)]
+#[command(version, after_help = EXIT_STATUSES, disable_help_subcommand = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub tool: Tool,
+}
+
+/// What there is to do.
+#[derive(Subcommand)]
+pub enum Tool {
+    /// US Digital T7, binary protocol
+    #[command(subcommand)]
+    T7(t7::Tool),
+    /// STT ISU, binary protocol and ASCII lines
+    #[command(subcommand)]
+    Isu(isu::Tool),
+    /// STT ISU, pulse width: timer ticks to duty and angle
+    Pwm(pwm::Arguments),
+}
+
+/// Where the frames to decode come from.
+#[derive(Args)]
+pub struct Frames {
+    /// One frame: upper or lower case, with or without blanks, commas, 0x
+    #[arg(required_unless_present = "stdin", conflicts_with = "stdin")]
+    pub hex: Vec<String>,
+    /// Take one frame per line from standard input, and answer each with one line
+    #[arg(long)]
+    pub stdin: bool,
+}

@@ -1,0 +1,38 @@
+#![forbid(unsafe_code)]
+//! `clino`: frames of T7 and ISU inclinometers, taken apart and put together at the bench.
+//!
+//! What it does and says is in the README and in `clino --help`. The protocols are the codec's business; this
+//! crate turns text into bytes, and messages into JSON with names that do not change.
+
+mod arguments;
+mod bad;
+mod choice;
+mod hex;
+mod isu;
+mod number;
+mod outcome;
+mod parameter;
+mod pwm;
+mod report;
+mod stream;
+mod t7;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+use arguments::{Arguments, Tool};
+use outcome::{Failure, Verdict};
+
+fn main() -> ExitCode {
+    // Clap itself ends the process for help, version, and arguments that it can tell are wrong (status 2).
+    outcome::exit_code(run(Arguments::parse().tool))
+}
+
+fn run(tool: Tool) -> Result<Verdict, Failure> {
+    match tool {
+        Tool::T7(tool) => t7::run(tool),
+        Tool::Isu(tool) => isu::run(tool),
+        Tool::Pwm(ticks) => pwm::run(ticks),
+    }
+}

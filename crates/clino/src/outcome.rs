@@ -1,0 +1,59 @@
+//! How a run ends, and the exit status that says so.
+
+use std::io;
+use std::process::ExitCode;
+
+/// A frame is bad.
+const BAD_FRAME: u8 = 1;
+/// The arguments make no sense. Clap uses the same.
+const BAD_USAGE: u8 = 2;
+/// Input or output failed.
+const IO_FAILED: u8 = 3;
+
+/// What the frames were.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// All of them good.
+    Good,
+    /// At least one of them bad.
+    Bad,
+}
+
+impl Verdict {
+    /// The verdict on these and other frames together.
+    pub fn and(self, other: Self) -> Self {
+        if self == Self::Good { other } else { self }
+    }
+}
+
+/// Why there is no verdict.
+pub enum Failure {
+    /// The arguments fit their types, but not each other; the text says which and why.
+    Usage(String),
+    /// Input or output.
+    Io(io::Error),
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// Says on standard error what went wrong, if anything did.
+pub fn exit_code(outcome: Result<Verdict, Failure>) -> ExitCode {
+    match outcome {
+        Ok(Verdict::Good) => ExitCode::SUCCESS,
+        Ok(Verdict::Bad) => BAD_FRAME.into(),
+        Err(Failure::Usage(message)) => {
+            eprintln!("error: {message}\n\nFor more information, try '--help'.");
+            BAD_USAGE.into()
+        }
+        // Whoever read the output has seen enough, as in `clino … | head`.
+        Err(Failure::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(Failure::Io(error)) => {
+            eprintln!("error: {error}");
+            IO_FAILED.into()
+        }
+    }
+}

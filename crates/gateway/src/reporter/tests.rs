@@ -1,0 +1,91 @@
+//! Who is printed when.
+
+use super::*;
+use crate::config::{PwmInput, Source};
+use clino_codec::angle::Angle;
+use std::vec::Vec;
+
+/// A reading that was ok at `measured`.
+fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Reading {
+    Reading {
+        slot,
+        source: Source::Pwm { input: PwmInput::Pwm1 },
+        sequence,
+        status: Status::Ok,
+        angle: Angle::from_udeg(0),
+        measured: Some(Micros(measured)),
+        stale_after: Micros::from_millis(1_000),
+        period: Micros::from_millis(33),
+        report_every: Micros::from_millis(report_every_ms),
+    }
+}
+
+fn next(reporter: &mut Reporter, readings: &[Reading], now_ms: u32) -> Option<u8> {
+    reporter.next(|slot| readings.get(slot).copied(), Micros::from_millis(now_ms)).map(|reading| reading.slot)
+}
+
+#[test]
+fn a_reading_is_printed_once() {
+    let mut reporter = Reporter::new();
+    let readings = [reading(0, 1, 0, 0)];
+    assert_eq!(next(&mut reporter, &readings, 1), Some(0));
+    assert_eq!(next(&mut reporter, &readings, 2), None);
+    assert_eq!(next(&mut reporter, &[reading(0, 2, 0, 0)], 3), Some(0));
+}
+
+#[test]
+fn a_slot_that_was_never_read_is_not_printed() {
+    let never = Reading { status: Status::NeverRead, measured: None, ..reading(0, 0, 0, 0) };
+    assert_eq!(next(&mut Reporter::new(), &[never], 1), None);
+}
+
+#[test]
+fn the_reporting_interval_is_kept_while_the_status_stays() {
+    let mut reporter = Reporter::new();
+    assert_eq!(next(&mut reporter, &[reading(0, 1, 0, 100)], 0), Some(0));
+    assert_eq!(next(&mut reporter, &[reading(0, 2, 0, 100)], 99), None);
+    assert_eq!(next(&mut reporter, &[reading(0, 3, 0, 100)], 100), Some(0));
+}
+
+#[test]
+fn a_change_of_status_does_not_wait() {
+    let mut reporter = Reporter::new();
+    let ok = [reading(0, 1, 0, 0), reading(1, 1, 0, 1_000)];
+    assert_eq!(next(&mut reporter, &ok, 0), Some(0));
+    assert_eq!(next(&mut reporter, &ok, 0), Some(1));
+    let lost = Reading { status: Status::NoAnswer, ..reading(1, 2, 0, 1_000) };
+    assert_eq!(next(&mut reporter, &[reading(0, 2, 0, 0), lost], 1), Some(1));
+}
+
+#[test]
+fn growing_stale_is_a_change_of_status() {
+    let mut reporter = Reporter::new();
+    let readings = [reading(0, 1, 0, 0)];
+    assert_eq!(next(&mut reporter, &readings, 0), Some(0));
+    assert_eq!(next(&mut reporter, &readings, 1_000), None);
+    assert_eq!(next(&mut reporter, &readings, 1_001), Some(0));
+}
+
+#[test]
+fn the_slot_wanted_more_often_goes_first_and_none_starves() {
+    // Slot 0 is wanted every 33 ms, slots 1 to 3 every 100 ms; a line takes 9 ms.
+    let mut reporter = Reporter::new();
+    let mut printed: Vec<(u32, u8)> = Vec::new();
+    for now in (0..2_000).step_by(9) {
+        let sequence = now / 33;
+        let readings = [
+            reading(0, sequence, u64::from(now) * 1_000, 0),
+            reading(1, now, u64::from(now) * 1_000, 100),
+            reading(2, now, u64::from(now) * 1_000, 100),
+            reading(3, now, u64::from(now) * 1_000, 100),
+        ];
+        printed.extend(next(&mut reporter, &readings, now).map(|slot| (now, slot)));
+    }
+    let times = |slot: u8| -> Vec<u32> { printed.iter().filter(|p| p.1 == slot).map(|p| p.0).collect() };
+    let longest = |slot: u8| times(slot).windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
+    // A period, the rest of the line under way, one line.
+    assert!(longest(0) <= 33 + 2 * 9, "{}", longest(0));
+    for slot in 1..4 {
+        assert!(longest(slot) <= 100 + 4 * 9, "slot {slot}: {}", longest(slot));
+    }
+}

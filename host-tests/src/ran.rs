@@ -1,0 +1,98 @@
+//! One run of the image, from power-up to the end of its scenario.
+
+use std::env;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use clino_board::analysis::Analysis;
+use clino_board::console::Line;
+use clino_board::elf::Image;
+use clino_board::oracle::{self, Reading};
+use clino_board::pwm::Pulse;
+use clino_board::run::Run;
+use clino_board::scenario::Scenario;
+
+/// A reading as it came over the console.
+#[derive(Clone, Debug)]
+pub struct Spoken {
+    /// First start bit of its line, ns since power-up.
+    pub began: u64,
+    /// Last stop bit of its line, ns since power-up.
+    pub at: u64,
+    /// What it says.
+    pub reading: Reading,
+}
+
+impl Spoken {
+    /// Status is ok, and there is an angle.
+    pub fn is_ok(&self) -> bool {
+        self.reading.status == "ok" && self.reading.angle_deg.is_some()
+    }
+}
+
+/// What a run left behind.
+pub struct Ran {
+    /// Every console line.
+    pub lines: Vec<Line>,
+    /// The console lines that are readings.
+    pub spoken: Vec<Spoken>,
+    /// What the wire log of the T7 bus says.
+    pub t7: Analysis,
+    /// What the wire log of the ISU bus says.
+    pub isu: Analysis,
+    /// True edges of both PWM inputs.
+    pub pulses: [Vec<Pulse>; 2],
+    /// The bus log as text.
+    pub bus_log: Vec<u8>,
+    /// The summary for humans.
+    pub summary: String,
+    /// The simulator has nothing to complain about.
+    pub all_well: bool,
+}
+
+impl Ran {
+    /// The readings of a slot, in order.
+    pub fn slot(&self, slot: u32) -> impl Iterator<Item = &Spoken> {
+        self.spoken.iter().filter(move |spoken| spoken.reading.slot == slot)
+    }
+}
+
+/// Runs a scenario given as text.
+pub fn run(scenario: &str) -> Ran {
+    go(Scenario::parse(Path::new("test"), scenario))
+}
+
+/// Runs a scenario file of the repository.
+pub fn run_file(name: &str) -> Ran {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
+    go(Scenario::read(&folder.join(name)))
+}
+
+fn go(scenario: Result<Scenario, impl std::fmt::Display>) -> Ran {
+    let scenario = scenario.unwrap_or_else(|error| panic!("{error}"));
+    let mut run = Run::new(image(), &scenario).unwrap_or_else(|error| panic!("{error}"));
+    let mut lines = Vec::new();
+    run.finish(|line| lines.push(line.clone()));
+    let spoken = lines.iter().filter_map(spoken).collect();
+    let mut analyses = run.analyses().into_iter().map(|(_, analysis)| analysis);
+    let (Some(t7), Some(isu)) = (analyses.next(), analyses.next()) else { panic!("there are two buses") };
+    let mut bus_log = Vec::new();
+    run.write_bus_log(&mut bus_log).expect("memory does not fail");
+    let (summary, all_well) = run.summary();
+    let pulses = [0, 1].map(|input| run.board().pwm_log(input));
+    Ran { lines, spoken, t7, isu, pulses, bus_log, summary, all_well }
+}
+
+fn spoken(line: &Line) -> Option<Spoken> {
+    let reading = oracle::parse(&line.text).unwrap_or_else(|error| panic!("{error}: {}", line.text))?;
+    Some(Spoken { began: line.began, at: line.at, reading })
+}
+
+fn image() -> &'static Image {
+    static IMAGE: OnceLock<Image> = OnceLock::new();
+    IMAGE.get_or_init(|| {
+        let path = env::var_os("CLINO_ELF").map(PathBuf::from);
+        let path = path.expect("CLINO_ELF names the firmware image: run these tests with `cargo xtask test`");
+        Image::read(&path).unwrap_or_else(|error| panic!("{error}"))
+    })
+}

@@ -1,0 +1,8 @@
+//! The shipped firmware image on the virtual board. Figures are taken from the wire log and the console, and are
+//! compared with limits and truths that are restated here.
+
+mod faults;
+mod main_job;
+mod pwm;
+mod timing;
+mod unplugging;
