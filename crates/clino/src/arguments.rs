@@ -29,6 +29,7 @@ pub enum Tool {
     #[command(subcommand)]
     Isu(isu::Tool),
     /// STT ISU, pulse width: timer ticks to duty and angle
+    #[command(allow_negative_numbers = true)]
     Pwm(pwm::Arguments),
 }
 

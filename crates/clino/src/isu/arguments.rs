@@ -35,7 +35,7 @@ pub enum Tool {
     /// Frame to JSON
     Decode(Decode),
     /// Command to frame
-    #[command(after_help = COMMANDS)]
+    #[command(after_help = COMMANDS, allow_negative_numbers = true)]
     Encode(Encode),
     /// ASCII lines from standard input to JSON, such as `+ 32.70`
     Ascii,
@@ -102,7 +102,7 @@ pub struct Parameters {
 
 fn address(text: &str) -> Result<Address, String> {
     within(text, 0..=MAX_ADDRESS)
-        .and_then(|number| Address::new(number).ok_or_else(|| format!("not in 0..={MAX_ADDRESS}")))
+        .and_then(|address| Address::new(address).ok_or_else(|| format!("{address} is not an address")))
 }
 
 fn command(text: &str) -> Result<Command, String> {

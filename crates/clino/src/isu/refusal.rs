@@ -40,7 +40,9 @@ pub fn explain(error: EncodeError) -> String {
             "{count} from {start:02X}H on: only RAM 58H-59H and EEPROM 48H-57H, 78H-7FH and D0H-D7H are documented as \
              writable, and other writes can destroy the module; --even-if-it-bricks-the-module permits them"
         ),
-        EncodeError::BeyondEnd { start, count } => format!("{count} from {start:02X}H on go beyond address FFH"),
+        EncodeError::BeyondEnd { start, count } => {
+            format!("{count} from {start:02X}H on go beyond address FFH")
+        }
         EncodeError::ReservedAddress | EncodeError::Count { .. } => error.to_string(),
     }
 }

@@ -41,7 +41,7 @@ pub enum Tool {
     /// Frame to JSON
     Decode(Decode),
     /// Command to frame
-    #[command(after_help = COMMANDS)]
+    #[command(after_help = COMMANDS, allow_negative_numbers = true)]
     Encode(Encode),
 }
 
@@ -78,10 +78,10 @@ pub struct Parameters {
     #[arg(long, value_parser = axis)]
     pub axis: Option<Axis>,
     /// Angle in millidegrees, -180000..=359999
-    #[arg(long, value_name = "MDEG", allow_negative_numbers = true, value_parser = millidegrees)]
+    #[arg(long, value_name = "MDEG", value_parser = millidegrees)]
     pub angle_mdeg: Option<Millidegrees>,
     /// Offset in millidegrees, -180000..=359999
-    #[arg(long, value_name = "MDEG", allow_negative_numbers = true, value_parser = millidegrees)]
+    #[arg(long, value_name = "MDEG", value_parser = millidegrees)]
     pub offset_mdeg: Option<Millidegrees>,
     /// normal or reversed
     #[arg(long, value_parser = direction)]
@@ -151,7 +151,6 @@ fn serial(text: &str) -> Result<u32, String> {
 }
 
 fn new_address(text: &str) -> Result<Address, String> {
-    let limits = 1..=MAX_NEW_ADDRESS;
-    within(text, limits.clone())
-        .and_then(|address| Address::new(address).ok_or_else(|| format!("not in {limits:?}")))
+    within(text, 1..=MAX_NEW_ADDRESS)
+        .and_then(|address| Address::new(address).ok_or_else(|| format!("{address} is not an address")))
 }
