@@ -35,7 +35,7 @@ fn main() -> ExitCode {
         Some("sim") => sim::run(&rest),
         Some("test") if rest.is_empty() => test::run(),
         Some("lint") if rest.is_empty() => lint::run(),
-        Some("size") if rest.is_empty() => size::run(),
+        Some("size") if rest.is_empty() => size::run().map(drop),
         Some("flash") if rest.is_empty() => flash::run(),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");

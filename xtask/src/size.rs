@@ -1,13 +1,13 @@
 //! Flash and RAM of the firmware image.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use object::Endianness;
 use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader};
 
-use crate::command::{Failure, Outcome};
+use crate::command::Failure;
 use crate::firmware;
 
 /// Bytes of flash the image may take.
@@ -18,15 +18,16 @@ const RAM_BUDGET: u64 = 24 * 1024;
 /// First address above the flash.
 const RAM_START: u32 = 0x2000_0000;
 
-/// Builds the image and prints its size; fails when it is over its budget.
-pub fn run() -> Outcome {
-    let (flash, ram) = print(&firmware::build()?)?;
+/// Builds the image and prints its size; fails when it is over its budget. Returns where the image is.
+pub fn run() -> Result<PathBuf, Failure> {
+    let elf = firmware::build()?;
+    let (flash, ram) = print(&elf)?;
     if flash > FLASH_BUDGET || ram > RAM_BUDGET {
         return Err(Failure::new(format!(
             "the image is over its budget of {FLASH_BUDGET} bytes of flash and {RAM_BUDGET} bytes of RAM"
         )));
     }
-    Ok(())
+    Ok(elf)
 }
 
 /// Prints the size of an image and returns it: bytes of flash, bytes of static RAM.

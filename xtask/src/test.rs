@@ -3,11 +3,13 @@
 use crate::command::{self, Outcome};
 use crate::{firmware, size};
 
-/// Portable tests, then the firmware image (built, sized) on the virtual board.
+/// Portable tests, then the virtual board's own, then the firmware image (built, sized) on it.
 pub fn run() -> Outcome {
     command::run(command::cargo(["test"]))?;
-    let elf = firmware::build()?;
-    size::run()?;
+    firmware::add_target()?;
+    let selftest = ["test", "--package", "clino-board", "--test", "selftest", "--", "--include-ignored"];
+    command::run(command::cargo(selftest))?;
+    let elf = size::run()?;
     let mut board = command::cargo([
         "test",
         "--package",

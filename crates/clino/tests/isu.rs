@@ -50,9 +50,9 @@ fn answers_of_every_function() {
         (vec![1, head(3, 0, true)], json!({ "address": 3, "function": "go_to_soft_error_state" })),
         (vec![1, head(14, 1, true)], json!({ "address": 14, "function": "reset_module" })),
         (
-            vec![3, head(0, 3, true), 0x58, 2],
+            vec![3, head(0, 3, true), 0x58, 0xA5],
             json!({
-                "address": 0, "function": "write_ram", "start": 88, "count": 2, "count_may_be_first_byte": true,
+                "address": 0, "function": "write_ram", "start": 88, "count": 0xA5, "count_may_be_first_byte": true,
             }),
         ),
         (
@@ -60,8 +60,8 @@ fn answers_of_every_function() {
             json!({ "address": 1, "function": "read_eeprom", "start": 72, "words": [0x1234, 0xFFFE] }),
         ),
         (
-            vec![3, head(1, 5, true), 0x48, 2],
-            json!({ "address": 1, "function": "write_eeprom", "start": 72, "count": 2 }),
+            vec![3, head(1, 5, true), 0x78, 8],
+            json!({ "address": 1, "function": "write_eeprom", "start": 120, "count": 8 }),
         ),
         (vec![1, head(0, 6, true)], json!({ "address": 0, "function": "reset_null_position" })),
     ] {

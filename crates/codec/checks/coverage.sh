@@ -21,7 +21,10 @@ programs=$(cargo +nightly test --package clino-codec --features serde --lib --te
 objects=""
 for program in $programs; do
     case $program in /*) ;; *) program=$root/$program ;; esac
-    (cd "$crate" && "$program" --quiet >/dev/null)
+    (cd "$crate" && "$program" --quiet) >"$profiles/tests.log" 2>&1 || {
+        cat "$profiles/tests.log" >&2
+        exit 1
+    }
     objects="$objects --object $program"
 done
 "$tools/llvm-profdata" merge --sparse "$profiles"/*.profraw --output "$profiles/all.profdata"

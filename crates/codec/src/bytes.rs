@@ -69,6 +69,14 @@ impl<const N: usize> Buffer<N> {
     }
 }
 
+/// Puts a value in its place, if there is one.
+#[inline]
+pub(crate) fn put<T>(items: &mut [T], index: usize, value: T) {
+    if let Some(slot) = items.get_mut(index) {
+        *slot = value;
+    }
+}
+
 /// Copies as much of `from` as fits, and says how much that is.
 #[inline(never)]
 fn copy(to: &mut [u8], from: &[u8]) -> usize {
@@ -124,6 +132,14 @@ mod tests {
             }
         }
         assert_eq!(sum(&[0xFF; 2_048]), 0);
+    }
+
+    #[test]
+    fn what_has_no_place_is_not_put() {
+        let mut items = [1, 2];
+        put(&mut items, 1, 3);
+        put(&mut items, 2, 4);
+        assert_eq!(items, [1, 3]);
     }
 
     #[test]

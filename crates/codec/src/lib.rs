@@ -6,6 +6,8 @@ pub mod angle;
 pub mod ascii;
 mod bytes;
 pub mod character;
+#[doc = include_str!("../DOCUMENTS.md")]
+pub mod documents {}
 pub mod isu;
 pub mod layers;
 mod progress;

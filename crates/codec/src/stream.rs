@@ -8,6 +8,7 @@
 //! form a good frame of their own.
 
 use crate::Progress;
+use crate::bytes::put;
 use crate::character::{Character, LineErrors};
 
 /// What can start at the first byte of some bytes.
@@ -33,8 +34,11 @@ pub(crate) trait Grammar {
     /// Classifies the start of `bytes`, which are at least [`HEADER`](Self::HEADER).
     fn front(&self, bytes: &[u8]) -> Front<Self::Error>;
 
+    /// What is wrong with a frame whose characters had these receiver errors, if they matter.
+    fn dirty(&self, errors: LineErrors) -> Option<Self::Error>;
+
     /// Decodes a complete wanted frame.
-    fn judge(&mut self, bytes: &[u8], errors: LineErrors) -> Result<Self::Frame, Self::Error>;
+    fn judge(&mut self, bytes: &[u8]) -> Result<Self::Frame, Self::Error>;
 
     /// The report that an intact foreign frame is worth; `None` when it is damaged.
     fn foreign(&self, bytes: &[u8], errors: LineErrors) -> Option<Self::Error>;
@@ -102,44 +106,34 @@ impl<const N: usize> Stream<N> {
         character: Character,
     ) -> Progress<G::Frame, G::Error> {
         // The oldest candidate needs at most `N` bytes and is incomplete: there is room.
-        if let Some(slot) = self.bytes.get_mut(self.length) {
-            *slot = character.byte;
-            if !character.errors.is_none() {
-                self.note(character.errors);
-            }
-            self.length = self.length.wrapping_add(1);
+        put(&mut self.bytes, self.length, character.byte);
+        if !character.errors.is_none() {
+            put(&mut self.errors, self.length, character.errors);
+            self.any_errors |= character.errors;
         }
+        self.length = self.length.wrapping_add(1);
         if self.length < self.look_at {
             return Progress::More;
         }
         // The usual course of things, apart from the rest because every answer pays for it.
-        if self.candidate == Candidate::Wanted {
-            if self.any_errors.is_none()
-                && self.length == self.need
-                && let Some(bytes) = self.bytes.get(..self.length)
-                && let Ok(frame) = grammar.judge(bytes, LineErrors::NONE)
-            {
+        if self.candidate == Candidate::Wanted && self.any_errors.is_none() {
+            let bytes = self.bytes.get(..self.length);
+            if let Some(frame) = bytes.and_then(|bytes| grammar.judge(bytes).ok()) {
                 (self.length, self.reported) = (0, 0);
                 (self.candidate, self.look_at) = (Candidate::Unknown, G::HEADER);
                 return Progress::Frame(frame);
             }
-        } else if self.candidate == Candidate::Unknown
-            && self.length == G::HEADER
-            && let Some(bytes) = self.bytes.get(..G::HEADER)
-            && let Front::Wanted(need) = grammar.front(bytes)
-        {
-            (self.candidate, self.need, self.look_at) = (Candidate::Wanted, need, need);
-            return Progress::More;
+        }
+        if self.candidate == Candidate::Unknown && self.length == G::HEADER {
+            let header = self.bytes.get(..G::HEADER);
+            if let Some(Front::Wanted(need)) = header.map(|header| grammar.front(header))
+                && need > G::HEADER
+            {
+                (self.candidate, self.need, self.look_at) = (Candidate::Wanted, need, need);
+                return Progress::More;
+            }
         }
         self.look(grammar)
-    }
-
-    /// Remembers the receiver errors of the newest byte.
-    fn note(&mut self, errors: LineErrors) {
-        if let Some(slot) = self.errors.get_mut(self.length) {
-            *slot = errors;
-        }
-        self.any_errors |= errors;
     }
 
     /// There may be something to say, and it is not simple.
@@ -195,7 +189,7 @@ impl<const N: usize> Stream<N> {
             let need = self.need;
             let (bytes, errors) = (self.bytes(need), self.errors(0, need));
             if self.candidate == Candidate::Wanted {
-                match grammar.judge(bytes, errors) {
+                match grammar.dirty(errors).map_or_else(|| grammar.judge(bytes), Err) {
                     Ok(frame) => {
                         self.reported = self.reported.max(need);
                         self.discard(need);
@@ -224,7 +218,8 @@ impl<const N: usize> Stream<N> {
             if !starts_here {
                 continue;
             }
-            if let Ok(frame) = grammar.judge(bytes, self.errors(start, self.length)) {
+            let dirty = grammar.dirty(self.errors(start, self.length));
+            if let Ok(frame) = dirty.map_or_else(|| grammar.judge(bytes), Err) {
                 self.discard(start);
                 self.reported = self.length;
                 self.discard(self.length);
@@ -273,8 +268,6 @@ impl<const N: usize> Stream<N> {
 fn shift<T: Copy>(items: &mut [T], count: usize, empty: T) {
     for to in 0..items.len() {
         let moved = items.get(to.wrapping_add(count)).copied().unwrap_or(empty);
-        if let Some(slot) = items.get_mut(to) {
-            *slot = moved;
-        }
+        put(items, to, moved);
     }
 }

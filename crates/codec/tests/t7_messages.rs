@@ -181,6 +181,10 @@ fn codes_are_those_of_section_2() {
         0x80, 0x81, 0x82, 0x83, 0x84, 0x85, 0x86, 0x87, 0x88, 0x89, 0x8A, 0x8B, 0x8C, 0x8D, 0x8E, 0x8F, 0x91,
     ];
     assert_eq!(codes, documented);
+    let axes = Opcode::ALL.map(Opcode::axis);
+    assert_eq!(axes[..5], [None, Some(Axis::Zero), Some(Axis::One), Some(Axis::Two), None]);
+    assert!(axes[5..].iter().all(Option::is_none));
+    assert_eq!(Axis::ALL.map(Opcode::get_angle), [Opcode::GetAngle0, Opcode::GetAngle1, Opcode::GetAngle2]);
     for code in (0..=u8::MAX).filter(|code| !documented.contains(code)) {
         assert_eq!(Opcode::new(code), None);
         let frame = t7_frame(5, code, &[0], true);

@@ -322,6 +322,10 @@ fn a_sniffer_reports_damage_and_goes_on() {
         sniff(&mut sniffer, &[1, 0x83]),
         [Err(DecodeError::LineErrors { errors: LineErrors::OVERRUN })]
     );
+    // Unless that layer is off.
+    let mut tolerant = Sniffer::new(Layers { line_errors: false, ..Layers::ALL });
+    _ = tolerant.push(dirty);
+    assert!(matches!(sniff(&mut tolerant, &[1, 0x83])[..], [Ok(Sniffed::Command(_))]));
     // A command whose parameters make no sense.
     let seen = sniff(&mut sniffer, &t7_frame(5, 0x89, &[3, 0], true));
     assert!(matches!(seen[..], [Err(DecodeError::Value { .. })]), "{seen:?}");

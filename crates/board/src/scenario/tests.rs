@@ -104,7 +104,7 @@ fn the_truth_is_what_the_file_says() {
         channel = 2
         frequency = 29.4
         motion.ramp = { start = 5.5, rate = -3 }
-        stuck = [{ from = "1ms", until = "2ms", level = "high" }]
+        stuck = [{ from = "501ms", until = "2s", level = "high" }]
     "#;
     let truths = parse(text).unwrap().build().truths;
     let names: Vec<String> = truths.iter().map(|truth| truth.who.to_string()).collect();
@@ -115,7 +115,8 @@ fn the_truth_is_what_the_file_says() {
     assert_eq!(truths[1].motion, Motion::Sine { centre, amplitude, period: 4 * SECOND, phase: 90_000_000 });
     assert_eq!(truths[1].disturbed, [(3 * SECOND, 4 * SECOND)]);
     assert_eq!(truths[2].motion, Motion::Ramp { start: 5_500_000, rate: -3_000_000 });
-    assert_eq!(truths[2].away, [(1_000_000, 2_000_000)]);
+    // The cycle under way is finished: 1 s / 29.4 = 34.013605 ms.
+    assert_eq!(truths[2].away, [(501_000_000 + 34_013_605, 2 * SECOND)]);
 }
 
 /// Polls T7 1 with Get Angle axis 2 every 5 ms and returns the log as text.

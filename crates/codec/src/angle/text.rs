@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::Angle;
+use crate::bytes::put;
 
 /// Decimals that `{}` shows: a T7's resolution.
 const DEFAULT_DECIMALS: usize = 3;
@@ -57,9 +58,7 @@ impl AngleText {
 
     fn prepend(&mut self, character: u8) {
         self.start = self.start.saturating_sub(1);
-        if let Some(slot) = self.bytes.get_mut(self.start) {
-            *slot = character;
-        }
+        put(&mut self.bytes, self.start, character);
     }
 }
 

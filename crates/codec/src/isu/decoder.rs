@@ -5,6 +5,7 @@ use super::frame::{LONGEST, OVERHEAD};
 use super::function::RESPONSE;
 use super::response::device_error_size;
 use super::{Address, Answer, Expected, Function};
+use crate::bytes::Reader;
 use crate::character::{Character, LineErrors};
 use crate::layers::Layers;
 use crate::stream::{Front, Grammar, Stream};
@@ -97,7 +98,7 @@ impl Grammar for Answers {
     const HEADER: usize = 2;
 
     fn front(&self, bytes: &[u8]) -> Front<DecodeError> {
-        let [length, head, ..] = *bytes else { return Front::Junk };
+        let [length, head] = Reader::new(bytes).array();
         if let Some(size) = device_error_size(length, head) {
             return Front::Wanted(size);
         }
@@ -114,15 +115,17 @@ impl Grammar for Answers {
         }
     }
 
-    fn judge(&mut self, bytes: &[u8], errors: LineErrors) -> Result<Answer, DecodeError> {
-        if self.layers.line_errors && !errors.is_none() {
-            return Err(DecodeError::LineErrors { errors });
-        }
+    fn dirty(&self, errors: LineErrors) -> Option<DecodeError> {
+        let matters = self.layers.line_errors && !errors.is_none();
+        matters.then_some(DecodeError::LineErrors { errors })
+    }
+
+    fn judge(&mut self, bytes: &[u8]) -> Result<Answer, DecodeError> {
         self.expected.check(bytes, self.layers)
     }
 
     fn foreign(&self, bytes: &[u8], errors: LineErrors) -> Option<DecodeError> {
-        let [_, head, ..] = *bytes else { return None };
+        let [_, head] = Reader::new(bytes).array();
         let (address, function) = Self::meant(head)?;
         let differs = self.expected.differs(address, function, self.layers)?;
         let intact = errors.is_none() && Answer::decode(bytes).is_ok();

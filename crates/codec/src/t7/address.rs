@@ -35,10 +35,8 @@ impl Address {
 
     /// The address of one device: 1–100 or 127. Everything else, 126 included, is `None`.
     pub const fn new(address: u8) -> Option<Self> {
-        match address {
-            1..=LAST_ASSIGNABLE | FACTORY => Some(Self(address)),
-            _ => None,
-        }
+        let assignable = address != 0 && address <= LAST_ASSIGNABLE;
+        if assignable || address == FACTORY { Some(Self(address)) } else { None }
     }
 
     /// An address as it may stand in a request: that of a device, or 126.

@@ -3,7 +3,7 @@
 use super::answer::{length_fits, size};
 use super::error::DecodeError;
 use super::{Address, Answer, Expected, Opcode};
-use crate::bytes::sum;
+use crate::bytes::{Reader, sum};
 use crate::character::{Character, LineErrors};
 use crate::layers::Layers;
 use crate::stream::{Front, Grammar, Stream};
@@ -97,7 +97,7 @@ impl Grammar for Answers {
     const HEADER: usize = 3;
 
     fn front(&self, bytes: &[u8]) -> Front<DecodeError> {
-        let [address, length, command, ..] = *bytes else { return Front::Junk };
+        let [address, length, command] = Reader::new(bytes).array();
         if [address, length, command] == self.header {
             return Front::Wanted(self.size);
         }
@@ -115,15 +115,17 @@ impl Grammar for Answers {
         }
     }
 
-    fn judge(&mut self, bytes: &[u8], errors: LineErrors) -> Result<Answer, DecodeError> {
-        if self.layers.line_errors && !errors.is_none() {
-            return Err(DecodeError::LineErrors { errors });
-        }
+    fn dirty(&self, errors: LineErrors) -> Option<DecodeError> {
+        let matters = self.layers.line_errors && !errors.is_none();
+        matters.then_some(DecodeError::LineErrors { errors })
+    }
+
+    fn judge(&mut self, bytes: &[u8]) -> Result<Answer, DecodeError> {
         Answer::decode_with(bytes, self.layers)
     }
 
     fn foreign(&self, bytes: &[u8], errors: LineErrors) -> Option<DecodeError> {
-        let [address, _, command, ..] = *bytes else { return None };
+        let [address, _, command] = Reader::new(bytes).array();
         let (address, opcode) = (Address::new(address)?, Opcode::new(command)?);
         let differs = self.expected.differs(address, opcode, self.layers)?;
         let intact = errors.is_none() && sum(bytes) == 0;

@@ -26,7 +26,7 @@ impl Frame {
 
     /// Ends the message: all bytes together now sum to zero. Source: §1.
     pub(super) fn seal(mut self) -> Self {
-        let checksum = checksum(self.as_bytes());
+        let checksum = sum(self.as_bytes()).wrapping_neg();
         self.0.push(checksum);
         self
     }
@@ -35,11 +35,6 @@ impl Frame {
     pub fn as_bytes(&self) -> &[u8] {
         self.0.as_slice()
     }
-}
-
-/// The checksum that belongs behind `bytes`: the negated sum of all of them, low byte.
-pub(super) fn checksum(bytes: &[u8]) -> u8 {
-    sum(bytes).wrapping_neg()
 }
 
 impl AsRef<[u8]> for Frame {

@@ -4,6 +4,7 @@ use super::answer::{length_fits, size};
 use super::error::DecodeError;
 use super::frame::{LONGEST, OVERHEAD};
 use super::{Address, Answer, Command, Opcode, Request};
+use crate::bytes::Reader;
 use crate::character::{Character, LineErrors};
 use crate::layers::Layers;
 use crate::stream::{Front, Grammar, Stream};
@@ -109,7 +110,7 @@ impl Grammar for Conversation {
     const HEADER: usize = 3;
 
     fn front(&self, bytes: &[u8]) -> Front<DecodeError> {
-        let [address, length, code, ..] = *bytes else { return Front::Junk };
+        let [address, length, code] = Reader::new(bytes).array();
         let (Some(to), Some(opcode)) = (Address::of_request(address), Opcode::new(code)) else {
             return Front::Junk;
         };
@@ -122,13 +123,13 @@ impl Grammar for Conversation {
         }
     }
 
-    fn judge(&mut self, bytes: &[u8], errors: LineErrors) -> Result<Sniffed, DecodeError> {
-        if self.layers.line_errors && !errors.is_none() {
-            return Err(DecodeError::LineErrors { errors });
-        }
-        let [address, length, code, ..] = *bytes else {
-            return Err(DecodeError::Size { received: bytes.len(), expected: OVERHEAD });
-        };
+    fn dirty(&self, errors: LineErrors) -> Option<DecodeError> {
+        let matters = self.layers.line_errors && !errors.is_none();
+        matters.then_some(DecodeError::LineErrors { errors })
+    }
+
+    fn judge(&mut self, bytes: &[u8]) -> Result<Sniffed, DecodeError> {
+        let [address, length, code] = Reader::new(bytes).array();
         let is_asked = self.is_asked(address, code);
         let commands_length = Opcode::new(code).is_some_and(|opcode| length == opcode.request_length());
         let answers_length = Opcode::new(code).is_some_and(|opcode| length_fits(length, opcode));
