@@ -8,6 +8,7 @@ use core::cell::Cell;
 use clino_bus::{Event, Micros, earliest};
 use clino_gateway::{Bus, Capture, Gateway, PwmInput};
 use cortex_m::peripheral::NVIC;
+use cortex_m::singleton;
 use critical_section::Mutex;
 use heapless::spsc::Consumer;
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
@@ -32,12 +33,12 @@ struct BusLevel {
 }
 
 /// Carries the bus level from the main program into its interrupt.
-static HANDOVER: Mutex<Cell<Option<BusLevel>>> = Mutex::new(Cell::new(None));
+static HANDOVER: Mutex<Cell<Option<&'static mut BusLevel>>> = Mutex::new(Cell::new(None));
 
 /// Makes the bus level ready to run; it does once its interrupt is let in.
 pub fn start(inbox: Inbox, gateway: Gateway) {
-    let level = BusLevel { inbox, gateway, statistics_due: Micros::ZERO };
-    critical_section::with(|cs| HANDOVER.borrow(cs).set(Some(level)));
+    let level = singleton!(: BusLevel = BusLevel { inbox, gateway, statistics_due: Micros::ZERO });
+    critical_section::with(|cs| HANDOVER.borrow(cs).set(level));
     wake();
 }
 
@@ -48,7 +49,7 @@ pub fn wake() {
 
 #[interrupt]
 fn EXTI0() {
-    static mut LEVEL: Option<BusLevel> = None;
+    static mut LEVEL: Option<&'static mut BusLevel> = None;
     if LEVEL.is_none() {
         *LEVEL = critical_section::with(|cs| HANDOVER.borrow(cs).take());
     }

@@ -10,7 +10,9 @@ use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|input: &[u8]| {
     let [address, command, stream @ ..] = input else { return };
-    let (Some(address), Some(opcode)) = (Address::of_request(*address), Opcode::new(*command)) else { return };
+    let (Some(address), Some(opcode)) = (Address::of_request(*address), Opcode::new(*command)) else {
+        return;
+    };
     let expected = Expected { address, opcode };
     let characters: Vec<Character> = stream
         .chunks_exact(2)

@@ -2,6 +2,7 @@
 
 use crate::timeline::{Actor, Timeline, lock};
 use clino_sim::node::Ns;
+pub use clino_sim::pwm::Cycle;
 use rsemu::core::Result;
 use rsemu::core::device::{Device, DeviceClass, RealizeCtx, ResetKind};
 use rsemu::core::error::Error;
@@ -33,29 +34,10 @@ pub(crate) fn schema() -> ClassSchema {
         .port("out", PortDir::Out)
 }
 
-/// What a source does from a given instant on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cycle {
-    /// High for `high`, then low until `period` is over; the next cycle follows without a gap. No rising edge
-    /// with `high` 0, no falling one with `high` ≥ `period`.
-    Pulse {
-        /// Rising edge to rising edge, at least 1 ns.
-        period: Ns,
-        /// Rising edge to falling edge.
-        high: Ns,
-    },
-    /// A steady level; asked again after `recheck_after` (at least 1 ns).
-    Level {
-        /// The level.
-        high: bool,
-        /// How long it lasts.
-        recheck_after: Ns,
-    },
-}
-
 /// Decides what a PWM source drives.
 pub trait PwmWaveform: Send {
-    /// What happens from `now` on. Called at power-up and at the end of each cycle.
+    /// What happens from `now` on. Called at power-up and at the end of each cycle. A pulse has no rising edge with
+    /// `high` 0, and no falling one with `high` ≥ `period`.
     fn next_cycle(&mut self, now: Ns) -> Cycle;
 }
 

@@ -5,7 +5,7 @@ set -eu
 
 rustup component add miri rust-src --toolchain nightly >/dev/null 2>&1
 cd "$root"
-export PROPTEST_CASES=8
+export PROPTEST_CASES=4
 export PROPTEST_FAILURE_PERSISTENCE=off
 export MIRIFLAGS="-Zmiri-disable-isolation -Zmiri-strict-provenance"
 

@@ -78,7 +78,6 @@ pub(crate) fn put<T>(items: &mut [T], index: usize, value: T) {
 }
 
 /// Copies as much of `from` as fits, and says how much that is.
-#[inline(never)]
 fn copy(to: &mut [u8], from: &[u8]) -> usize {
     to.iter_mut().zip(from).fold(0, |copied, (to, &from)| {
         *to = from;

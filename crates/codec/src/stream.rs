@@ -124,14 +124,13 @@ impl<const N: usize> Stream<N> {
                 return Progress::Frame(frame);
             }
         }
-        if self.candidate == Candidate::Unknown && self.length == G::HEADER {
-            let header = self.bytes.get(..G::HEADER);
-            if let Some(Front::Wanted(need)) = header.map(|header| grammar.front(header))
-                && need > G::HEADER
-            {
-                (self.candidate, self.need, self.look_at) = (Candidate::Wanted, need, need);
-                return Progress::More;
-            }
+        if self.candidate == Candidate::Unknown
+            && self.length == G::HEADER
+            && let Front::Wanted(need) = grammar.front(self.bytes(G::HEADER))
+            && need > G::HEADER
+        {
+            (self.candidate, self.need, self.look_at) = (Candidate::Wanted, need, need);
+            return Progress::More;
         }
         self.look(grammar)
     }

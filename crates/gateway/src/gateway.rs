@@ -109,3 +109,6 @@ impl Gateway {
         self.lost_edges
     }
 }
+
+#[cfg(test)]
+mod tests;

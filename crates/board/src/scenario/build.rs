@@ -8,7 +8,7 @@ use toml::Spanned;
 use super::check::Lasting;
 use super::schema::{self, File, Latency};
 use super::{Bench, Identity, Kind, Truth};
-use crate::pwm::{Cycle, PwmWaveform, Steady};
+use crate::pwm::{PwmWaveform, Steady};
 use crate::segment::chance::{Chance, Topic};
 use crate::segment::{Babble, Faults, Noise, Probability, Segment, Settings, Station};
 
@@ -131,10 +131,7 @@ fn waveform(file: &File, channel: u8) -> Box<dyn PwmWaveform> {
         .map(Spanned::get_ref)
         .map(|s| pwm::Stuck { from: s.from.0, until: s.until.0, high: s.level == schema::StuckLevel::High })
         .collect();
-    Box::new(move |now: Ns| match output.next_cycle(now) {
-        pwm::Cycle::Pulse { period, high } => Cycle::Pulse { period, high },
-        pwm::Cycle::Level { high, recheck_after } => Cycle::Level { high, recheck_after },
-    })
+    Box::new(move |now: Ns| output.next_cycle(now))
 }
 
 fn t7_truth(node: &schema::T7) -> Truth {

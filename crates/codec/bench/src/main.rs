@@ -36,9 +36,9 @@ fn frame(count: u32) {
     let mut decoder = AnswerDecoder::new(Request::GetAngle(Axis::Two).expected(address), Layers::ALL);
     for _ in 0..count {
         for &byte in black_box(&ANSWER) {
-            match decoder.push(Character::clean(byte)) {
+            match &decoder.push(Character::clean(byte)) {
                 Progress::More => {}
-                done => _ = black_box(&done),
+                done => _ = black_box(done),
             }
         }
     }

@@ -8,7 +8,7 @@ use clino_codec::pwm::{self, Law, Limits, Ticks};
 use clino_codec::{isu, t7};
 
 /// Address of a function.
-pub struct Entry(*const ());
+pub struct Entry(#[expect(dead_code, reason = "nobody calls it")] *const ());
 
 // SAFETY: nobody calls or dereferences it.
 unsafe impl Sync for Entry {}

@@ -20,6 +20,8 @@ impl Frame {
         Self(buffer)
     }
 
+    // Not inlined: messages are put together from many small fields.
+    #[inline(never)]
     pub(super) fn extend(&mut self, field: &[u8]) {
         self.0.extend(field);
     }

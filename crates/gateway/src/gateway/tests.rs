@@ -1,0 +1,237 @@
+//! The gateway core and its lines against whatever may come in: it never stops asking, and once the bus is clean
+//! again it reads right within two periods.
+
+use super::*;
+use crate::config::SlotConfig;
+use clino_bus::line::Step;
+use clino_bus::{Line, Serial};
+use clino_codec::character::{Character, LineErrors};
+use clino_codec::{isu, t7};
+use proptest::prelude::*;
+use std::vec::Vec;
+
+const T7_PERIOD: Micros = Micros::from_millis(20);
+const ISU_PERIOD: Micros = Micros::from_millis(266);
+
+fn slot(source: Source, period: Micros) -> SlotConfig {
+    SlotConfig { source, period, retries: 1, stale_after: period.times(3), report_every: Micros::ZERO }
+}
+
+fn table() -> [SlotConfig; 3] {
+    let axis = t7::Axis::Two;
+    [
+        slot(Source::T7 { address: t7::Address::new(1).unwrap(), axis }, T7_PERIOD),
+        slot(Source::T7 { address: t7::Address::new(2).unwrap(), axis }, T7_PERIOD),
+        slot(Source::Isu { address: isu::Address::new(1).unwrap() }, ISU_PERIOD),
+    ]
+}
+
+/// One bus with the hardware's part played here: a frame goes out in no time at all.
+struct Wire {
+    bus: Bus,
+    line: Line,
+    /// The request that is out and not answered yet.
+    asked: Option<Vec<u8>>,
+    /// The frame in the line's hands.
+    frame: Vec<u8>,
+}
+
+struct Bench {
+    gateway: Gateway,
+    wires: [Wire; 2],
+    now: Micros,
+}
+
+impl Bench {
+    fn new() -> Bench {
+        let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
+        let wire = |bus, timing: &Timing| {
+            let line = Line::new(timing.serial, timing.guard, Micros::ZERO);
+            Wire { bus, line, asked: None, frame: Vec::new() }
+        };
+        let wires = [wire(Bus::T7, &t7), wire(Bus::Isu, &isu)];
+        Bench {
+            gateway: Gateway::new(&table(), t7, isu, pwm::Limits::new(84_000_000)),
+            wires,
+            now: Micros::ZERO,
+        }
+    }
+
+    /// What the bus level of the firmware does in one run.
+    fn run(&mut self) {
+        let now = self.now;
+        for wire in &mut self.wires {
+            let (line, frame) = (&mut wire.line, &mut wire.frame);
+            self.gateway.poll(wire.bus, now, |bytes| {
+                if line.submit(bytes, now + Micros(5_900)).is_ok() {
+                    *frame = bytes.to_vec();
+                }
+            });
+            match wire.line.poll(now) {
+                Some(Step::Begin) => {
+                    while wire.line.next_character().is_some() {}
+                    assert!(wire.line.transmission_complete(now));
+                    wire.asked = Some(core::mem::take(&mut wire.frame));
+                    self.gateway.line(wire.bus, Event::Released { at: now });
+                }
+                Some(Step::Force) => self.gateway.line(wire.bus, Event::Forced { at: now }),
+                Some(Step::GiveUp) => self.gateway.line(wire.bus, Event::GivenUp { at: now }),
+                None => {}
+            }
+        }
+    }
+
+    fn hear(&mut self, index: usize, byte: u8, errors: LineErrors) {
+        let wire = &mut self.wires[index];
+        wire.line.heard(self.now);
+        self.gateway.line(wire.bus, Event::Heard { character: Character { byte, errors }, at: self.now });
+    }
+
+    /// Lets `span` pass with good sensors on both buses.
+    fn clean(&mut self, span: Micros) {
+        let end = self.now + span;
+        while self.now < end {
+            self.run();
+            for index in 0..2 {
+                if let Some(request) = self.wires[index].asked.take() {
+                    for byte in answer(&request) {
+                        self.hear(index, byte, LineErrors::NONE);
+                    }
+                }
+            }
+            self.now = self.now + Micros(100);
+        }
+    }
+
+    fn statuses(&mut self) -> Vec<(Status, Option<i32>)> {
+        let slots = self.gateway.slots.iter().enumerate();
+        let readings = slots.map(|(index, slot)| slot.reading(index as u8));
+        readings.map(|r| (r.status(self.now), r.angle(self.now).map(|angle| angle.udeg()))).collect()
+    }
+}
+
+/// Written by hand: node 1 is at 1.000°, node 2 at 2.000°, the ISU at 90° (16384 of 65536).
+fn answer(request: &[u8]) -> Vec<u8> {
+    match request {
+        [0x01, 0x01, 0x83] => std::vec![0x01, 0x06, 0x83, 0x00, 0x00, 0x03, 0xE8, 0x8B],
+        [0x02, 0x01, 0x83] => std::vec![0x02, 0x06, 0x83, 0x00, 0x00, 0x07, 0xD0, 0x9E],
+        [0x03, 0x14, 0x58, 0x02, 0x6E] => std::vec![0x04, 0x15, 0x58, 0x40, 0x00, 0xAD],
+        other => panic!("not a request of ours: {other:02X?}"),
+    }
+}
+
+const ALL_RIGHT: [(Status, Option<i32>); 3] =
+    [(Status::Ok, Some(1_000_000)), (Status::Ok, Some(2_000_000)), (Status::Ok, Some(90_000_000))];
+
+#[test]
+fn clean_buses_are_read_right() {
+    let mut bench = Bench::new();
+    bench.clean(Micros::from_millis(100));
+    assert_eq!(bench.statuses(), ALL_RIGHT);
+}
+
+#[test]
+fn a_value_that_is_not_renewed_grows_stale_even_if_nobody_calls() {
+    let mut bench = Bench::new();
+    bench.clean(Micros::from_millis(100));
+    bench.now = bench.now + ISU_PERIOD.times(3) + Micros(100_000);
+    assert!(bench.statuses().iter().all(|&(status, angle)| (status, angle) == (Status::Stale, None)));
+}
+
+#[test]
+fn what_a_pwm_input_sees_becomes_a_value_or_a_reason() {
+    let mut table = table().to_vec();
+    table.push(slot(Source::Pwm { input: PwmInput::Pwm1 }, Micros(33_333)));
+    let timing = Timing::isu();
+    let mut gateway = Gateway::new(&table, timing, timing, pwm::Limits::new(84_000_000));
+    let cycle = |period, high| Capture::Cycle(Ticks { period, high });
+    // 2.8 million ticks are 1/30 s; half of them high is 180°.
+    for (capture, status, udeg) in [
+        (cycle(2_800_000, 1_400_000), Status::Ok, Some(180_000_000)),
+        (Capture::LostEdge, Status::Ok, Some(180_000_000)),
+        (cycle(1_680_000, 840_000), Status::BadPeriod, None),
+        (cycle(2_800_000, 280_000), Status::OutOfRange, None),
+        (Capture::NoSignal { high: true }, Status::StuckHigh, None),
+        (Capture::NoSignal { high: false }, Status::StuckLow, None),
+        (cycle(2_800_000, 1_400_000), Status::Ok, Some(180_000_000)),
+    ] {
+        gateway.pwm(PwmInput::Pwm1, capture, Micros(1));
+        gateway.pwm(PwmInput::Pwm2, cycle(2_800_000, 700_000), Micros(1));
+        let reading = gateway.slots[3].reading(3);
+        assert_eq!(
+            (reading.status(Micros(1)), reading.angle(Micros(1)).map(|a| a.udeg())),
+            (status, udeg),
+            "{capture:?}"
+        );
+    }
+    assert_eq!(gateway.lost_edges(), 1);
+}
+
+#[derive(Clone, Debug)]
+enum Trouble {
+    Wait(u32),
+    Character {
+        bus: usize,
+        byte: u8,
+        errors: u8,
+    },
+    /// The first bytes of the right answer.
+    Torn {
+        bus: usize,
+        length: usize,
+    },
+    Forced(usize),
+    Released(usize),
+}
+
+fn trouble() -> impl Strategy<Value = Trouble> {
+    prop_oneof![
+        4 => (0u32..3_000).prop_map(Trouble::Wait),
+        8 => (0usize..2, any::<u8>(), 0u8..8).prop_map(|(bus, byte, errors)| Trouble::Character { bus, byte, errors }),
+        2 => (0usize..2, 0usize..9).prop_map(|(bus, length)| Trouble::Torn { bus, length }),
+        1 => (0usize..2).prop_map(Trouble::Forced),
+        1 => (0usize..2).prop_map(Trouble::Released),
+    ]
+}
+
+proptest! {
+    /// Any characters, any line events, any pauses: no angle but the true one, and afterwards all is well again.
+    #[test]
+    fn nothing_that_comes_in_stops_the_gateway(troubles in prop::collection::vec(trouble(), 0..300)) {
+        let mut bench = Bench::new();
+        for trouble in troubles {
+            match trouble {
+                Trouble::Wait(span) => bench.now = bench.now + Micros(span.into()),
+                Trouble::Character { bus, byte, errors } => {
+                    let errors = if errors == 0 { LineErrors::FRAMING } else { LineErrors::NONE };
+                    bench.hear(bus, byte, errors);
+                }
+                Trouble::Torn { bus, length } => {
+                    let Some(request) = bench.wires[bus].asked.clone() else { continue };
+                    for byte in answer(&request).into_iter().take(length) {
+                        bench.hear(bus, byte, LineErrors::NONE);
+                    }
+                }
+                Trouble::Forced(bus) => {
+                    let (bus, at) = (bench.wires[bus].bus, bench.now);
+                    bench.gateway.line(bus, Event::Forced { at });
+                }
+                Trouble::Released(bus) => {
+                    let (bus, at) = (bench.wires[bus].bus, bench.now);
+                    bench.gateway.line(bus, Event::Released { at });
+                }
+            }
+            bench.run();
+            for (index, (status, angle)) in bench.statuses().into_iter().enumerate() {
+                if status == Status::Ok {
+                    prop_assert_eq!(angle, ALL_RIGHT[index].1);
+                }
+            }
+        }
+        for wire in &mut bench.wires {
+            wire.asked = None;
+        }
+        bench.clean(ISU_PERIOD.times(2));
+        prop_assert_eq!(bench.statuses(), ALL_RIGHT);
+    }
+}
