@@ -1,6 +1,5 @@
 //! Building the firmware image.
 
-use std::env;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -15,9 +14,7 @@ pub const PACKAGE: &str = "clino-firmware";
 pub fn build() -> Result<PathBuf, Failure> {
     add_target()?;
     command::run(command::cargo(["build", "--release", "--package", PACKAGE, "--target", TARGET]))?;
-    let target_dir =
-        env::var_os("CARGO_TARGET_DIR").map_or_else(|| command::root().join("target"), PathBuf::from);
-    Ok(target_dir.join(TARGET).join("release").join(PACKAGE))
+    Ok(command::target_dir().join(TARGET).join("release").join(PACKAGE))
 }
 
 /// Installs the target's standard library if it is missing.

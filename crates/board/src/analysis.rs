@@ -42,6 +42,9 @@ pub enum Verdict {
     DeviceError,
 }
 
+/// No exchange takes longer: the message timeout of the ISU is 400 ms, that of the T7 500 ms.
+const LONGEST_EXCHANGE: Ns = 500_000_000;
+
 /// One request and what followed it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Poll {
@@ -76,6 +79,13 @@ impl Poll {
             Protocol::T7 => self.request.first().copied(),
             Protocol::Isu => self.request.get(1).map(|byte| byte >> 4),
         }
+    }
+
+    /// Whether the run ended at `end` before anything could come of it.
+    pub fn is_open(&self, end: Ns) -> bool {
+        self.next_de_high.is_none()
+            && self.verdict != Verdict::Good
+            && end < self.last_stop + LONGEST_EXCHANGE
     }
 
     /// DE's rise to the first start bit, in bit times.
@@ -168,7 +178,8 @@ impl Analysis {
         let events = log.in_order();
         let polls = polls(&events, protocol);
         let mut by_address: BTreeMap<u8, Tally> = BTreeMap::new();
-        for poll in &polls {
+        let settled = |poll: &&Poll| !poll.is_open(end);
+        for poll in polls.iter().filter(settled) {
             let tally = by_address.entry(poll.address(protocol).unwrap_or(0)).or_default();
             tally.polls += 1;
             *match poll.verdict {
@@ -194,7 +205,7 @@ impl Analysis {
                 }
                 _ => false,
             }),
-            malformed_requests: polls.iter().filter(|poll| !poll.well_formed).count() as u64,
+            malformed_requests: polls.iter().filter(settled).filter(|poll| !poll.well_formed).count() as u64,
             framing_errors: count(|event| matches!(event, Event::Heard { framing_error: true, .. })),
             contentions: (
                 count(|event| matches!(event, Event::Contention { .. })),

@@ -1,6 +1,8 @@
 //! The shipped firmware image on the virtual board. Figures are taken from the wire log and the console, and are
 //! compared with limits and truths that are restated here.
 
+#[cfg(unix)]
+mod command_line;
 mod faults;
 mod main_job;
 mod pwm;
