@@ -42,6 +42,10 @@ pub enum Verdict {
     DeviceError,
 }
 
+/// Requests that follow an answer sooner than this, in nanoseconds, were waiting for it: ten times the guard of one
+/// character at 115200 bit/s, and less than the gateway's shortest period.
+pub const BACK_TO_BACK: i64 = 1_000_000;
+
 /// No exchange takes longer: the message timeout of the ISU is 400 ms, that of the T7 500 ms.
 const LONGEST_EXCHANGE: Ns = 500_000_000;
 
@@ -156,6 +160,9 @@ pub struct Analysis {
     pub tail: Option<Extremes<i64>>,
     /// End of an answer to DE's next rise, in nanoseconds.
     pub turnaround: Option<Extremes<i64>>,
+    /// The same for requests that were due already when the answer ended, which is taken to be so for those that
+    /// follow within [`BACK_TO_BACK`].
+    pub back_to_back: Option<Extremes<i64>>,
     /// Longest time that DE was high.
     pub longest_de: Ns,
     /// Times that DE was high without anything being sent.
@@ -197,6 +204,9 @@ impl Analysis {
             lead_bits: Extremes::of(polls.iter().map(Poll::lead_bits)),
             tail: Extremes::of(polls.iter().filter_map(Poll::tail)),
             turnaround: Extremes::of(polls.iter().filter_map(Poll::turnaround)),
+            back_to_back: Extremes::of(
+                polls.iter().filter_map(Poll::turnaround).filter(|&turnaround| turnaround < BACK_TO_BACK),
+            ),
             longest_de: de.iter().map(|&(rise, fall)| fall.unwrap_or(end) - rise).max().unwrap_or(0),
             idle_de: (de.len() - polls.len()) as u64,
             broken_characters: count(|event| match event {

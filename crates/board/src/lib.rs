@@ -2,6 +2,7 @@
 
 pub mod analysis;
 pub mod console;
+pub mod edges;
 pub mod log;
 pub mod oracle;
 pub mod run;

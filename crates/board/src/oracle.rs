@@ -14,6 +14,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use crate::console::Line;
+use crate::edges::Heard;
 use crate::scenario::{Identity, Kind, Truth};
 use clino_sim::motion::{DEGREE, Motion, TURN, bidirectional};
 use clino_sim::node::Ns;
@@ -52,6 +53,8 @@ pub struct Slot {
     pub first_ok: Option<Ns>,
     /// When the last right `ok` line was begun.
     pub last_ok: Option<Ns>,
+    /// Angles of a PWM input, to be compared with its edges.
+    pub heard: Vec<Heard>,
     /// The last reading.
     pub last: Option<(Ns, Reading)>,
     /// Numbers under which it was printed; one if all is well.
@@ -80,6 +83,7 @@ impl Oracle {
             max_lag: 0,
             first_ok: None,
             last_ok: None,
+            heard: Vec::new(),
             last: None,
             numbers: BTreeSet::new(),
         };
@@ -158,6 +162,9 @@ impl Slot {
         if let (Some(angle), Some(age)) = (reading.angle_deg, reading.age_ms) {
             self.ok += 1;
             let angle = (angle * DEGREE as f64).round() as i64;
+            if self.truth.who.kind == Kind::Pwm {
+                self.heard.push(Heard { began: line.began, at: line.at, angle });
+            }
             // The age is rounded to a millisecond, either way.
             let measured = line.began.saturating_sub(age.saturating_add(1).saturating_mul(MS) + MARGIN);
             let from = measured.saturating_sub(self.truth.hold);

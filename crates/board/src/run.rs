@@ -7,6 +7,7 @@ use clino_sim::node::Ns;
 
 use crate::analysis::{Analysis, Protocol};
 use crate::console::{Console, Line, SharedTerminal};
+use crate::edges::Edges;
 use crate::elf::Image;
 use crate::log::{Event, SharedLog};
 use crate::oracle::Oracle;
@@ -117,6 +118,16 @@ impl Run {
         self.buses.iter().map(analysis).collect()
     }
 
+    /// Name of each PWM input with readings, and what they are like against its edges, so far.
+    fn edges(&self) -> Vec<(String, Edges)> {
+        let inputs = ["pwm1", "pwm2"].into_iter().enumerate().filter_map(|(input, bus)| {
+            let slot = self.oracle.slots().iter().find(|slot| slot.truth.who.bus == bus)?;
+            let edges = Edges::of(&self.board.pwm_log(input), &slot.heard);
+            (edges.readings > 0).then(|| (bus.to_owned(), edges))
+        });
+        inputs.collect()
+    }
+
     /// The summary so far, and whether all is well.
     pub fn summary(&self) -> (String, bool) {
         let buses = self.analyses();
@@ -133,7 +144,9 @@ impl Run {
         for (name, bus) in &buses {
             faults.extend(bus.broken_rules().into_iter().map(|broken| format!("bus {name}: {broken}")));
         }
-        let summary = Summary { end: self.now, oracle: &self.oracle, buses: &buses, core, faults: &faults };
+        let pwm = self.edges();
+        let summary =
+            Summary { end: self.now, oracle: &self.oracle, buses: &buses, pwm: &pwm, core, faults: &faults };
         (summary.to_string(), faults.is_empty())
     }
 

@@ -7,6 +7,7 @@ use clino_sim::node::Ns;
 
 use crate::analysis::{Analysis, Extremes, Tally};
 use crate::cpu::CpuStats;
+use crate::edges::Edges;
 use crate::log::PS_PER_S;
 use crate::oracle::{Oracle, Slot};
 
@@ -21,6 +22,8 @@ pub struct Summary<'a> {
     pub oracle: &'a Oracle,
     /// Name and figures of each bus.
     pub buses: &'a [(&'static str, Analysis)],
+    /// Name and figures of each PWM input that had something to say.
+    pub pwm: &'a [(String, Edges)],
     /// What the core did.
     pub core: CpuStats,
     /// What is wrong with the run; empty if it worked.
@@ -35,6 +38,11 @@ impl fmt::Display for Summary<'_> {
             writeln!(f, "\nBus {name}{}", rate(bus))?;
             f.write_str(&polls(bus))?;
             f.write_str(&figures(bus))?;
+        }
+        for (name, edges) in self.pwm {
+            writeln!(f, "\nInput {name}, {} readings", edges.readings)?;
+            figure(f, "error against true edges", format!("at most {:.4} deg", edges.max_error / 1e6))?;
+            figure(f, "first edge to end of line", format!("at most {}", ms(edges.max_delay)))?;
         }
         writeln!(f, "\nRun")?;
         figure(f, "virtual time", format!("{:.3} s", self.end as f64 / 1e9))?;
@@ -106,6 +114,7 @@ fn figures(bus: &Analysis) -> String {
     put("DE high to start bit", bits);
     put("stop bit to DE low", bus.tail.map_or_else(dash, us));
     put("answer to next DE high", bus.turnaround.map_or_else(dash, us));
+    put("  the same, back to back", bus.back_to_back.map_or_else(dash, us));
     put("longest DE high", format!("{:.3} ms", bus.longest_de as f64 / 1e6));
     put("bus use", format!("{:.2} %", bus.utilisation * 100.0));
     let (contentions, fought) = bus.contentions;
@@ -168,11 +177,13 @@ mod tests {
         let oracle = Oracle::new(vec![]);
         let buses = [("t7", Analysis::of(&SegmentLog::default(), Protocol::T7, 0))];
         let core = CpuStats::default();
-        let well = Summary { end: 0, oracle: &oracle, buses: &buses, core, faults: &[] }.to_string();
+        let well =
+            Summary { end: 0, oracle: &oracle, buses: &buses, pwm: &[], core, faults: &[] }.to_string();
         assert!(well.contains("stop bit to DE low          -\n"), "{well}");
         assert!(well.ends_with("\nAll well.\n"), "{well}");
         let faults = ["it broke".to_owned()];
-        let ill = Summary { end: 0, oracle: &oracle, buses: &buses, core, faults: &faults }.to_string();
+        let ill =
+            Summary { end: 0, oracle: &oracle, buses: &buses, pwm: &[], core, faults: &faults }.to_string();
         assert!(ill.ends_with("\nNot well:\n  - it broke\n"), "{ill}");
     }
 }
