@@ -11,6 +11,7 @@ use clino_board::oracle::{self, Reading};
 use clino_board::pwm::Pulse;
 use clino_board::run::Run;
 use clino_board::scenario::Scenario;
+use defmt_decoder::Table;
 
 /// A reading as it came over the console.
 #[derive(Clone, Debug)]
@@ -42,6 +43,8 @@ pub struct Ran {
     pub isu: Analysis,
     /// True edges of both PWM inputs.
     pub pulses: [Vec<Pulse>; 2],
+    /// The firmware's log: one line per message, without its time.
+    pub log: Vec<String>,
     /// The bus log as text.
     pub bus_log: Vec<u8>,
     /// The summary for humans.
@@ -80,7 +83,8 @@ fn go(scenario: Result<Scenario, impl std::fmt::Display>) -> Ran {
     run.write_bus_log(&mut bus_log).expect("memory does not fail");
     let (summary, all_well) = run.summary();
     let pulses = [0, 1].map(|input| run.board().pwm_log(input));
-    Ran { lines, spoken, t7, isu, pulses, bus_log, summary, all_well }
+    let log = decode(&run.board().take_rtt());
+    Ran { lines, spoken, t7, isu, pulses, log, bus_log, summary, all_well }
 }
 
 fn spoken(line: &Line) -> Option<Spoken> {
@@ -88,11 +92,25 @@ fn spoken(line: &Line) -> Option<Spoken> {
     Some(Spoken { began: line.began, at: line.at, reading })
 }
 
+/// What the firmware logged, in words. The strings are in the image file only.
+fn decode(rtt: &[u8]) -> Vec<String> {
+    let elf = std::fs::read(elf()).unwrap_or_else(|error| panic!("{error}"));
+    let table = Table::parse(&elf).expect("the image has a log table").expect("the image logs");
+    let mut decoder = table.new_stream_decoder();
+    decoder.received(rtt);
+    let mut log = Vec::new();
+    while let Ok(frame) = decoder.decode() {
+        log.push(frame.display_message().to_string());
+    }
+    log
+}
+
 fn image() -> &'static Image {
     static IMAGE: OnceLock<Image> = OnceLock::new();
-    IMAGE.get_or_init(|| {
-        let path = env::var_os("CLINO_ELF").map(PathBuf::from);
-        let path = path.expect("CLINO_ELF names the firmware image: run these tests with `cargo xtask test`");
-        Image::read(&path).unwrap_or_else(|error| panic!("{error}"))
-    })
+    IMAGE.get_or_init(|| Image::read(&elf()).unwrap_or_else(|error| panic!("{error}")))
+}
+
+fn elf() -> PathBuf {
+    let path = env::var_os("CLINO_ELF").map(PathBuf::from);
+    path.expect("CLINO_ELF names the firmware image: run these tests with `cargo xtask test`")
 }

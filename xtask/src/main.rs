@@ -1,5 +1,6 @@
 //! `cargo xtask …`: the front door to everything that plain cargo cannot do.
 
+mod check;
 mod command;
 mod firmware;
 mod flash;
@@ -18,6 +19,8 @@ Usage: cargo xtask <command>
              build the firmware and run it on the virtual board
   test       every test: portable, firmware build, firmware on the virtual board
   lint       formatting, clippy for host and target, documentation
+  check [NAME ...]
+             figures of the reusable crates: panics, instructions, coverage, fuzzing, ...
   size       flash and RAM of the firmware image, against its budget
   flash      put the firmware on a real STM32F407 board (needs probe-rs)
 
@@ -34,6 +37,7 @@ fn main() -> ExitCode {
     let result = match command.as_deref() {
         Some("sim") => sim::run(&rest),
         Some("test") if rest.is_empty() => test::run(),
+        Some("check") => check::run(&rest),
         Some("lint") if rest.is_empty() => lint::run(),
         Some("size") if rest.is_empty() => size::run().map(drop),
         Some("flash") if rest.is_empty() => flash::run(),

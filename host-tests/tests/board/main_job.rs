@@ -63,6 +63,13 @@ fn the_first_t7_angle_is_on_the_console_within_100_ms_of_reset() {
 }
 
 #[test]
+fn the_log_begins_with_version_and_clock() {
+    let ran = run(AT_REST);
+    let version = env!("CARGO_PKG_VERSION");
+    assert_eq!(ran.log, [format!("clino {version}, clock: Crystal")]);
+}
+
+#[test]
 fn the_scenarios_that_come_with_the_project_are_well() {
     for name in ["default.toml", "unplug.toml", "noise.toml"] {
         let ran = run_file(name);
