@@ -7,8 +7,8 @@
 //!           sign   X X X   .   X X   CR  LF        X: digit; leading ones may be blanks
 //! ```
 //!
-//! Limits: −180.00°…+180.00°, in hundredths of a degree. There is no checksum: a damaged digit passes as a digit,
-//! which is why the serial receiver's error flags matter here most.
+//! Limits: −180.00°…+180.00°, in hundredths of a degree. There is no checksum: a damaged digit passes as a
+//! digit, which is why the serial receiver's error flags matter here most.
 //!
 //! A module sends a line every 533 ms while its RX line is held low, or one for each high-to-low transition.
 
@@ -20,7 +20,8 @@ use crate::character::{Character, LineErrors};
 
 /// Characters in a line.
 pub const LINE_LENGTH: usize = 9;
-/// Largest magnitude, in hundredths of a degree. Source: §5, "−179.99"; a half turn is the limit of either sign.
+/// Largest magnitude, in hundredths of a degree. The document's examples end at
+/// −179.99; half a turn is taken as the limit of either sign.
 const MAX_CENTIDEG: i16 = 18_000;
 
 /// An angle as sent: hundredths of a degree, −18 000…18 000.

@@ -7,8 +7,8 @@ use crate::angle::Range;
 
 /// The checks that an answer has to pass.
 ///
-/// What a frame cannot do without (enough bytes, a command whose layout is known, an address a device can have) is
-/// always checked, because there would be no value to hand out.
+/// What a frame cannot do without (enough bytes, a command whose layout is known, an address a device can
+/// have) is always checked, because there would be no value to hand out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

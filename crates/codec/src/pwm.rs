@@ -34,8 +34,8 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// Duty cycle in parts per million, rounded half up; `None` for a period of zero, or a pulse longer than its
-    /// period.
+    /// Duty cycle in parts per million, rounded half up; `None` for a period of zero, or a pulse longer than
+    /// its period.
     pub const fn duty_ppm(self) -> Option<u32> {
         match self.ratio(PPM as i64, 0) {
             Some(ppm) => Some(ppm as u32),

@@ -1,11 +1,11 @@
 //! Finding frames in a stream of characters: one engine for every protocol of this crate.
 //!
 //! The engine keeps the characters that may still belong to a frame. A [`Grammar`] says what can start at the
-//! oldest of them; the engine waits until that candidate is complete, has it judged, and on failure moves on by
-//! one byte only, so that a good frame that began among the bad bytes is found. While it waits for somebody
-//! else's frame, which may be long or imaginary, it looks at every character whether a wanted frame ends here.
-//! Together: junk before a good frame never delays or costs it, unless the junk and the frame's first bytes
-//! form a good frame of their own.
+//! oldest of them; the engine waits until that candidate is complete, has it judged, and on failure moves on
+//! by one byte only, so that a good frame that began among the bad bytes is found. While it waits for
+//! somebody else's frame, which may be long or imaginary, it looks at every character whether a wanted frame
+//! ends here. Together: junk before a good frame never delays or costs it, unless the junk and the frame's
+//! first bytes form a good frame of their own.
 
 use crate::Progress;
 use crate::bytes::put;

@@ -24,7 +24,8 @@ fn documented_answer_length(command: u8) -> Option<u8> {
     })
 }
 
-/// Decodes a frame of zeros with that header and the right checksum, of the length that the command calls for.
+/// Decodes a frame of zeros with that header and the right checksum, of the length that the command calls
+/// for.
 fn accepts_header(address: u8, length: u8, command: u8) -> bool {
     let size = documented_answer_length(command).map_or(5, |length| usize::from(length) + 2);
     let mut frame = [0; 34];

@@ -1,4 +1,5 @@
-//! ISU: every function in both directions, the error answers, and the document's contradictions I1–I3, I12, I13.
+//! ISU: every function in both directions, the error answers, and the document's contradictions I1–I3, I12,
+//! I13.
 
 mod common;
 

@@ -148,7 +148,8 @@ fn noise() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(byte, 0..40)
 }
 
-/// Feeds a T7 decoder, and silence at the end. Returns the last byte's index and meaning of every good answer.
+/// Feeds a T7 decoder, and silence at the end. Returns the last byte's index and meaning of every good
+/// answer.
 fn t7_frames(decoder: &mut t7::AnswerDecoder, bytes: &[u8]) -> Vec<t7::Answer> {
     let mut frames = Vec::new();
     for &byte in bytes {

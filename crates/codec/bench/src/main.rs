@@ -1,7 +1,7 @@
 //! Runs one operation so many times: `clino-codec-bench decode|frame COUNT`.
 //!
-//! The difference between two counts, divided by the difference of their instructions, is the cost of one operation:
-//! start-up, and the loop around the first one, cancel out.
+//! The difference between two counts, divided by the difference of their instructions, is the cost of one
+//! operation: start-up, and the loop around the first one, cancel out.
 
 use std::hint::black_box;
 

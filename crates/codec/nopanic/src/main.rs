@@ -1,7 +1,8 @@
 //! A table of every public function of clino-codec that has code of its own.
 //!
-//! A pointer to a function keeps all of it in the program, whatever its callers know about its arguments. The panic
-//! handler calls a function that does not exist: if any panic is left after optimisation, the program does not link.
+//! A pointer to a function keeps all of it in the program, whatever its callers know about its arguments. The
+//! panic handler calls a function that does not exist: if any panic is left after optimisation, the program
+//! does not link.
 
 #![no_std]
 #![no_main]

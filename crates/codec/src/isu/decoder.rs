@@ -15,8 +15,8 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 
 /// Finds the expected answer, or one of the three error answers, in a stream of characters.
 ///
-/// `Bad` is a report, not the end: keep feeding characters until the answer comes or its time is over, then call
-/// [`idle`](Self::idle). An intact answer of another module, or to another function, is reported as
+/// `Bad` is a report, not the end: keep feeding characters until the answer comes or its time is over, then
+/// call [`idle`](Self::idle). An intact answer of another module, or to another function, is reported as
 /// [`DecodeError::Foreign`]. Characters that belong to no frame are counted as [`junk`](Self::junk).
 ///
 /// ```
@@ -58,8 +58,8 @@ impl AnswerDecoder {
         self.stream.push(&mut self.grammar, character)
     }
 
-    /// The answer's time is over: settles what is still undecided. Call it until it returns `More`; then every
-    /// character is accounted for.
+    /// The answer's time is over: settles what is still undecided. Call it until it returns `More`; then
+    /// every character is accounted for.
     pub fn idle(&mut self) -> Progress {
         self.stream.idle(&mut self.grammar)
     }

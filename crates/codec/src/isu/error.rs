@@ -17,7 +17,8 @@ pub enum DeviceError {
     InvalidFunctionCode,
     /// `01 FD FD`: the command arrived damaged.
     InvalidChecksum,
-    /// `02 F1 …`: the module is in the Hard Error state, and answers everything but Go To Soft Error State so.
+    /// `02 F1 …`: the module is in the Hard Error state, and answers everything but Go To Soft Error State
+    /// so.
     HardwareError {
         /// "Function code from initial command message", as sent.
         command_byte: u8,

@@ -1,6 +1,6 @@
 //! The answer that a command calls for. Source: AN #201 appendix A.
 
-use super::error::{DecodeError, DeviceError, Differs};
+use super::error::{DecodeError, Differs};
 use super::frame::OVERHEAD;
 use super::{Address, Answer, Function, Request, Response};
 use crate::layers::Layers;
@@ -61,8 +61,8 @@ impl Expected {
     /// Checks a complete answer against this expectation. The three error answers always fit.
     ///
     /// # Errors
-    /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its header is
-    /// foreign, because the header may be what is damaged.
+    /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its
+    /// header is foreign, because the header may be what is damaged.
     pub fn check(&self, bytes: &[u8], layers: Layers) -> Result<Answer, DecodeError> {
         let answer = Answer::decode_with(bytes, layers)?;
         let Some(function) = answer.response.function() else { return Ok(answer) };
@@ -108,11 +108,5 @@ impl Expected {
             return Err(DecodeError::Memory { received, expected });
         }
         Ok(())
-    }
-}
-
-impl From<DeviceError> for Response {
-    fn from(error: DeviceError) -> Self {
-        Self::Error(error)
     }
 }

@@ -13,8 +13,8 @@
 //! - The checksum is the low byte of the plain sum of bytes 1…N: the length byte is not in it, and unlike the
 //!   T7's it is not negated.
 //! - 16-bit numbers are sent high byte first; the line is 9600 bit/s, 8N1.
-//! - A module cannot hear while it sends, and discards commands that take longer than 400 ms. A new angle appears
-//!   every 8/15 s. Times are the caller's business.
+//! - A module cannot hear while it sends, and discards commands that take longer than 400 ms. A new angle
+//!   appears every 8/15 s. Times are the caller's business.
 //! - Error answers carry address 15 and name nobody: they belong to the transaction in flight.
 
 mod address;

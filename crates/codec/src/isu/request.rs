@@ -95,8 +95,8 @@ impl Request {
     /// The command as it goes over the line.
     ///
     /// # Errors
-    /// [`EncodeError`]: the reserved address, an impossible count or range, or a write outside the places that
-    /// the document names (RAM 58–59, EEPROM 48–57, 78–7F, D0–D7).
+    /// [`EncodeError`]: the reserved address, an impossible count or range, or a write outside the places
+    /// that the document names (RAM 58–59, EEPROM 48–57, 78–7F, D0–D7).
     pub fn encode(&self, address: Address) -> Result<Frame, EncodeError> {
         let documented = match self {
             Self::WriteRam { start, data } => is_documented_ram(*start, data.as_slice().len()),
@@ -112,7 +112,8 @@ impl Request {
 
     /// As [`encode`](Self::encode), writes to any memory included.
     ///
-    /// "Modification of other data will most likely render the module inoperable and irreparable" (AN #201 §6).
+    /// "Modification of other data will most likely render the module inoperable and irreparable" (AN #201
+    /// §6).
     ///
     /// # Errors
     /// [`EncodeError`], except `Undocumented`.

@@ -122,8 +122,8 @@ impl Answer {
         self.response.angle_word()
     }
 
-    /// The angle, if this answers [`Request::READ_ANGLE`](super::Request::READ_ANGLE): 0…359.99°, from the null
-    /// position, clockwise.
+    /// The angle, if this answers [`Request::READ_ANGLE`](super::Request::READ_ANGLE): 0…359.99°, from the
+    /// null position, clockwise.
     pub fn angle(&self) -> Option<Angle> {
         self.angle_word().map(Angle::from_turn16)
     }
@@ -206,6 +206,12 @@ impl Response {
             Function::WriteEeprom => Self::WriteEeprom { start, count: third },
             Function::ResetNullPosition => Self::ResetNullPosition,
         }
+    }
+}
+
+impl From<DeviceError> for Response {
+    fn from(error: DeviceError) -> Self {
+        Self::Error(error)
     }
 }
 

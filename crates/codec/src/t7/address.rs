@@ -29,8 +29,8 @@ impl Address {
 
     /// 126: every device answers, all at once.
     ///
-    /// Only commands whose response length value is at most eight may be sent to it; encoding any other one is
-    /// refused. Answers of several devices overlap on a shared line. No answer ever carries this address.
+    /// Only commands whose response length value is at most eight may be sent to it; encoding any other one
+    /// is refused. Answers of several devices overlap on a shared line. No answer ever carries this address.
     pub const ALL: Self = Self(ALL_RESPOND);
 
     /// The address of one device: 1–100 or 127. Everything else, 126 included, is `None`.
@@ -64,8 +64,9 @@ impl Address {
 
     /// Every address at which a device can be found, in the order 1–100, 127.
     ///
-    /// There is no command that lists the devices of a bus (Roll Call was removed from the protocol in version
-    /// 1.7), so that finding them means asking each of these, at each [baud rate](super::BaudRate::ALL).
+    /// There is no command that lists the devices of a bus (Roll Call was removed from the protocol in
+    /// version 1.7), so that finding them means asking each of these, at each [baud
+    /// rate](super::BaudRate::ALL).
     pub fn sweep() -> impl Iterator<Item = Self> {
         (1..=LAST_ASSIGNABLE).map(Self).chain([Self::FACTORY])
     }

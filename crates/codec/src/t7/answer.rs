@@ -7,8 +7,9 @@ use super::{Address, Axis, Millidegrees, Opcode, Response};
 use crate::bytes::{Reader, sum};
 use crate::layers::Layers;
 
-/// Length byte of Get All Angles in the guide's printed example. Its table says 10, which fits the 16 bytes that
-/// follow; the example's checksum was computed with 0A, so that some device may really send it. Source: §2.1.1.
+/// Length byte of Get All Angles in the guide's printed example. Its table says 10, which fits the 16 bytes
+/// that follow; the example's checksum was computed with 0A, so that some device may really send it. Source:
+/// §2.1.1.
 pub(super) const PRINTED_GET_ALL_ANGLES_LENGTH: u8 = 0x0A;
 /// Length byte of Get Angle. Source: §2.1.2.
 const GET_ANGLE_LENGTH: u8 = Opcode::GetAngle0.response_length();
@@ -69,8 +70,8 @@ impl Expected {
     /// Checks a complete answer against this expectation.
     ///
     /// # Errors
-    /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its header
-    /// is foreign, because the header may be what is damaged.
+    /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its
+    /// header is foreign, because the header may be what is damaged.
     pub fn check(&self, bytes: &[u8], layers: Layers) -> Result<Answer, DecodeError> {
         let answer = Answer::decode_with(bytes, layers)?;
         let (address, opcode) = (answer.address, answer.response.opcode());

@@ -13,8 +13,8 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 
 /// Finds the expected answer in a stream of characters.
 ///
-/// `Bad` is a report, not the end: keep feeding characters until the answer comes or its time is over, then call
-/// [`idle`](Self::idle). An intact answer of another device, or to another command, is reported as
+/// `Bad` is a report, not the end: keep feeding characters until the answer comes or its time is over, then
+/// call [`idle`](Self::idle). An intact answer of another device, or to another command, is reported as
 /// [`DecodeError::Foreign`]. Characters that belong to no frame are counted as [`junk`](Self::junk).
 ///
 /// ```
@@ -44,8 +44,8 @@ pub struct AnswerDecoder {
 impl AnswerDecoder {
     /// A decoder that waits for `expected` and applies `layers`.
     ///
-    /// With the command check off, a damaged length or command byte can make the decoder wait for a longer frame;
-    /// [`idle`](Self::idle) then releases a good frame that was received meanwhile.
+    /// With the command check off, a damaged length or command byte can make the decoder wait for a longer
+    /// frame; [`idle`](Self::idle) then releases a good frame that was received meanwhile.
     pub const fn new(expected: Expected, layers: Layers) -> Self {
         let Expected { address, opcode } = expected;
         let header = [address.get(), opcode.response_length(), opcode.get()];
@@ -63,8 +63,8 @@ impl AnswerDecoder {
         self.stream.push(&mut self.grammar, character)
     }
 
-    /// The answer's time is over: settles what is still undecided. Call it until it returns `More`; then every
-    /// character is accounted for.
+    /// The answer's time is over: settles what is still undecided. Call it until it returns `More`; then
+    /// every character is accounted for.
     pub fn idle(&mut self) -> Progress {
         self.stream.idle(&mut self.grammar)
     }

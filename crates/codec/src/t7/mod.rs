@@ -13,8 +13,8 @@
 //!
 //! - All numbers are big-endian, two's complement unless said otherwise; the line is 8N1.
 //! - The checksum is the negated low byte of the sum of everything before it: a whole frame sums to zero.
-//! - Devices only speak when spoken to: within 2 ms after a Get, within 25 ms after a Set command. A command must
-//!   arrive within 500 ms, first byte to last. Times are the caller's business.
+//! - Devices only speak when spoken to: within 2 ms after a Get, within 25 ms after a Set command. A command
+//!   must arrive within 500 ms, first byte to last. Times are the caller's business.
 //! - Roll Call is named in §1.4, but was removed in version 1.7 and never described: it does not exist here.
 //!   Devices are found by asking every address of [`Address::sweep`] at every rate of [`BaudRate::ALL`].
 

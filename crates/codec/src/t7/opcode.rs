@@ -152,10 +152,11 @@ impl Opcode {
         }
     }
 
-    /// Whether the command may be sent to [`Address::ALL`](super::Address::ALL): response length at most eight.
+    /// Whether the command may be sent to [`Address::ALL`](super::Address::ALL): response length at most
+    /// eight.
     ///
-    /// By this rule of §1.4 Set Baud Rate and Set Address qualify, although the list that follows the rule does not
-    /// name them.
+    /// By this rule of §1.4 Set Baud Rate and Set Address qualify, although the list that follows the rule
+    /// does not name them.
     pub const fn may_go_to_all(self) -> bool {
         self.response_length() <= MAX_ALL_RESPOND_LENGTH
     }

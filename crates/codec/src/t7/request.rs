@@ -168,8 +168,8 @@ impl Request {
         Ok(frame.seal())
     }
 
-    /// The command that these bytes are, whole and exactly. A command that must not go to the all-respond address
-    /// is understood even there: a device, or a listener, may well hear it.
+    /// The command that these bytes are, whole and exactly. A command that must not go to the all-respond
+    /// address is understood even there: a device, or a listener, may well hear it.
     ///
     /// # Errors
     /// Whatever is wrong with them. [`DecodeError::Value`] is what a device answers with

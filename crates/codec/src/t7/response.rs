@@ -157,8 +157,8 @@ impl Response {
 /// Reads the body of an answer, whose length was checked, and checks numbers against their documented ranges.
 /// Temperatures are reported as they are.
 ///
-/// `whole` makes an answer of the response, arm by arm: a response of its own, made here and moved there, costs more
-/// instructions than all the rest.
+/// `whole` makes an answer of the response, arm by arm: a response of its own, made here and moved there,
+/// costs more instructions than all the rest.
 pub(super) fn parse(
     opcode: Opcode,
     mut body: Reader<'_>,

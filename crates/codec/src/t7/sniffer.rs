@@ -30,10 +30,10 @@ pub type SniffProgress = crate::Progress<Sniffed, DecodeError>;
 
 /// Takes apart what host and devices say on one line.
 ///
-/// Commands and answers look alike: Set Angle Output Range and Set Baud Rate even have the same length in both
-/// directions. The order tells them apart: what fits the last command is its answer. Tell the sniffer with
-/// [`idle`](Self::idle) when the line has been silent for longer than a device may take (2 ms after a Get, 25 ms after a
-/// Set command), or a repeated command is taken for an answer.
+/// Commands and answers look alike: Set Angle Output Range and Set Baud Rate even have the same length in
+/// both directions. The order tells them apart: what fits the last command is its answer. Tell the sniffer
+/// with [`idle`](Self::idle) when the line has been silent for longer than a device may take (2 ms after a
+/// Get, 25 ms after a Set command), or a repeated command is taken for an answer.
 ///
 /// Get commands have no checksum, so that a few bytes of noise can look like one.
 ///
@@ -59,7 +59,8 @@ pub struct Sniffer {
 }
 
 impl Sniffer {
-    /// A sniffer that has heard nothing. The address, command and length layers play no part: nothing is expected.
+    /// A sniffer that has heard nothing. The address, command and length layers play no part: nothing is
+    /// expected.
     pub const fn new(layers: Layers) -> Self {
         Self { grammar: Conversation { layers, asked: None }, stream: Stream::new() }
     }
@@ -69,8 +70,8 @@ impl Sniffer {
         self.stream.push(&mut self.grammar, character)
     }
 
-    /// The line has been silent for longer than an answer may take: settles what is still undecided, and expects a command
-    /// next. Call it until it returns `More`.
+    /// The line has been silent for longer than an answer may take: settles what is still undecided, and
+    /// expects a command next. Call it until it returns `More`.
     pub fn idle(&mut self) -> SniffProgress {
         let progress = self.stream.idle(&mut self.grammar);
         if progress == SniffProgress::More {

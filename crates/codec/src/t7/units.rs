@@ -1,4 +1,5 @@
-//! The numbers of T7 messages, raw as sent, each with its one way to a common unit. Source: T7 guide §1, §2.1.1.
+//! The numbers of T7 messages, raw as sent, each with its one way to a common unit. Source: T7 guide §1,
+//! §2.1.1.
 
 use crate::angle::{Angle, Range};
 use crate::layers::ValueRange;

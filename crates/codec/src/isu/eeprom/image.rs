@@ -105,8 +105,9 @@ impl Image {
 
 /// What the checksum covers.
 ///
-/// The document says "all 256 EEPROM words", and gives a rule for changes that can hold only if the checksum's own
-/// 16 bits are not among them. Whether the upper 14 bits of the words that hold it are, it does not say.
+/// The document says "all 256 EEPROM words", and gives a rule for changes that can hold only if the
+/// checksum's own 16 bits are not among them. Whether the upper 14 bits of the words that hold it are, it
+/// does not say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -2,8 +2,8 @@
 //!
 //! Source: AN #201 §6 (tables 4 and 5) and §7.
 //!
-//! A data word is kept two bits at a time in the low ends of eight consecutive EEPROM words; the 14 bits above
-//! belong to the manufacturer and must never change:
+//! A data word is kept two bits at a time in the low ends of eight consecutive EEPROM words; the 14 bits
+//! above belong to the manufacturer and must never change:
 //!
 //! ```text
 //! EEPROM word      +0      +1      +2      +3      +4      +5      +6      +7
@@ -20,8 +20,8 @@
 //! Table 4 is lost in the available copy. The order above follows from the surviving list under "Setting the
 //! Module Address" and from its remark that words 48 and 49 hold the whole address.
 //!
-//! A module whose checksum is wrong after a reset is in its Hard Error state and useless until repaired. Hence
-//! [`Plan`]: from a complete image and a wish to exactly the words to write, or a refusal.
+//! A module whose checksum is wrong after a reset is in its Hard Error state and useless until repaired.
+//! Hence [`Plan`]: from a complete image and a wish to exactly the words to write, or a refusal.
 
 mod image;
 mod packing;

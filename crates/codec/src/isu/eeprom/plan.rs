@@ -33,8 +33,8 @@ pub enum Change {
 
 /// The bit that switches auto-shutoff.
 ///
-/// Its number is unreadable in the available copy of the document; these three fit what is left of it, 0 fits best. The
-/// caller has to name one.
+/// Its number is unreadable in the available copy of the document; these three fit what is left of it, 0 fits
+/// best. The caller has to name one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -133,8 +133,8 @@ impl Write {
 
 /// The writes that make a change and keep the checksum right.
 ///
-/// Between the first and the last write the checksum is wrong. Should power fail there, the module comes up in its Hard
-/// Error state, and [`repair`](Self::repair) on a fresh image brings it back.
+/// Between the first and the last write the checksum is wrong. Should power fail there, the module comes up
+/// in its Hard Error state, and [`repair`](Self::repair) on a fresh image brings it back.
 ///
 /// ```
 /// use clino_codec::isu::eeprom::{Change, ChecksumReading, Image, Plan};
@@ -196,8 +196,8 @@ impl Plan {
 
     /// The writes that make a wrong checksum right in that reading. None, if it is right.
     ///
-    /// Which reading a module follows shows in its [`Audit`] while it is sound. If that is not known, try one, reset
-    /// the module, and try the other should it still report a hardware error.
+    /// Which reading a module follows shows in its [`Audit`] while it is sound. If that is not known, try
+    /// one, reset the module, and try the other should it still report a hardware error.
     pub fn repair(image: &Image, reading: ChecksumReading) -> Self {
         let checksum = image.audit().computed(reading);
         Self::new(None, Write::of(image, DataWord::Checksum, checksum, 0, WORDS_PER_DATA_WORD))
