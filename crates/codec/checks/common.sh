@@ -13,3 +13,15 @@ bare_metal_build() {
     shift
     RUSTFLAGS="-C link-arg=--nmagic" cargo build --quiet --release --target "$target" "$@"
 }
+
+# Makes sure that a program is there, from Debian's package of that name where apt-get can install it.
+needs() {
+    command -v "$1" >/dev/null 2>&1 && return
+    if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
+        { apt-get update && apt-get install --yes --no-install-recommends "$1"; } >/dev/null 2>&1 || true
+    fi
+    command -v "$1" >/dev/null 2>&1 || {
+        echo "$(basename "$0"): needs $1; install it first" >&2
+        exit 1
+    }
+}

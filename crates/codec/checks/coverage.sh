@@ -2,6 +2,7 @@
 # Line and branch coverage of the crate by its tests (doc examples not counted).
 set -eu
 . "$(dirname "$0")/common.sh"
+needs python3
 
 limit=98
 rustup component add llvm-tools --toolchain nightly >/dev/null 2>&1

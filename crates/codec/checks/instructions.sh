@@ -3,6 +3,8 @@
 set -eu
 . "$(dirname "$0")/common.sh"
 
+needs valgrind
+
 decode_limit=80
 frame_limit=250
 few=1000

@@ -3,6 +3,7 @@
 # Fails above the goal. `size.sh --ratchet` fails only when the codec has grown beyond what it was last accepted at.
 set -eu
 . "$(dirname "$0")/common.sh"
+needs python3
 
 goal=4096
 ratchet=17500
