@@ -61,6 +61,8 @@ struct Exchange<P: Protocol> {
     decoder: P::Decoder,
     latency: Micros,
     released: Micros,
+    /// Stop bit of the last character heard.
+    last: Micros,
     characters: u32,
     bad: Option<P::DecodeError>,
 }
@@ -119,6 +121,7 @@ impl<P: Protocol> Master<P> {
             decoder: P::decoder(address, request),
             latency: P::latency(request, &self.timing),
             released: now,
+            last: now,
             characters: 0,
             bad: None,
         };
@@ -163,9 +166,9 @@ impl<P: Protocol> Master<P> {
                 if now < *deadline {
                     return None;
                 }
-                let deadline = *deadline;
+                let (deadline, last) = (*deadline, exchange.last);
                 match exchange.settle() {
-                    Some(answer) => self.answered(answer, deadline),
+                    Some(answer) => self.answered(answer, last),
                     None => {
                         let fault = exchange.fault(deadline);
                         self.fail(fault, now)
@@ -230,6 +233,7 @@ impl<P: Protocol> Master<P> {
                     self.counters.response(at.since(exchange.released));
                 }
                 exchange.characters = exchange.characters.saturating_add(1);
+                exchange.last = at;
                 *deadline = (*deadline).max(at + gap).min(*give_up);
                 match P::push(&mut exchange.decoder, character) {
                     Progress::More => None,

@@ -157,6 +157,22 @@ fn an_answer_behind_a_foreign_one_still_counts() {
 }
 
 #[test]
+fn an_answer_settled_at_the_deadline_is_stamped_with_its_last_character() {
+    let mut bench = Bench::asked();
+    bench.hear(3_083, &ANSWER);
+    let at = 3_083 + 7 * CHARACTER;
+    // The header of a longer answer of node 6 in front makes the decoder wait for more than there is.
+    let mut held = Bench::asked();
+    held.hear(3_083 - 3 * CHARACTER, &[0x06, 0x20, 0x87]);
+    held.hear(3_083, &ANSWER);
+    held.wait_until(20_000);
+    for bench in [bench, held] {
+        assert!(bench.is_the_answer());
+        assert_eq!(bench.only_outcome().at, Micros(at));
+    }
+}
+
+#[test]
 fn a_damaged_answer_says_what_was_seen() {
     let mut bench = Bench::asked();
     let mut damaged = ANSWER;
