@@ -40,7 +40,7 @@ pub const CONSOLE_LOW_WATER: usize = 16;
 /// From one block of statistics lines to the next.
 pub const STATISTICS_EVERY: Micros = Micros::from_millis(1_000);
 
-/// Nominal period of an ISU's PWM output: 30 Hz ([ISU] section 5).
+/// Nominal period of an ISU's PWM output: 30 Hz (AN #201 section 5).
 pub const PWM_PERIOD: Micros = Micros(33_333);
 
 /// A PWM input without a cycle for this long has no signal: two and a half nominal periods, so that one lost
@@ -59,7 +59,7 @@ pub const fn pwm_limits(timer_hz: u32) -> pwm::Limits {
 /// From one reading of a T7 to the next: 50 a second, three times what its 8 Hz bandwidth needs.
 const T7_PERIOD: Micros = Micros::from_millis(20);
 
-/// From one reading of an ISU to the next: half its 533 ms refresh ([ISU] section 4), so that a new angle is
+/// From one reading of an ISU to the next: half its 533 ms refresh (AN #201 section 4), so that a new angle is
 /// seen at most 267 ms after the module has it.
 const ISU_PERIOD: Micros = Micros::from_millis(266);
 

@@ -10,14 +10,14 @@ pub struct Serial {
     pub baud: u32,
 }
 
-/// Start bit, eight data bits, stop bit ([T7] section 1, [ISU] section 4).
+/// Start bit, eight data bits, stop bit (T7 guide section 1, AN #201 section 4).
 const BITS_PER_CHARACTER: u64 = 10;
 const MICROS_PER_SECOND: u64 = 1_000_000;
 
 impl Serial {
-    /// US Digital T7, factory setting ([T7] section 1).
+    /// US Digital T7, factory setting (T7 guide section 1).
     pub const T7_DEFAULT: Serial = Serial { baud: 115_200 };
-    /// STT ISU, the only rate it has ([ISU] section 4).
+    /// STT ISU, the only rate it has (AN #201 section 4).
     pub const ISU: Serial = Serial { baud: 9_600 };
 
     /// Time of `bits` bits, rounded up to a microsecond.
@@ -65,7 +65,7 @@ pub struct Timing {
 const LINE_BUSY_CHARACTERS: u64 = 68;
 
 impl Timing {
-    /// T7 at `serial`: Get answers begin within 2 ms, Set answers within 25 ms ([T7] section 1). The guard is
+    /// T7 at `serial`: Get answers begin within 2 ms, Set answers within 25 ms (T7 guide section 1). The guard is
     /// one character. A dead node costs 3 characters + 2 ms + 2 characters, 2.44 ms at 115200 bit/s.
     pub const fn t7(serial: Serial) -> Timing {
         Timing {
@@ -80,9 +80,9 @@ impl Timing {
         }
     }
 
-    /// ISU: no answer time is documented beyond TXEN rising 1 ms before the first bit ([ISU] section 2, TXEN).
+    /// ISU: no answer time is documented beyond TXEN rising 1 ms before the first bit (AN #201 section 2, TXEN).
     /// Our choice: 50 ms plus that lead for a reading; for an EEPROM write the only time the document names
-    /// for a message, 400 ms ([ISU] section 4, Command Timeout).
+    /// for a message, 400 ms (AN #201 section 4, Command Timeout).
     pub const fn isu() -> Timing {
         let serial = Serial::ISU;
         Timing {

@@ -3,7 +3,7 @@
 use clino_bus::Micros;
 use clino_codec::{isu, t7};
 
-/// 32 T7 on one bus ([T7] section 1), 14 ISU on one line ([ISU] section 4), two PWM inputs.
+/// 32 T7 on one bus (T7 guide section 1), 14 ISU on one line (AN #201 section 4), two PWM inputs.
 pub const MAX_SLOTS: usize = 32 + 14 + 2;
 
 /// An RS485 segment. One protocol per segment: T7 frames parse as ISU commands.

@@ -6,7 +6,7 @@ use clino_codec::character::LineErrors;
 use clino_codec::t7::{Address, Axis, DecodeError, Millidegrees, Request, Response};
 use std::vec::Vec;
 
-/// Angle of axis 2 of node 5, −45.313° ([T7] 2.1.4).
+/// Angle of axis 2 of node 5, −45.313° (T7 guide 2.1.4).
 const ANSWER: [u8; 8] = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
 /// The same of node 6.
 const FOREIGN: [u8; 8] = [0x06, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x26];
