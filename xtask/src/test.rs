@@ -10,6 +10,7 @@ pub fn run() -> Outcome {
     let selftest = ["test", "--package", "clino-board", "--test", "selftest", "--", "--include-ignored"];
     command::run(command::cargo(selftest))?;
     let elf = size::run()?;
+    command::run(command::cargo(["build", "--package", "clino-board", "--bin", "vboard"]))?;
     let mut board = command::cargo([
         "test",
         "--package",
@@ -20,5 +21,6 @@ pub fn run() -> Outcome {
         "board",
     ]);
     board.env("CLINO_ELF", &elf);
+    board.env("CLINO_VBOARD", command::target_dir().join("debug").join("vboard"));
     command::run(board)
 }
