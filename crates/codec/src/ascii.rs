@@ -16,6 +16,7 @@ use core::fmt;
 
 use crate::Progress;
 use crate::angle::Angle;
+use crate::bytes::put;
 use crate::character::{Character, LineErrors};
 
 /// Characters in a line.
@@ -56,11 +57,18 @@ impl Centidegrees {
     /// assert_eq!(&Centidegrees::new(938).unwrap().encode(), b"+  9.38\r\n");
     /// ```
     pub fn encode(self) -> [u8; LINE_LENGTH] {
-        let magnitude = self.0.unsigned_abs();
-        let digit = |unit: u16| b'0'.wrapping_add((magnitude / unit % 10) as u8);
-        let padded = |unit: u16| if magnitude < unit { b' ' } else { digit(unit) };
-        let sign = if self.0 < 0 { b'-' } else { b'+' };
-        [sign, padded(10_000), padded(1_000), digit(100), b'.', digit(10), digit(1), b'\r', b'\n']
+        let mut line = *b"+  0.00\r\n";
+        if self.0 < 0 {
+            put(&mut line, 0, b'-');
+        }
+        let mut digits = self.0.unsigned_abs();
+        for position in [6, 5, 3, 2, 1] {
+            if digits != 0 {
+                put(&mut line, position, b'0'.wrapping_add((digits % 10) as u8));
+            }
+            digits /= 10;
+        }
+        line
     }
 }
 
@@ -192,6 +200,7 @@ impl LineDecoder {
     }
 
     /// Takes the first character of a line, or drops what cannot be one.
+    #[inline(never)]
     fn start(&mut self, character: Character) {
         let Self { junk, .. } = *self;
         *self = Self { junk, errors: character.errors, ..Self::new() };

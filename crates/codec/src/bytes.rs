@@ -12,6 +12,7 @@ impl<'a> Reader<'a> {
         Self(bytes)
     }
 
+    #[inline(always)]
     pub(crate) fn array<const N: usize>(&mut self) -> [u8; N] {
         match self.0.split_first_chunk() {
             Some((field, rest)) => {
@@ -40,6 +41,31 @@ impl<'a> Reader<'a> {
 
     pub(crate) fn i32(&mut self) -> i32 {
         i32::from_be_bytes(self.array())
+    }
+}
+
+/// These bytes with zeros behind, or as many of them as fit.
+#[inline(never)]
+pub(crate) fn padded<const N: usize>(bytes: &[u8]) -> [u8; N] {
+    let mut padded = [0; N];
+    copy(&mut padded, bytes);
+    padded
+}
+
+/// Puts fields at the front.
+pub(crate) struct Writer<'a>(&'a mut [u8]);
+
+impl<'a> Writer<'a> {
+    pub(crate) const fn new(bytes: &'a mut [u8]) -> Self {
+        Self(bytes)
+    }
+
+    #[inline(always)]
+    pub(crate) fn put<const N: usize>(&mut self, field: [u8; N]) {
+        if let Some((place, rest)) = core::mem::take(&mut self.0).split_first_chunk_mut() {
+            *place = field;
+            self.0 = rest;
+        }
     }
 }
 
@@ -85,24 +111,9 @@ fn copy(to: &mut [u8], from: &[u8]) -> usize {
     })
 }
 
-/// Low byte of the plain sum. Eight bytes at a time, because every answer pays for this.
+/// Low byte of the plain sum.
 pub(crate) fn sum(bytes: &[u8]) -> u8 {
-    /// Every other byte of a word.
-    const EVEN: u64 = 0x00FF_00FF_00FF_00FF;
-    /// Multiplying by this adds the four 16-bit parts up in the topmost.
-    const FOLD: u64 = 0x0001_0001_0001_0001;
-    let (words, mut rest) = bytes.as_chunks();
-    let mut total = 0_u8;
-    for &word in words {
-        let word = u64::from_le_bytes(word);
-        let pairs = (word & EVEN).wrapping_add(word >> 8 & EVEN);
-        total = total.wrapping_add((pairs.wrapping_mul(FOLD) >> 48) as u8);
-    }
-    while let [byte, others @ ..] = rest {
-        total = total.wrapping_add(*byte);
-        rest = others;
-    }
-    total
+    bytes.iter().fold(0, |sum, &byte| sum.wrapping_add(byte))
 }
 
 #[cfg(test)]

@@ -65,6 +65,12 @@ impl LineErrors {
     pub const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
+
+    /// The errors of all these sets.
+    #[inline(never)]
+    pub(crate) fn all(sets: &[Self]) -> Self {
+        sets.iter().fold(Self::NONE, |all, &one| all | one)
+    }
 }
 
 impl BitOr for LineErrors {

@@ -4,6 +4,7 @@
 //! one before it let pass; all are on by default, and each can be switched off for a look at a bad line.
 
 use crate::angle::Range;
+use crate::character::LineErrors;
 
 /// The checks that an answer has to pass.
 ///
@@ -47,6 +48,12 @@ impl Layers {
         length: false,
         values: ValueRange::Off,
     };
+
+    /// The receiver errors of a frame's characters, if there are any and they matter.
+    pub(crate) fn complaint(&self, errors: &[LineErrors]) -> Option<LineErrors> {
+        let errors = LineErrors::all(errors);
+        (self.line_errors && !errors.is_none()).then_some(errors)
+    }
 }
 
 impl Default for Layers {

@@ -1,5 +1,7 @@
 //! The three-way answer of every streaming decoder.
 
+use crate::stream::Verdict;
+
 /// What one more character led to.
 ///
 /// [`Progress::Bad`] does not end the wait for a frame: the decoder has already resynchronised, and a good
@@ -15,4 +17,21 @@ pub enum Progress<T, E> {
     Frame(T),
     /// Bytes that began like a frame and turned out not to be a good one, and why.
     Bad(E),
+}
+
+impl<T, E> Progress<T, E> {
+    /// Becomes what was made of so many bytes, and says what that means for them.
+    #[inline(always)]
+    pub(crate) fn settle(&mut self, result: Result<T, E>, length: usize) -> Verdict {
+        match result {
+            Ok(frame) => {
+                *self = Self::Frame(frame);
+                Verdict::Frame(length)
+            }
+            Err(error) => {
+                *self = Self::Bad(error);
+                Verdict::Bad(length)
+            }
+        }
+    }
 }

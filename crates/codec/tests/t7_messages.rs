@@ -581,3 +581,25 @@ fn frames_show_their_bytes() {
     assert_eq!(frame.as_ref(), [5, 1, 0x81]);
     assert_ne!(frame, Request::GetAngle(Axis::One).encode(address(5)).unwrap());
 }
+
+/// T7 guide §1: mode 0 reports −180.000°…179.999°, mode 1 0°…359.999°.
+#[test]
+fn an_angle_is_in_the_range_of_its_output_mode() {
+    for (millidegrees, bidirectional, unidirectional) in [
+        (i32::MIN, false, false),
+        (-180_001, false, false),
+        (-180_000, true, false),
+        (-1, true, false),
+        (0, true, true),
+        (179_999, true, true),
+        (180_000, false, true),
+        (359_999, false, true),
+        (360_000, false, false),
+        (i32::MAX, false, false),
+    ] {
+        let angle = Millidegrees(millidegrees);
+        assert_eq!(angle.is_in(Range::Bidirectional), bidirectional, "{millidegrees}");
+        assert_eq!(angle.is_in(Range::Unidirectional), unidirectional, "{millidegrees}");
+        assert_eq!(angle.is_in_any(), bidirectional || unidirectional, "{millidegrees}");
+    }
+}

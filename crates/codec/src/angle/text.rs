@@ -27,15 +27,14 @@ impl AngleText {
         let negative = angle.udeg() < 0 && digits != 0;
 
         let mut text = Self { bytes: [b' '; CAPACITY], start: CAPACITY };
-        if decimals != 0 {
-            for _ in 0..decimals {
-                digits = text.prepend_digit(digits);
+        let mut place = 0_usize;
+        while digits != 0 || place <= decimals {
+            text.prepend(b'0'.wrapping_add((digits % 10) as u8));
+            digits /= 10;
+            place = place.wrapping_add(1);
+            if place == decimals {
+                text.prepend(b'.');
             }
-            text.prepend(b'.');
-        }
-        digits = text.prepend_digit(digits);
-        while digits != 0 {
-            digits = text.prepend_digit(digits);
         }
         if negative {
             text.prepend(b'-');
@@ -50,12 +49,7 @@ impl AngleText {
         core::str::from_utf8(text).unwrap_or("")
     }
 
-    /// Puts the last digit in front and returns the others.
-    fn prepend_digit(&mut self, digits: u32) -> u32 {
-        self.prepend(b'0'.wrapping_add((digits % 10) as u8));
-        digits / 10
-    }
-
+    #[inline(never)]
     fn prepend(&mut self, character: u8) {
         self.start = self.start.saturating_sub(1);
         put(&mut self.bytes, self.start, character);

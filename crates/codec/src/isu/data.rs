@@ -39,16 +39,20 @@ impl Data {
 /// assert!(words.iter().eq([0x1234, 0xABCD]));
 /// ```
 #[derive(Clone, Copy)]
-pub struct Words(Buffer<{ 2 * MAX_WORDS }>);
+pub struct Words(Buffer<MAX_DATA>);
 
 impl Words {
     /// A copy of these words; `None` when they are too many for a message.
     pub fn new(words: &[u16]) -> Option<Self> {
-        (words.len() <= MAX_WORDS).then(|| {
-            let mut buffer = Buffer::new();
-            words.iter().for_each(|word| buffer.extend(&word.to_be_bytes()));
-            Self(buffer)
-        })
+        (words.len() <= MAX_WORDS).then(|| Self::first(words))
+    }
+
+    /// As many of these words as fit.
+    #[inline(never)]
+    pub(super) fn first(words: &[u16]) -> Self {
+        let mut buffer = Buffer::new();
+        words.iter().take(MAX_WORDS).for_each(|word| buffer.extend(&word.to_be_bytes()));
+        Self(buffer)
     }
 
     /// As many of these words, high byte first, as fit.

@@ -3,12 +3,17 @@
 use super::error::DecodeError;
 use super::frame::{LONGEST, OVERHEAD};
 use super::function::RESPONSE;
-use super::response::device_error_size;
+use super::parts::{Parts, is_device_error};
 use super::{Address, Answer, Expected, Function};
-use crate::bytes::Reader;
 use crate::character::{Character, LineErrors};
 use crate::layers::Layers;
-use crate::stream::{Front, Grammar, Stream};
+use crate::stream::{Stream, Verdict};
+
+/// How many bytes it takes to tell what starts with them.
+const HEADER: usize = 2;
+/// Bytes of the error answers.
+const ERROR_SIZE: usize = 3;
+const HARDWARE_ERROR_SIZE: usize = 4;
 
 /// What one more character led to.
 pub type Progress = crate::Progress<Answer, DecodeError>;
@@ -38,30 +43,40 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 /// ```
 #[derive(Clone, Debug)]
 pub struct AnswerDecoder {
-    grammar: Answers,
+    answers: Answers,
     stream: Stream<LONGEST>,
 }
 
 impl AnswerDecoder {
     /// A decoder that waits for `expected` and applies `layers`.
     pub const fn new(expected: Expected, layers: Layers) -> Self {
-        Self { grammar: Answers { expected, layers }, stream: Stream::new() }
+        Self { answers: Answers { expected, layers }, stream: Stream::new() }
     }
 
     /// What the decoder waits for.
     pub const fn expected(&self) -> Expected {
-        self.grammar.expected
+        self.answers.expected
     }
 
     /// Takes one character.
     pub fn push(&mut self, character: Character) -> Progress {
-        self.stream.push(&mut self.grammar, character)
+        if self.stream.push(character) { self.look(false) } else { Progress::More }
     }
 
     /// The answer's time is over: settles what is still undecided. Call it until it returns `More`; then
     /// every character is accounted for.
     pub fn idle(&mut self) -> Progress {
-        self.stream.idle(&mut self.grammar)
+        self.look(true)
+    }
+
+    #[inline(never)]
+    fn look(&mut self, silent: bool) -> Progress {
+        let Self { answers, stream } = self;
+        let mut seen = Progress::More;
+        let wanted = [answers.expected.size(), ERROR_SIZE, HARDWARE_ERROR_SIZE];
+        let counts =
+            stream.look(silent, &wanted, &mut |bytes, errors| answers.examine(bytes, errors, &mut seen));
+        if counts { seen } else { Progress::More }
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
@@ -83,56 +98,44 @@ struct Answers {
 }
 
 impl Answers {
-    /// Sender and function of an answer that could stand on this line.
-    fn meant(head: u8) -> Option<(Address, Function)> {
-        let (address, function) = (Address::of_head(head), Function::of_head(head)?);
-        let possible = head & RESPONSE != 0 && !address.is_reserved();
-        possible.then_some((address, function))
-    }
-}
-
-impl Grammar for Answers {
-    type Frame = Answer;
-    type Error = DecodeError;
-
-    const HEADER: usize = 2;
-
-    fn front(&self, bytes: &[u8]) -> Front<DecodeError> {
-        let [length, head] = Reader::new(bytes).array();
-        if let Some(size) = device_error_size(length, head) {
-            return Front::Wanted(size);
-        }
-        let Some((address, function)) = Self::meant(head) else { return Front::Junk };
-        let possible = function.response_length_fits(length);
+    /// What starts with these bytes.
+    fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut Progress) -> Verdict {
+        let Some(&[length, head]) = bytes.first_chunk() else { return Verdict::Incomplete(HEADER) };
         let size = usize::from(length).saturating_add(OVERHEAD);
-        match self.expected.differs(address, function, self.layers) {
-            None if self.expected.length_fits(length) => Front::Wanted(size),
-            None if possible && !self.layers.length => Front::Wanted(size),
-            None if possible && function != self.expected.function() => Front::Wanted(size),
-            None => Front::Refused(DecodeError::Length { length, function }),
-            Some(_) if possible => Front::Foreign(size),
-            Some(_) => Front::Junk,
+        let mut foreign = None;
+        if !is_device_error(length, head) {
+            // Sender and function of an answer that could stand on this line.
+            let (address, Some(function)) = (Address::of_head(head), Function::of_head(head)) else {
+                return Verdict::Junk;
+            };
+            let possible = function.response_length_fits(length);
+            if head & RESPONSE == 0 || address.is_reserved() {
+                return Verdict::Junk;
+            }
+            if let Some(differs) = self.expected.differs(address, function, self.layers) {
+                if !possible {
+                    return Verdict::Junk;
+                }
+                foreign = Some(DecodeError::Foreign { address, function, differs });
+            } else if !self.expected.length_fits(length)
+                && !(possible && (!self.layers.length || function != self.expected.function()))
+            {
+                *seen = Progress::Bad(DecodeError::Length { length, function });
+                return Verdict::Bad(0);
+            }
         }
-    }
-
-    fn dirty(&self, errors: LineErrors) -> Option<DecodeError> {
-        let matters = self.layers.line_errors && !errors.is_none();
-        matters.then_some(DecodeError::LineErrors { errors })
-    }
-
-    fn judge(&mut self, bytes: &[u8]) -> Result<Answer, DecodeError> {
-        self.expected.check(bytes, self.layers)
-    }
-
-    fn foreign(&self, bytes: &[u8], errors: LineErrors) -> Option<DecodeError> {
-        let [_, head] = Reader::new(bytes).array();
-        let (address, function) = Self::meant(head)?;
-        let differs = self.expected.differs(address, function, self.layers)?;
-        let intact = errors.is_none() && Answer::decode(bytes).is_ok();
-        intact.then_some(DecodeError::Foreign { address, function, differs })
-    }
-
-    fn wanted_lengths(&self) -> [usize; 3] {
-        [self.expected.size(), 3, 4]
+        let Some(frame) = bytes.get(..size) else {
+            return if foreign.is_some() { Verdict::IncompleteForeign } else { Verdict::Incomplete(size) };
+        };
+        let errors = errors.get(..size).unwrap_or(&[]);
+        if let Some(error) = foreign {
+            let intact = LineErrors::all(errors).is_none() && Parts::open(frame, RESPONSE, true).is_ok();
+            *seen = Progress::Bad(error);
+            return if intact { Verdict::Bad(size) } else { Verdict::Junk };
+        }
+        match self.layers.complaint(errors) {
+            Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),
+            None => seen.settle(self.expected.check(frame, self.layers), size),
+        }
     }
 }

@@ -64,21 +64,26 @@ impl Expected {
     /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its
     /// header is foreign, because the header may be what is damaged.
     pub fn check(&self, bytes: &[u8], layers: Layers) -> Result<Answer, DecodeError> {
-        let answer = Answer::decode_with(bytes, layers)?;
-        let Some(function) = answer.response.function() else { return Ok(answer) };
+        let answer = Answer::decode_with(bytes, layers);
+        if let Ok(answer) = &answer {
+            self.fits(answer, bytes.len(), layers)?;
+        }
+        answer
+    }
+
+    fn fits(&self, answer: &Answer, size: usize, layers: Layers) -> Result<(), DecodeError> {
+        let Some(function) = answer.response.function() else { return Ok(()) };
         let address = answer.address;
         if let Some(differs) = self.differs(address, function, layers) {
             return Err(DecodeError::Foreign { address, function, differs });
         }
-        if layers.length && self.function == function && bytes.len() != self.size() {
-            return Err(DecodeError::Size { received: bytes.len(), expected: self.size() });
+        if layers.length && self.function == function && size != self.size() {
+            return Err(DecodeError::Size { received: size, expected: self.size() });
         }
-        if layers.command {
-            self.check_memory(&answer.response)?;
-        }
-        Ok(answer)
+        if layers.command { self.check_memory(&answer.response) } else { Ok(()) }
     }
 
+    #[inline(never)]
     pub(super) fn differs(&self, address: Address, function: Function, layers: Layers) -> Option<Differs> {
         let address = layers.address && !self.address.is_any() && self.address != address;
         let function = layers.command && self.function != function;

@@ -12,24 +12,18 @@ pub(super) const LONGEST: usize = u8::MAX as usize + OVERHEAD;
 pub struct Frame(Buffer<LONGEST>);
 
 impl Frame {
-    /// Starts a message: length, then address, function and direction in one byte.
-    pub(super) fn start(length: u8, head: u8) -> Self {
-        let mut buffer = Buffer::new();
-        buffer.extend(&[length, head]);
-        Self(buffer)
-    }
-
-    // Not inlined: messages are put together from many small fields.
+    /// A whole message; `head` is address, function and direction, the rest its payload in two parts.
     #[inline(never)]
-    pub(super) fn extend(&mut self, field: &[u8]) {
-        self.0.extend(field);
-    }
-
-    /// Ends the message with the plain sum of all bytes but the length.
-    pub(super) fn seal(mut self) -> Self {
-        let checksum = sum(self.as_bytes().get(1..).unwrap_or(&[]));
-        self.0.push(checksum);
-        self
+    pub(super) fn new(head: u8, first: &[u8], data: &[u8]) -> Self {
+        // At most head, address and 253 bytes: fits.
+        let length = first.len().wrapping_add(data.len()).wrapping_add(1) as u8;
+        let mut buffer = Buffer::new();
+        for field in [&[length, head], first, data] {
+            buffer.extend(field);
+        }
+        // The plain sum of all bytes but the length.
+        buffer.push(sum(buffer.as_slice()).wrapping_sub(length));
+        Self(buffer)
     }
 
     /// The message as it goes over the line.

@@ -62,21 +62,29 @@ impl Function {
     ///
     /// A module looks for such pairs of length and function to find the start of a command. Source: §4.
     pub const fn command_length_fits(self, length: u8) -> bool {
-        match self {
-            Self::GoToSoftErrorState | Self::ResetModule | Self::ResetNullPosition => length == 1,
-            Self::ReadRam | Self::ReadEeprom => length == 3,
-            Self::WriteRam => length >= 3,
-            Self::WriteEeprom => length >= 4 && length.is_multiple_of(2),
-        }
+        self.length_fits(length, self.carries_data(false))
     }
 
     /// Whether an answer from this function can have that length byte.
     pub const fn response_length_fits(self, length: u8) -> bool {
+        self.length_fits(length, self.carries_data(true))
+    }
+
+    /// Whether data are in the command, or in the answer.
+    pub(super) const fn carries_data(self, answer: bool) -> bool {
+        match self {
+            Self::ReadRam | Self::ReadEeprom => answer,
+            _ => !answer,
+        }
+    }
+
+    /// Whether a message can have that length byte, in the direction in which data are carried or in the other.
+    pub(super) const fn length_fits(self, length: u8, carries_data: bool) -> bool {
         match self {
             Self::GoToSoftErrorState | Self::ResetModule | Self::ResetNullPosition => length == 1,
-            Self::WriteRam | Self::WriteEeprom => length == 3,
-            Self::ReadRam => length >= 3,
-            Self::ReadEeprom => length >= 4 && length.is_multiple_of(2),
+            _ if !carries_data => length == 3,
+            Self::ReadRam | Self::WriteRam => length >= 3,
+            Self::ReadEeprom | Self::WriteEeprom => length >= 4 && length.is_multiple_of(2),
         }
     }
 

@@ -2,51 +2,68 @@
 
 use super::error::DecodeError;
 use super::frame::OVERHEAD;
+use super::function::RESPONSE;
 use super::{Address, Function};
 use crate::bytes::sum;
 
 /// Shortest message: length, head, checksum.
 const SHORTEST: usize = 3;
+/// Head of the three error answers. Source: §4.
+pub(super) const INVALID_FUNCTION_CODE: u8 = 0xFF;
+pub(super) const INVALID_CHECKSUM: u8 = 0xFD;
+pub(super) const HARDWARE_ERROR: u8 = 0xF1;
 
-/// A message of the announced size, taken apart but not yet checked.
+/// Whether an error answer begins so.
+pub(super) const fn is_device_error(length: u8, head: u8) -> bool {
+    // All but the last have no payload; that has one byte.
+    matches!((length, head), (1, INVALID_FUNCTION_CODE | INVALID_CHECKSUM) | (2, HARDWARE_ERROR))
+}
+
+/// A message with nothing wrong around its payload.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts<'a> {
-    pub(super) length: u8,
+    pub(super) address: Address,
+    /// `None` in the error answers.
+    pub(super) function: Option<Function>,
     /// Address, function and direction.
     pub(super) head: u8,
-    pub(super) payload: &'a [u8],
-    checksum: u8,
+    payload: &'a [u8],
 }
 
 impl<'a> Parts<'a> {
-    pub(super) fn split(bytes: &'a [u8]) -> Result<Self, DecodeError> {
-        let [length, head, payload @ .., checksum] = bytes else {
+    /// Takes a command, or an answer, apart; `direction` is zero or [`RESPONSE`].
+    #[inline(never)]
+    pub(super) fn open(bytes: &'a [u8], direction: u8, checksum: bool) -> Result<Self, DecodeError> {
+        let &[length, head, ref payload @ .., received] = bytes else {
             return Err(DecodeError::Size { received: bytes.len(), expected: SHORTEST });
         };
-        let expected = usize::from(*length).saturating_add(OVERHEAD);
+        let expected = usize::from(length).wrapping_add(OVERHEAD);
         if bytes.len() != expected {
             return Err(DecodeError::Size { received: bytes.len(), expected });
         }
-        Ok(Self { length: *length, head: *head, payload, checksum: *checksum })
-    }
-
-    pub(super) fn address_and_function(&self) -> Result<(Address, Function), DecodeError> {
-        let head = self.head;
-        let function = Function::of_head(head).ok_or(DecodeError::UnknownFunction { head })?;
+        if head & RESPONSE != direction {
+            return Err(DecodeError::Direction { head });
+        }
         let address = Address::of_head(head);
-        if address.is_reserved() {
-            return Err(DecodeError::ReservedAddress { head });
+        let mut parts = Self { address, function: None, head, payload };
+        // None of the error answers' heads is a command's.
+        if !is_device_error(length, head) {
+            let function = Function::of_head(head).ok_or(DecodeError::UnknownFunction { head })?;
+            if address.is_reserved() {
+                return Err(DecodeError::ReservedAddress { head });
+            }
+            let carries_data = function.carries_data(direction != 0);
+            if !function.length_fits(length, carries_data) {
+                return Err(DecodeError::Length { length, function });
+            }
+            parts.function = Some(function);
         }
-        Ok((address, function))
-    }
-
-    /// The checksum covers everything but the length byte, and is not negated.
-    pub(super) fn check_sum(&self) -> Result<(), DecodeError> {
-        let computed = sum(self.payload).wrapping_add(self.head);
-        if computed != self.checksum {
-            return Err(DecodeError::Checksum { received: self.checksum, computed });
+        // The checksum covers everything but the length byte, and is not negated.
+        let computed = sum(payload).wrapping_add(head);
+        if checksum && computed != received {
+            return Err(DecodeError::Checksum { received, computed });
         }
-        Ok(())
+        Ok(parts)
     }
 
     /// Memory address and what follows it; zero and nothing in messages without.

@@ -1,9 +1,10 @@
 //! Commands from the host to a module. Source: AN #201 table 1, appendix A.
 
+use core::slice;
+
 use super::data::{Data, MAX_DATA, MAX_WORDS, Words};
 use super::error::{DecodeError, EncodeError};
 use super::frame::Frame;
-use super::function::RESPONSE;
 use super::parts::Parts;
 use super::{ANGLE_RAM_ADDRESS, ANGLE_RAM_BYTES, Address, Expected, Function, eeprom};
 
@@ -103,10 +104,12 @@ impl Request {
             Self::WriteEeprom { start, words } => eeprom::is_documented(*start, words.len()),
             _ => true,
         };
-        let frame = self.encode_even_if_it_bricks_the_module(address)?;
+        let frame = self.encode_even_if_it_bricks_the_module(address);
         match self.span() {
-            Some((start, count, _)) if !documented => Err(EncodeError::Undocumented { start, count }),
-            _ => Ok(frame),
+            Some((start, count, _)) if !documented && frame.is_ok() => {
+                Err(EncodeError::Undocumented { start, count })
+            }
+            _ => frame,
         }
     }
 
@@ -129,22 +132,16 @@ impl Request {
                 return Err(EncodeError::BeyondEnd { start, count });
             }
         }
-        let mut frame = Frame::start(self.length(), self.function().head(address));
-        match self {
+        let head = self.function().head(address);
+        let (start, data) = match self {
             Self::ReadRam { start, count } | Self::ReadEeprom { start, count } => {
-                frame.extend(&[*start, *count])
+                (start, slice::from_ref(count))
             }
-            Self::WriteRam { start, data } => {
-                frame.extend(&[*start]);
-                frame.extend(data.as_slice());
-            }
-            Self::WriteEeprom { start, words } => {
-                frame.extend(&[*start]);
-                frame.extend(words.as_be_bytes());
-            }
-            Self::GoToSoftErrorState | Self::ResetModule | Self::ResetNullPosition => {}
-        }
-        Ok(frame.seal())
+            Self::WriteRam { start, data } => (start, data.as_slice()),
+            Self::WriteEeprom { start, words } => (start, words.as_be_bytes()),
+            _ => return Ok(Frame::new(head, &[], &[])),
+        };
+        Ok(Frame::new(head, slice::from_ref(start), data))
     }
 
     /// The command that these bytes are, whole and exactly.
@@ -152,15 +149,9 @@ impl Request {
     /// # Errors
     /// Whatever is wrong with them.
     pub fn decode(bytes: &[u8]) -> Result<Command, DecodeError> {
-        let parts = Parts::split(bytes)?;
-        if parts.head & RESPONSE != 0 {
-            return Err(DecodeError::Direction { head: parts.head });
-        }
-        let (address, function) = parts.address_and_function()?;
-        if !function.command_length_fits(parts.length) {
-            return Err(DecodeError::Length { length: parts.length, function });
-        }
-        parts.check_sum()?;
+        let parts = Parts::open(bytes, 0, true)?;
+        // Error answers are answers.
+        let function = parts.function.ok_or(DecodeError::Direction { head: parts.head })?;
         let (start, rest) = parts.memory();
         let count = rest.first().copied().unwrap_or(0);
         let request = match function {
@@ -172,7 +163,7 @@ impl Request {
             Function::WriteEeprom => Self::WriteEeprom { start, words: Words::from_be_bytes(rest) },
             Function::ResetNullPosition => Self::ResetNullPosition,
         };
-        Ok(Command { address, request })
+        Ok(Command { address: parts.address, request })
     }
 
     /// First address, count, and the largest possible count of a memory transfer.
@@ -183,17 +174,6 @@ impl Request {
             Self::ReadEeprom { start, count } => Some((*start, usize::from(*count), MAX_WORDS)),
             Self::WriteEeprom { start, words } => Some((*start, words.len(), MAX_WORDS)),
             _ => None,
-        }
-    }
-
-    /// The length byte.
-    fn length(&self) -> u8 {
-        match self {
-            Self::GoToSoftErrorState | Self::ResetModule | Self::ResetNullPosition => 1,
-            Self::ReadRam { .. } | Self::ReadEeprom { .. } => 3,
-            // Head and address, then at most 253 bytes: fits.
-            Self::WriteRam { data, .. } => (data.as_slice().len() as u8).wrapping_add(2),
-            Self::WriteEeprom { words, .. } => (words.as_be_bytes().len() as u8).wrapping_add(2),
         }
     }
 }

@@ -1,18 +1,15 @@
 //! What modules answer. Source: AN #201 §4, appendix A.
 
+use core::slice;
+
 use super::data::{Data, Words};
 use super::error::{DecodeError, DeviceError};
 use super::frame::Frame;
 use super::function::RESPONSE;
-use super::parts::Parts;
+use super::parts::{HARDWARE_ERROR, INVALID_CHECKSUM, INVALID_FUNCTION_CODE, Parts};
 use super::{ANGLE_RAM_ADDRESS, Address, Function};
 use crate::angle::Angle;
 use crate::layers::Layers;
-
-/// Length and head of the three error answers. Source: §4.
-const INVALID_FUNCTION_CODE: [u8; 2] = [0x01, 0xFF];
-const INVALID_CHECKSUM: [u8; 2] = [0x01, 0xFD];
-const HARDWARE_ERROR: [u8; 2] = [0x02, 0xF1];
 
 /// The content of an answer, named like the command it answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,24 +89,8 @@ impl Answer {
     /// # Errors
     /// Whatever is wrong with the bytes.
     pub fn decode_with(bytes: &[u8], layers: Layers) -> Result<Self, DecodeError> {
-        let parts = Parts::split(bytes)?;
-        if parts.head & RESPONSE == 0 {
-            return Err(DecodeError::Direction { head: parts.head });
-        }
-        let answer = match device_error(&parts) {
-            Some(error) => Self { address: Address::RESERVED, response: Response::Error(error) },
-            None => {
-                let (address, function) = parts.address_and_function()?;
-                if !function.response_length_fits(parts.length) {
-                    return Err(DecodeError::Length { length: parts.length, function });
-                }
-                Self { address, response: Response::parse(function, &parts) }
-            }
-        };
-        if layers.checksum {
-            parts.check_sum()?;
-        }
-        Ok(answer)
+        let parts = Parts::open(bytes, RESPONSE, layers.checksum)?;
+        Ok(Self { address: parts.address, response: Response::read(&parts) })
     }
 
     /// The answer as the module sends it.
@@ -157,46 +138,34 @@ impl Response {
 
     /// The answer as a module with that address sends it. Error answers carry no address.
     pub fn encode(&self, address: Address) -> Frame {
-        let [length, head] = match (self.function(), self) {
-            (Some(function), _) => [self.length(), function.head(address) | RESPONSE],
-            (None, Self::Error(DeviceError::InvalidChecksum)) => INVALID_CHECKSUM,
-            (None, Self::Error(DeviceError::HardwareError { .. })) => HARDWARE_ERROR,
-            (None, _) => INVALID_FUNCTION_CODE,
+        let head = match self {
+            Self::Error(DeviceError::InvalidFunctionCode) => INVALID_FUNCTION_CODE,
+            Self::Error(DeviceError::InvalidChecksum) => INVALID_CHECKSUM,
+            Self::Error(DeviceError::HardwareError { .. }) => HARDWARE_ERROR,
+            _ => self.function().map_or(0, |function| function.head(address)) | RESPONSE,
         };
-        let mut frame = Frame::start(length, head);
-        match self {
-            Self::ReadRam { start, data } => {
-                frame.extend(&[*start]);
-                frame.extend(data.as_slice());
-            }
-            Self::ReadEeprom { start, words } => {
-                frame.extend(&[*start]);
-                frame.extend(words.as_be_bytes());
-            }
+        let (start, data) = match self {
+            Self::ReadRam { start, data } => (start, data.as_slice()),
+            Self::ReadEeprom { start, words } => (start, words.as_be_bytes()),
             Self::WriteRam { start, count_or_first_byte: third }
-            | Self::WriteEeprom { start, count: third } => {
-                frame.extend(&[*start, *third]);
-            }
-            Self::Error(DeviceError::HardwareError { command_byte }) => frame.extend(&[*command_byte]),
-            Self::GoToSoftErrorState | Self::ResetModule | Self::ResetNullPosition | Self::Error(_) => {}
-        }
-        frame.seal()
+            | Self::WriteEeprom { start, count: third } => (start, slice::from_ref(third)),
+            Self::Error(DeviceError::HardwareError { command_byte }) => (command_byte, &[][..]),
+            _ => return Frame::new(head, &[], &[]),
+        };
+        Frame::new(head, slice::from_ref(start), data)
     }
 
-    /// The length byte.
-    fn length(&self) -> u8 {
-        match self {
-            // Head and address, then at most 253 bytes: fits.
-            Self::ReadRam { data, .. } => (data.as_slice().len() as u8).wrapping_add(2),
-            Self::ReadEeprom { words, .. } => (words.as_be_bytes().len() as u8).wrapping_add(2),
-            Self::WriteRam { .. } | Self::WriteEeprom { .. } => 3,
-            _ => 1,
-        }
-    }
-
-    fn parse(function: Function, parts: &Parts<'_>) -> Self {
+    #[inline(always)]
+    fn read(parts: &Parts<'_>) -> Self {
         let (start, rest) = parts.memory();
         let third = rest.first().copied().unwrap_or(0);
+        let Some(function) = parts.function else {
+            return Self::Error(match parts.head {
+                INVALID_FUNCTION_CODE => DeviceError::InvalidFunctionCode,
+                INVALID_CHECKSUM => DeviceError::InvalidChecksum,
+                _ => DeviceError::HardwareError { command_byte: start },
+            });
+        };
         match function {
             Function::GoToSoftErrorState => Self::GoToSoftErrorState,
             Function::ResetModule => Self::ResetModule,
@@ -212,23 +181,5 @@ impl Response {
 impl From<DeviceError> for Response {
     fn from(error: DeviceError) -> Self {
         Self::Error(error)
-    }
-}
-
-fn device_error(parts: &Parts<'_>) -> Option<DeviceError> {
-    match ([parts.length, parts.head], parts.payload) {
-        (INVALID_FUNCTION_CODE, _) => Some(DeviceError::InvalidFunctionCode),
-        (INVALID_CHECKSUM, _) => Some(DeviceError::InvalidChecksum),
-        (HARDWARE_ERROR, [command_byte]) => Some(DeviceError::HardwareError { command_byte: *command_byte }),
-        _ => None,
-    }
-}
-
-/// Bytes of a whole error answer that begins so.
-pub(super) fn device_error_size(length: u8, head: u8) -> Option<usize> {
-    match [length, head] {
-        INVALID_FUNCTION_CODE | INVALID_CHECKSUM => Some(3),
-        HARDWARE_ERROR => Some(4),
-        _ => None,
     }
 }

@@ -24,6 +24,8 @@ const ALL_RESPOND: u8 = 126;
 pub struct Address(u8);
 
 impl Address {
+    pub(super) const LAST_ASSIGNABLE: u8 = LAST_ASSIGNABLE;
+
     /// 127, the address of a device as it leaves the factory.
     pub const FACTORY: Self = Self(FACTORY);
 

@@ -1,10 +1,10 @@
 //! An answer with its sender, and the checks it has to pass. Source: T7 guide §1.2.
 
+use super::envelope::{BODY, Envelope, Speaker};
 use super::error::{DecodeError, Differs};
 use super::frame::{Frame, OVERHEAD};
-use super::response::parse;
-use super::{Address, Axis, Millidegrees, Opcode, Response};
-use crate::bytes::{Reader, sum};
+use super::{Address, Axis, Millidegrees, Opcode, Response, fields};
+use crate::bytes::{Reader, padded, sum};
 use crate::layers::Layers;
 
 /// Length byte of Get All Angles in the guide's printed example. Its table says 10, which fits the 16 bytes
@@ -13,8 +13,6 @@ use crate::layers::Layers;
 pub(super) const PRINTED_GET_ALL_ANGLES_LENGTH: u8 = 0x0A;
 /// Length byte of Get Angle. Source: §2.1.2.
 const GET_ANGLE_LENGTH: u8 = Opcode::GetAngle0.response_length();
-/// Shortest answer: address, length, command, one byte, checksum.
-const SHORTEST: usize = 5;
 
 /// An answer.
 ///
@@ -56,6 +54,7 @@ impl Expected {
     }
 
     /// In what an answer from `address` to `opcode` differs from this one.
+    #[inline(never)]
     pub(super) fn differs(&self, address: Address, opcode: Opcode, layers: Layers) -> Option<Differs> {
         let address = layers.address && !self.address.is_all() && self.address != address;
         let opcode = layers.command && self.opcode != opcode;
@@ -73,12 +72,14 @@ impl Expected {
     /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its
     /// header is foreign, because the header may be what is damaged.
     pub fn check(&self, bytes: &[u8], layers: Layers) -> Result<Answer, DecodeError> {
-        let answer = Answer::decode_with(bytes, layers)?;
-        let (address, opcode) = (answer.address, answer.response.opcode());
-        match self.differs(address, opcode, layers) {
-            None => Ok(answer),
-            Some(differs) => Err(DecodeError::Foreign { address, opcode, differs }),
+        let answer = Answer::decode_with(bytes, layers);
+        if let Ok(Answer { address, response, .. }) = answer {
+            let opcode = response.opcode();
+            if let Some(differs) = self.differs(address, opcode, layers) {
+                return Err(DecodeError::Foreign { address, opcode, differs });
+            }
         }
+        answer
     }
 }
 
@@ -112,38 +113,21 @@ impl Answer {
     /// The long way, for all other answers and for everything that is wrong.
     #[inline(never)]
     fn decode_any(bytes: &[u8], layers: Layers) -> Result<Self, DecodeError> {
-        let [address, length, command, body @ .., received] = bytes else {
-            return Err(DecodeError::Size { received: bytes.len(), expected: SHORTEST });
-        };
-        let opcode = Opcode::new(*command).ok_or(DecodeError::UnknownCommand { command: *command })?;
-        let address = Address::new(*address).ok_or(DecodeError::UnknownAddress { address: *address })?;
-        if layers.length && !length_fits(*length, opcode) {
-            return Err(DecodeError::Length { received: *length, expected: opcode.response_length() });
+        let Envelope { address, length, opcode, body } = Envelope::open(bytes, Speaker::Device, layers)?;
+        if !opcode.is_set() {
+            fields::check(opcode, body, layers.values)?;
         }
-        if bytes.len() != size(opcode) {
-            return Err(DecodeError::Size { received: bytes.len(), expected: size(opcode) });
-        }
-        let total = sum(bytes);
-        if layers.checksum && total != 0 {
-            // Taking the total from the last byte leaves the byte that would have made the total zero.
-            return Err(DecodeError::Checksum {
-                received: *received,
-                computed: received.wrapping_sub(total),
-            });
-        }
-        let length_quirk = is_quirk(*length, opcode);
-        let whole = |response| Self { address, response, length_quirk };
-        parse(opcode, Reader::new(body), layers.values, whole)
+        let response = Response::read(opcode, Reader::new(&padded::<BODY>(body)));
+        Ok(Self { address, response, length_quirk: is_quirk(length, opcode) })
     }
 
     /// The answer as the device sends it, length quirk included.
     pub fn encode(&self) -> Frame {
-        let opcode = self.response.opcode();
-        let quirk = self.length_quirk && opcode == Opcode::GetAllAngles;
-        let length = if quirk { PRINTED_GET_ALL_ANGLES_LENGTH } else { opcode.response_length() };
-        let mut frame = Frame::start(self.address, length, opcode.get());
-        self.response.write(&mut frame);
-        frame.seal()
+        let mut frame = self.response.encode(self.address);
+        if self.length_quirk && self.response.opcode() == Opcode::GetAllAngles {
+            frame.set_length_byte(PRINTED_GET_ALL_ANGLES_LENGTH);
+        }
+        frame
     }
 }
 

@@ -1,12 +1,13 @@
 //! Streaming decoder for the answer to one command.
 
 use super::answer::{length_fits, size};
+use super::envelope::HEADER;
 use super::error::DecodeError;
 use super::{Address, Answer, Expected, Opcode};
-use crate::bytes::{Reader, sum};
+use crate::bytes::sum;
 use crate::character::{Character, LineErrors};
 use crate::layers::Layers;
-use crate::stream::{Front, Grammar, Stream};
+use crate::stream::{Stream, Verdict};
 
 /// What one more character led to.
 pub type Progress = crate::Progress<Answer, DecodeError>;
@@ -37,7 +38,7 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 /// ```
 #[derive(Clone, Debug)]
 pub struct AnswerDecoder {
-    grammar: Answers,
+    answers: Answers,
     stream: Stream<{ super::frame::LONGEST }>,
 }
 
@@ -49,24 +50,48 @@ impl AnswerDecoder {
     pub const fn new(expected: Expected, layers: Layers) -> Self {
         let Expected { address, opcode } = expected;
         let header = [address.get(), opcode.response_length(), opcode.get()];
-        Self { grammar: Answers { expected, layers, header, size: size(opcode) }, stream: Stream::new() }
+        Self { answers: Answers { expected, layers, header, size: size(opcode) }, stream: Stream::new() }
     }
 
     /// What the decoder waits for.
     pub const fn expected(&self) -> Expected {
-        self.grammar.expected
+        self.answers.expected
     }
 
     /// Takes one character.
     #[inline]
     pub fn push(&mut self, character: Character) -> Progress {
-        self.stream.push(&mut self.grammar, character)
+        if !self.stream.push(character) {
+            return Progress::More;
+        }
+        // The usual course of things, apart from the rest because every answer pays for it.
+        if let Some(bytes) = self.stream.complete() {
+            if bytes == self.answers.header {
+                self.stream.wait(self.answers.size);
+                return Progress::More;
+            }
+            if let Ok(answer) = Answer::decode_with(bytes, self.answers.layers) {
+                self.stream.clear();
+                self.stream.wait(HEADER);
+                return Progress::Frame(answer);
+            }
+        }
+        self.look(false)
     }
 
     /// The answer's time is over: settles what is still undecided. Call it until it returns `More`; then
     /// every character is accounted for.
     pub fn idle(&mut self) -> Progress {
-        self.stream.idle(&mut self.grammar)
+        self.look(true)
+    }
+
+    #[inline(never)]
+    fn look(&mut self, silent: bool) -> Progress {
+        let Self { answers, stream } = self;
+        let mut seen = Progress::More;
+        let counts = stream
+            .look(silent, &[answers.size], &mut |bytes, errors| answers.examine(bytes, errors, &mut seen));
+        if counts { seen } else { Progress::More }
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
@@ -90,49 +115,43 @@ struct Answers {
     size: usize,
 }
 
-impl Grammar for Answers {
-    type Frame = Answer;
-    type Error = DecodeError;
-
-    const HEADER: usize = 3;
-
-    fn front(&self, bytes: &[u8]) -> Front<DecodeError> {
-        let [address, length, command] = Reader::new(bytes).array();
-        if [address, length, command] == self.header {
-            return Front::Wanted(self.size);
-        }
-        let (Some(address), Some(opcode)) = (Address::new(address), Opcode::new(command)) else {
-            return Front::Junk;
+impl Answers {
+    /// What starts with these bytes.
+    fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut Progress) -> Verdict {
+        let Some(&[address, length, command]) = bytes.first_chunk() else {
+            return Verdict::Incomplete(HEADER);
         };
-        let fits = length_fits(length, opcode);
-        match self.expected.differs(address, opcode, self.layers) {
-            None if fits || !self.layers.length => Front::Wanted(size(opcode)),
-            None => {
-                Front::Refused(DecodeError::Length { received: length, expected: opcode.response_length() })
-            }
-            Some(_) if fits => Front::Foreign(size(opcode)),
-            Some(_) => Front::Junk,
+        let (Some(from), Some(opcode)) = (Address::of_request(address), Opcode::new(command)) else {
+            return Verdict::Junk;
+        };
+        // Nobody answers as the all-respond address; but who asked it waits for what begins so, and reports it.
+        if from.is_all() && [address, length, command] != self.header {
+            return Verdict::Junk;
         }
-    }
-
-    fn dirty(&self, errors: LineErrors) -> Option<DecodeError> {
-        let matters = self.layers.line_errors && !errors.is_none();
-        matters.then_some(DecodeError::LineErrors { errors })
-    }
-
-    fn judge(&mut self, bytes: &[u8]) -> Result<Answer, DecodeError> {
-        Answer::decode_with(bytes, self.layers)
-    }
-
-    fn foreign(&self, bytes: &[u8], errors: LineErrors) -> Option<DecodeError> {
-        let [address, _, command] = Reader::new(bytes).array();
-        let (address, opcode) = (Address::new(address)?, Opcode::new(command)?);
-        let differs = self.expected.differs(address, opcode, self.layers)?;
-        let intact = errors.is_none() && sum(bytes) == 0;
-        intact.then_some(DecodeError::Foreign { address, opcode, differs })
-    }
-
-    fn wanted_lengths(&self) -> [usize; 3] {
-        [self.size, 0, 0]
+        let size = size(opcode);
+        let differs = self.expected.differs(from, opcode, self.layers);
+        if !length_fits(length, opcode) {
+            if differs.is_some() {
+                return Verdict::Junk;
+            }
+            if self.layers.length {
+                let expected = opcode.response_length();
+                *seen = Progress::Bad(DecodeError::Length { received: length, expected });
+                return Verdict::Bad(0);
+            }
+        }
+        let Some(frame) = bytes.get(..size) else {
+            return if differs.is_some() { Verdict::IncompleteForeign } else { Verdict::Incomplete(size) };
+        };
+        let errors = errors.get(..size).unwrap_or(&[]);
+        if let Some(differs) = differs {
+            let intact = LineErrors::all(errors).is_none() && sum(frame) == 0;
+            *seen = Progress::Bad(DecodeError::Foreign { address: from, opcode, differs });
+            return if intact { Verdict::Bad(size) } else { Verdict::Junk };
+        }
+        match self.layers.complaint(errors) {
+            Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),
+            None => seen.settle(Answer::decode_with(frame, self.layers), size),
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! A complete message, ready for the line.
 
 use super::Address;
-use crate::bytes::{Buffer, sum};
+use super::envelope::BODY;
+use crate::bytes::{Writer, put, sum};
 
 /// Bytes before what the length byte counts: address and the length byte itself.
 pub(super) const OVERHEAD: usize = 2;
@@ -10,32 +11,44 @@ pub(super) const LONGEST: usize = OVERHEAD + 0x20;
 
 /// One encoded message.
 #[derive(Clone, Copy)]
-pub struct Frame(Buffer<LONGEST>);
+pub struct Frame {
+    bytes: [u8; LONGEST],
+    length: u8,
+}
 
 impl Frame {
-    /// Starts a message: address, length, command.
-    pub(super) fn start(address: Address, length: u8, command: u8) -> Self {
-        let mut buffer = Buffer::new();
-        buffer.extend(&[address.get(), length, command]);
-        Self(buffer)
+    /// A message with an empty body.
+    #[inline(always)]
+    pub(super) fn new(address: Address, length: u8, command: u8) -> Self {
+        let mut bytes = [0; LONGEST];
+        Writer::new(&mut bytes).put([address.get(), length, command]);
+        Self { bytes, length: length.wrapping_add(OVERHEAD as u8) }
     }
 
-    // Not inlined: messages are put together from many small fields.
-    #[inline(never)]
-    pub(super) fn extend(&mut self, field: &[u8]) {
-        self.0.extend(field);
+    /// Where parameters, data or status go.
+    #[inline(always)]
+    pub(super) fn body(&mut self) -> &mut [u8; BODY] {
+        let [_, _, _, body @ ..] = &mut self.bytes;
+        body
+    }
+
+    /// Another length byte in a sealed message, which stays sealed and as long as it is.
+    pub(super) fn set_length_byte(&mut self, length: u8) {
+        put(&mut self.bytes, 1, length);
+        put(&mut self.bytes, usize::from(self.length).wrapping_sub(1), 0);
+        self.seal();
     }
 
     /// Ends the message: all bytes together now sum to zero. Source: §1.
-    pub(super) fn seal(mut self) -> Self {
-        let checksum = sum(self.as_bytes()).wrapping_neg();
-        self.0.push(checksum);
-        self
+    #[inline(never)]
+    pub(super) fn seal(&mut self) {
+        let checksum = sum(&self.bytes).wrapping_neg();
+        put(&mut self.bytes, usize::from(self.length).wrapping_sub(1), checksum);
     }
 
     /// The message as it goes over the line.
     pub fn as_bytes(&self) -> &[u8] {
-        self.0.as_slice()
+        self.bytes.get(..usize::from(self.length)).unwrap_or(&[])
     }
 }
 

@@ -46,6 +46,8 @@ impl Text {
 
     /// The text without trailing blanks; `None` when it is not ASCII.
     pub fn as_str(&self) -> Option<&str> {
-        core::str::from_utf8(self.trimmed()).ok().filter(|text| text.is_ascii())
+        let text = self.trimmed();
+        let is_ascii = text.iter().all(u8::is_ascii);
+        core::str::from_utf8(text).ok().filter(|_| is_ascii)
     }
 }

@@ -21,7 +21,9 @@
 mod address;
 mod answer;
 mod decoder;
+mod envelope;
 mod error;
+mod fields;
 mod frame;
 mod information;
 mod opcode;

@@ -2,20 +2,18 @@
 //!
 //! Get commands are three bytes without a checksum; Set commands carry parameters and a checksum.
 
-use super::error::{DecodeError, EncodeError, Field};
-use super::frame::{Frame, OVERHEAD};
-use super::{Address, Axis, BaudRate, DeviceType, Direction, Expected, Millidegrees, Opcode};
+use super::envelope::{BODY, Envelope, Speaker};
+use super::error::{DecodeError, EncodeError};
+use super::frame::Frame;
+use super::{Address, Axis, BaudRate, DeviceType, Direction, Expected, Millidegrees, Opcode, fields};
 use crate::angle::Range;
-use crate::bytes::{Reader, sum};
+use crate::bytes::{Reader, Writer, padded};
+use crate::layers::{Layers, ValueRange};
 
 /// Shortest damping time in milliseconds. Source: §2.5.2.
 pub const MIN_DAMPING_MS: u16 = 2;
 /// Longest damping time in milliseconds. Source: §2.5.2.
 pub const MAX_DAMPING_MS: u16 = 5_000;
-/// Highest address that can be given to a device. Source: §2.8.
-const MAX_NEW_ADDRESS: i32 = 100;
-/// Shortest command: address, length, command code.
-const SHORTEST: usize = 3;
 
 /// A command.
 ///
@@ -140,21 +138,30 @@ impl Request {
         if address.is_all() && !opcode.may_go_to_all() {
             return Err(EncodeError::NotForAll { opcode, response_length: opcode.response_length() });
         }
-        self.check()?;
-        let mut frame = Frame::start(address, opcode.request_length(), opcode.get());
+        let mut frame = Frame::new(address, opcode.request_length(), opcode.get());
+        self.write(Writer::new(frame.body()));
+        if opcode.is_set() {
+            fields::check(opcode, frame.body(), ValueRange::AnyMode)?;
+            frame.seal();
+        }
+        Ok(frame)
+    }
+
+    #[inline(always)]
+    fn write(&self, mut body: Writer<'_>) {
         match *self {
             Self::SetAngle { axis, angle: value } | Self::SetAngleOffset { axis, offset: value } => {
-                frame.extend(&[axis.get()]);
-                frame.extend(&value.0.to_be_bytes());
+                body.put([axis.get()]);
+                body.put(value.0.to_be_bytes());
             }
-            Self::SetDirection { axis, direction } => frame.extend(&[axis.get(), direction.get()]),
-            Self::SetDamping { damping_ms } => frame.extend(&damping_ms.to_be_bytes()),
-            Self::SetAngleOutputRange(range) => frame.extend(&[range_code(range)]),
-            Self::SetBaudRate(rate) => frame.extend(&[rate.get()]),
+            Self::SetDirection { axis, direction } => body.put([axis.get(), direction.get()]),
+            Self::SetDamping { damping_ms } => body.put(damping_ms.to_be_bytes()),
+            Self::SetAngleOutputRange(range) => body.put([range_code(range)]),
+            Self::SetBaudRate(rate) => body.put([rate.get()]),
             Self::SetAddress { device_type, serial, new_address } => {
-                frame.extend(&[device_type.get()]);
-                frame.extend(&serial.to_be_bytes());
-                frame.extend(&[new_address.get()]);
+                body.put([device_type.get()]);
+                body.put(serial.to_be_bytes());
+                body.put([new_address.get()]);
             }
             Self::GetAllAngles
             | Self::GetAngle(_)
@@ -163,9 +170,8 @@ impl Request {
             | Self::GetAllDirections
             | Self::GetDamping
             | Self::GetAngleOutputRange
-            | Self::GetDeviceInformation => return Ok(frame),
+            | Self::GetDeviceInformation => {}
         }
-        Ok(frame.seal())
     }
 
     /// The command that these bytes are, whole and exactly. A command that must not go to the all-respond
@@ -175,89 +181,43 @@ impl Request {
     /// Whatever is wrong with them. [`DecodeError::Value`] is what a device answers with
     /// [`Status::InvalidParameter`](super::Status::InvalidParameter).
     pub fn decode(bytes: &[u8]) -> Result<Command, DecodeError> {
-        let [address, length, code, body @ ..] = bytes else {
-            return Err(DecodeError::Size { received: bytes.len(), expected: SHORTEST });
-        };
-        let opcode = Opcode::new(*code).ok_or(DecodeError::UnknownCommand { command: *code })?;
-        let address =
-            Address::of_request(*address).ok_or(DecodeError::UnknownAddress { address: *address })?;
-        let expected = opcode.request_length();
-        if *length != expected {
-            return Err(DecodeError::Length { received: *length, expected });
+        let Envelope { address, opcode, body, .. } = Envelope::open(bytes, Speaker::Host, Layers::ALL)?;
+        if opcode.is_set() {
+            fields::check(opcode, body, ValueRange::AnyMode)?;
         }
-        let expected = usize::from(expected).saturating_add(OVERHEAD);
-        if bytes.len() != expected {
-            return Err(DecodeError::Size { received: bytes.len(), expected });
-        }
-        let total = if opcode.is_set() { sum(bytes) } else { 0 };
-        if total != 0 {
-            let received = bytes.last().copied().unwrap_or(0);
-            return Err(DecodeError::Checksum { received, computed: received.wrapping_sub(total) });
-        }
-        let request = Self::parse(opcode, Reader::new(body))?;
-        Ok(Command { address, request })
+        Ok(Command { address, request: Self::read(opcode, Reader::new(&padded::<BODY>(body))) })
     }
 
-    fn parse(opcode: Opcode, mut body: Reader<'_>) -> Result<Self, DecodeError> {
-        let request = match opcode {
+    /// Reads the parameters of a command, whose length and [fields] were checked.
+    #[inline(always)]
+    fn read(opcode: Opcode, mut body: Reader<'_>) -> Self {
+        match opcode {
             Opcode::GetAllAngles => Self::GetAllAngles,
             Opcode::GetAngle0 => Self::GetAngle(Axis::Zero),
             Opcode::GetAngle1 => Self::GetAngle(Axis::One),
             Opcode::GetAngle2 => Self::GetAngle(Axis::Two),
-            Opcode::SetAngle => Self::SetAngle { axis: axis(&mut body)?, angle: Millidegrees(body.i32()) },
+            Opcode::SetAngle => Self::SetAngle { axis: axis(body.u8()), angle: Millidegrees(body.i32()) },
             Opcode::GetAllAngleOffsets => Self::GetAllAngleOffsets,
             Opcode::SetAngleOffset => {
-                Self::SetAngleOffset { axis: axis(&mut body)?, offset: Millidegrees(body.i32()) }
+                Self::SetAngleOffset { axis: axis(body.u8()), offset: Millidegrees(body.i32()) }
             }
             Opcode::GetAllData => Self::GetAllData,
             Opcode::GetAllDirections => Self::GetAllDirections,
             Opcode::SetDirection => {
-                Self::SetDirection { axis: axis(&mut body)?, direction: direction(body.u8())? }
+                Self::SetDirection { axis: axis(body.u8()), direction: direction(body.u8()) }
             }
             Opcode::GetDamping => Self::GetDamping,
             Opcode::SetDamping => Self::SetDamping { damping_ms: body.u16() },
             Opcode::GetAngleOutputRange => Self::GetAngleOutputRange,
-            Opcode::SetAngleOutputRange => Self::SetAngleOutputRange(range(body.u8())?),
+            Opcode::SetAngleOutputRange => Self::SetAngleOutputRange(range(body.u8())),
             Opcode::GetDeviceInformation => Self::GetDeviceInformation,
-            Opcode::SetBaudRate => {
-                let index = body.u8();
-                Self::SetBaudRate(BaudRate::new(index).ok_or(value(Field::BaudRate, index))?)
-            }
-            Opcode::SetAddress => {
-                let (device_type, serial, new_address) = (body.u8(), body.u32(), body.u8());
-                Self::SetAddress {
-                    device_type: DeviceType::new(device_type).ok_or(value(Field::DeviceType, device_type))?,
-                    serial,
-                    new_address: Address::new(new_address).ok_or(value(Field::NewAddress, new_address))?,
-                }
-            }
-        };
-        match request.check() {
-            Err(EncodeError::OutOfRange { field, value, .. }) => Err(DecodeError::Value { field, value }),
-            _ => Ok(request),
+            Opcode::SetBaudRate => Self::SetBaudRate(BaudRate::new(body.u8()).unwrap_or(BaudRate::B9600)),
+            Opcode::SetAddress => Self::SetAddress {
+                device_type: DeviceType::new(body.u8()).unwrap_or(DeviceType::T7_1),
+                serial: body.u32(),
+                new_address: Address::new(body.u8()).unwrap_or(Address::FACTORY),
+            },
         }
-    }
-
-    /// Checks the parameters against their documented limits.
-    fn check(&self) -> Result<(), EncodeError> {
-        let angles = (Millidegrees::MIN.0, Millidegrees::MAX.0);
-        let (field, value, (min, max)) = match *self {
-            Self::SetAngle { angle, .. } => (Field::Angle, angle.0, angles),
-            Self::SetAngleOffset { offset, .. } => (Field::Offset, offset.0, angles),
-            Self::SetDamping { damping_ms } => (
-                Field::Damping,
-                i32::from(damping_ms),
-                (i32::from(MIN_DAMPING_MS), i32::from(MAX_DAMPING_MS)),
-            ),
-            Self::SetAddress { new_address, .. } => {
-                (Field::NewAddress, i32::from(new_address.get()), (1, MAX_NEW_ADDRESS))
-            }
-            _ => return Ok(()),
-        };
-        if value < min || value > max {
-            return Err(EncodeError::OutOfRange { field, value, min, max });
-        }
-        Ok(())
     }
 }
 
@@ -269,23 +229,21 @@ pub(super) const fn range_code(range: Range) -> u8 {
     }
 }
 
-pub(super) fn range(code: u8) -> Result<Range, DecodeError> {
-    match code {
-        0 => Ok(Range::Bidirectional),
-        1 => Ok(Range::Unidirectional),
-        _ => Err(value(Field::OutputRange, code)),
+/// The output range of a code that was checked.
+pub(super) const fn range(code: u8) -> Range {
+    if code == 0 { Range::Bidirectional } else { Range::Unidirectional }
+}
+
+/// The direction of a code that was checked.
+pub(super) const fn direction(code: u8) -> Direction {
+    if code == 0 { Direction::Normal } else { Direction::Reversed }
+}
+
+/// The axis of a number that was checked.
+const fn axis(number: u8) -> Axis {
+    match number {
+        0 => Axis::Zero,
+        1 => Axis::One,
+        _ => Axis::Two,
     }
-}
-
-pub(super) fn direction(code: u8) -> Result<Direction, DecodeError> {
-    Direction::new(code).ok_or(value(Field::Direction, code))
-}
-
-fn axis(body: &mut Reader<'_>) -> Result<Axis, DecodeError> {
-    let number = body.u8();
-    Axis::new(number).ok_or(value(Field::Axis, number))
-}
-
-fn value(field: Field, code: u8) -> DecodeError {
-    DecodeError::Value { field, value: i32::from(code) }
 }

@@ -1,15 +1,11 @@
 //! What devices answer. Source: T7 guide §1.2, §2.
 
-use super::error::{DecodeError, Field};
 use super::frame::Frame;
-use super::request::{MAX_DAMPING_MS, MIN_DAMPING_MS, direction, range, range_code};
-use super::{
-    Acceleration, Answer, Axis, DeviceInformation, Direction, Millidegrees, Opcode, Status, Temperature,
-};
+use super::request::{direction, range, range_code};
+use super::{Acceleration, Axis, DeviceInformation, Direction, Millidegrees, Opcode, Status, Temperature};
 use super::{Address, Text};
 use crate::angle::Range;
-use crate::bytes::Reader;
-use crate::layers::ValueRange;
+use crate::bytes::{Reader, Writer};
 
 /// The content of an answer, named like the command it answers.
 ///
@@ -117,31 +113,38 @@ impl Response {
 
     /// The answer as a device with that address sends it.
     pub fn encode(&self, address: Address) -> Frame {
-        Answer { address, response: *self, length_quirk: false }.encode()
+        let opcode = self.opcode();
+        let mut frame = Frame::new(address, opcode.response_length(), opcode.get());
+        self.write(Writer::new(frame.body()));
+        frame.seal();
+        frame
     }
 
-    pub(super) fn write(&self, frame: &mut Frame) {
+    #[inline(always)]
+    fn write(&self, mut body: Writer<'_>) {
         match self {
             Self::GetAllAngles { angles, temperature } => {
-                write_triple(frame, angles.map(|angle| angle.0));
-                frame.extend(&temperature.0.to_be_bytes());
+                put_triple(&mut body, angles.map(|angle| angle.0));
+                body.put(temperature.0.to_be_bytes());
             }
-            Self::GetAngle { angle, .. } => frame.extend(&angle.0.to_be_bytes()),
-            Self::GetAllAngleOffsets { offsets } => write_triple(frame, offsets.map(|offset| offset.0)),
+            Self::GetAngle { angle, .. } => body.put(angle.0.to_be_bytes()),
+            Self::GetAllAngleOffsets { offsets } => {
+                put_triple(&mut body, offsets.map(|offset| offset.0));
+            }
             Self::GetAllData { angles, temperature, accelerations, serial } => {
-                write_triple(frame, angles.map(|angle| angle.0));
-                frame.extend(&temperature.0.to_be_bytes());
-                write_triple(frame, accelerations.map(|acceleration| acceleration.0));
-                frame.extend(&serial.to_be_bytes());
+                put_triple(&mut body, angles.map(|angle| angle.0));
+                body.put(temperature.0.to_be_bytes());
+                put_triple(&mut body, accelerations.map(|acceleration| acceleration.0));
+                body.put(serial.to_be_bytes());
             }
-            Self::GetAllDirections { directions } => frame.extend(&directions.map(Direction::get)),
-            Self::GetDamping { damping_ms } => frame.extend(&damping_ms.to_be_bytes()),
-            Self::GetAngleOutputRange(range) => frame.extend(&[range_code(*range)]),
+            Self::GetAllDirections { directions } => body.put(directions.map(Direction::get)),
+            Self::GetDamping { damping_ms } => body.put(damping_ms.to_be_bytes()),
+            Self::GetAngleOutputRange(range) => body.put([range_code(*range)]),
             Self::GetDeviceInformation(information) => {
-                frame.extend(&information.serial.to_be_bytes());
-                frame.extend(information.firmware.as_bytes());
-                frame.extend(information.product.as_bytes());
-                frame.extend(&information.calibration_state.to_be_bytes());
+                body.put(information.serial.to_be_bytes());
+                body.put(*information.firmware.as_bytes());
+                body.put(*information.product.as_bytes());
+                body.put(information.calibration_state.to_be_bytes());
             }
             Self::SetAngle(status)
             | Self::SetAngleOffset(status)
@@ -149,83 +152,62 @@ impl Response {
             | Self::SetDamping(status)
             | Self::SetAngleOutputRange(status)
             | Self::SetBaudRate(status)
-            | Self::SetAddress(status) => frame.extend(&[status.get()]),
+            | Self::SetAddress(status) => body.put([status.get()]),
+        }
+    }
+
+    /// Reads the body of an answer, whose length and [fields](super::fields) were checked. Temperatures and
+    /// accelerations are reported as they are.
+    pub(super) fn read(opcode: Opcode, mut body: Reader<'_>) -> Self {
+        let status = Status::new(body.clone().u8());
+        match opcode {
+            Opcode::GetAngle0 | Opcode::GetAngle1 | Opcode::GetAngle2 => {
+                let axis = opcode.axis().unwrap_or(Axis::Two);
+                Self::GetAngle { axis, angle: Millidegrees(body.i32()) }
+            }
+            Opcode::GetAllAngles => {
+                let angles = triple(&mut body).map(Millidegrees);
+                Self::GetAllAngles { angles, temperature: Temperature(body.i16()) }
+            }
+            Opcode::GetAllAngleOffsets => {
+                Self::GetAllAngleOffsets { offsets: triple(&mut body).map(Millidegrees) }
+            }
+            Opcode::GetAllData => Self::GetAllData {
+                angles: triple(&mut body).map(Millidegrees),
+                temperature: Temperature(body.i16()),
+                accelerations: triple(&mut body).map(Acceleration),
+                serial: body.u32(),
+            },
+            Opcode::GetAllDirections => {
+                Self::GetAllDirections { directions: body.array::<3>().map(direction) }
+            }
+            Opcode::GetDamping => Self::GetDamping { damping_ms: body.u16() },
+            Opcode::GetAngleOutputRange => Self::GetAngleOutputRange(range(body.u8())),
+            Opcode::GetDeviceInformation => Self::GetDeviceInformation(DeviceInformation {
+                serial: body.u32(),
+                firmware: Text::new(body.array()),
+                product: Text::new(body.array()),
+                calibration_state: body.u16(),
+            }),
+            Opcode::SetAngle => Self::SetAngle(status),
+            Opcode::SetAngleOffset => Self::SetAngleOffset(status),
+            Opcode::SetDirection => Self::SetDirection(status),
+            Opcode::SetDamping => Self::SetDamping(status),
+            Opcode::SetAngleOutputRange => Self::SetAngleOutputRange(status),
+            Opcode::SetBaudRate => Self::SetBaudRate(status),
+            Opcode::SetAddress => Self::SetAddress(status),
         }
     }
 }
 
-/// Reads the body of an answer, whose length was checked, and checks numbers against their documented ranges.
-/// Temperatures are reported as they are.
-///
-/// `whole` makes an answer of the response, arm by arm: a response of its own, made here and moved there,
-/// costs more instructions than all the rest.
-pub(super) fn parse(
-    opcode: Opcode,
-    mut body: Reader<'_>,
-    values: ValueRange,
-    whole: impl Fn(Response) -> Answer,
-) -> Result<Answer, DecodeError> {
-    use Response as R;
-    let angle = Field::Angle;
-    match opcode {
-        Opcode::GetAngle0 | Opcode::GetAngle1 | Opcode::GetAngle2 => {
-            let axis = opcode.axis().unwrap_or(Axis::Two);
-            Ok(whole(R::GetAngle { axis, angle: number(&mut body, angle, values)? }))
-        }
-        Opcode::GetAllAngles => {
-            let angles = triple(&mut body, angle, values)?;
-            Ok(whole(R::GetAllAngles { angles, temperature: Temperature(body.i16()) }))
-        }
-        Opcode::GetAllAngleOffsets => {
-            Ok(whole(R::GetAllAngleOffsets { offsets: triple(&mut body, Field::Offset, values)? }))
-        }
-        Opcode::GetAllData => {
-            let angles = triple(&mut body, angle, values)?;
-            let temperature = Temperature(body.i16());
-            let accelerations = triple(&mut body, angle, ValueRange::Off)?.map(|raw| Acceleration(raw.0));
-            Ok(whole(R::GetAllData { angles, temperature, accelerations, serial: body.u32() }))
-        }
-        Opcode::GetAllDirections => {
-            let [zero, one, two] = body.array();
-            let directions = [direction(zero)?, direction(one)?, direction(two)?];
-            Ok(whole(R::GetAllDirections { directions }))
-        }
-        Opcode::GetDamping => Ok(whole(R::GetDamping { damping_ms: damping(body.u16(), values)? })),
-        Opcode::GetAngleOutputRange => Ok(whole(R::GetAngleOutputRange(range(body.u8())?))),
-        Opcode::GetDeviceInformation => Ok(whole(R::GetDeviceInformation(DeviceInformation {
-            serial: body.u32(),
-            firmware: Text::new(body.array()),
-            product: Text::new(body.array()),
-            calibration_state: body.u16(),
-        }))),
-        Opcode::SetAngle => Ok(whole(R::SetAngle(Status::new(body.u8())))),
-        Opcode::SetAngleOffset => Ok(whole(R::SetAngleOffset(Status::new(body.u8())))),
-        Opcode::SetDirection => Ok(whole(R::SetDirection(Status::new(body.u8())))),
-        Opcode::SetDamping => Ok(whole(R::SetDamping(Status::new(body.u8())))),
-        Opcode::SetAngleOutputRange => Ok(whole(R::SetAngleOutputRange(Status::new(body.u8())))),
-        Opcode::SetBaudRate => Ok(whole(R::SetBaudRate(Status::new(body.u8())))),
-        Opcode::SetAddress => Ok(whole(R::SetAddress(Status::new(body.u8())))),
-    }
+#[inline(always)]
+fn put_triple(body: &mut Writer<'_>, [zero, one, two]: [i32; 3]) {
+    body.put(zero.to_be_bytes());
+    body.put(one.to_be_bytes());
+    body.put(two.to_be_bytes());
 }
 
-/// An angle or offset within the range that is asked for.
-fn number(body: &mut Reader<'_>, field: Field, values: ValueRange) -> Result<Millidegrees, DecodeError> {
-    let number = Millidegrees(body.i32());
-    if values.allows(number) { Ok(number) } else { Err(DecodeError::Value { field, value: number.0 }) }
-}
-
-fn triple(body: &mut Reader<'_>, field: Field, values: ValueRange) -> Result<[Millidegrees; 3], DecodeError> {
-    Ok([number(body, field, values)?, number(body, field, values)?, number(body, field, values)?])
-}
-
-fn damping(damping_ms: u16, values: ValueRange) -> Result<u16, DecodeError> {
-    if values == ValueRange::Off || (MIN_DAMPING_MS..=MAX_DAMPING_MS).contains(&damping_ms) {
-        Ok(damping_ms)
-    } else {
-        Err(DecodeError::Value { field: Field::Damping, value: i32::from(damping_ms) })
-    }
-}
-
-fn write_triple(frame: &mut Frame, triple: [i32; 3]) {
-    triple.iter().for_each(|value| frame.extend(&value.to_be_bytes()));
+#[inline(always)]
+fn triple(body: &mut Reader<'_>) -> [i32; 3] {
+    [body.i32(), body.i32(), body.i32()]
 }

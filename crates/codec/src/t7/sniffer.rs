@@ -1,13 +1,13 @@
 //! Listening to both directions of a T7 bus.
 
 use super::answer::{length_fits, size};
+use super::envelope::HEADER;
 use super::error::DecodeError;
 use super::frame::{LONGEST, OVERHEAD};
 use super::{Address, Answer, Command, Opcode, Request};
-use crate::bytes::Reader;
 use crate::character::{Character, LineErrors};
 use crate::layers::Layers;
-use crate::stream::{Front, Grammar, Stream};
+use crate::stream::{Stream, Verdict};
 
 /// A message overheard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +54,7 @@ pub type SniffProgress = crate::Progress<Sniffed, DecodeError>;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Sniffer {
-    grammar: Conversation,
+    conversation: Conversation,
     stream: Stream<LONGEST>,
 }
 
@@ -62,22 +62,31 @@ impl Sniffer {
     /// A sniffer that has heard nothing. The address, command and length layers play no part: nothing is
     /// expected.
     pub const fn new(layers: Layers) -> Self {
-        Self { grammar: Conversation { layers, asked: None }, stream: Stream::new() }
+        Self { conversation: Conversation { layers, asked: None }, stream: Stream::new() }
     }
 
     /// Takes one character.
     pub fn push(&mut self, character: Character) -> SniffProgress {
-        self.stream.push(&mut self.grammar, character)
+        if self.stream.push(character) { self.look(false) } else { SniffProgress::More }
     }
 
     /// The line has been silent for longer than an answer may take: settles what is still undecided, and
     /// expects a command next. Call it until it returns `More`.
     pub fn idle(&mut self) -> SniffProgress {
-        let progress = self.stream.idle(&mut self.grammar);
-        if progress == SniffProgress::More {
-            self.grammar.asked = None;
+        let progress = self.look(true);
+        if let SniffProgress::More = progress {
+            self.conversation.asked = None;
         }
         progress
+    }
+
+    #[inline(never)]
+    fn look(&mut self, silent: bool) -> SniffProgress {
+        let Self { conversation, stream } = self;
+        let mut seen = SniffProgress::More;
+        let counts =
+            stream.look(silent, &[], &mut |bytes, errors| conversation.examine(bytes, errors, &mut seen));
+        if counts { seen } else { SniffProgress::More }
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
@@ -95,62 +104,51 @@ struct Conversation {
 }
 
 impl Conversation {
-    /// Whether a message from `address` with that code answers the last command.
-    fn is_asked(&self, address: u8, code: u8) -> bool {
-        self.asked.is_some_and(|asked| {
-            let to_us = asked.address.is_all() || asked.address.get() == address;
-            to_us && asked.request.opcode().get() == code
-        })
+    /// What starts with these bytes.
+    fn examine(&mut self, bytes: &[u8], errors: &[LineErrors], seen: &mut SniffProgress) -> Verdict {
+        let Some(&[address, length, code]) = bytes.first_chunk() else {
+            return Verdict::Incomplete(HEADER);
+        };
+        let (Some(to), Some(opcode)) = (Address::of_request(address), Opcode::new(code)) else {
+            return Verdict::Junk;
+        };
+        let commands_length = length == opcode.request_length();
+        let answers_length = length_fits(length, opcode);
+        let size = if commands_length {
+            usize::from(length).saturating_add(OVERHEAD)
+        } else if answers_length && !to.is_all() {
+            size(opcode)
+        } else {
+            return Verdict::Junk;
+        };
+        let Some(frame) = bytes.get(..size) else { return Verdict::Incomplete(size) };
+        let errors = errors.get(..size).unwrap_or(&[]);
+        if let Some(errors) = self.layers.complaint(errors) {
+            return seen.settle(Err(DecodeError::LineErrors { errors }), size);
+        }
+        let to = self.asked.filter(|asked| asked.calls_for(address, opcode));
+        if answers_length && (to.is_some() || !commands_length) {
+            let answer = match Answer::decode_with(frame, self.layers) {
+                Ok(answer) => answer,
+                Err(error) => return seen.settle(Err(error), size),
+            };
+            // Everybody answers a command to all: more may come.
+            self.asked = self.asked.filter(|asked| asked.address.is_all());
+            seen.settle(Ok(Sniffed::Answer { answer, to }), size)
+        } else {
+            let command = match Request::decode(frame) {
+                Ok(command) => command,
+                Err(error) => return seen.settle(Err(error), size),
+            };
+            self.asked = Some(command);
+            seen.settle(Ok(Sniffed::Command(command)), size)
+        }
     }
 }
 
-impl Grammar for Conversation {
-    type Frame = Sniffed;
-    type Error = DecodeError;
-
-    const HEADER: usize = 3;
-
-    fn front(&self, bytes: &[u8]) -> Front<DecodeError> {
-        let [address, length, code] = Reader::new(bytes).array();
-        let (Some(to), Some(opcode)) = (Address::of_request(address), Opcode::new(code)) else {
-            return Front::Junk;
-        };
-        if length == opcode.request_length() {
-            Front::Wanted(usize::from(length).saturating_add(OVERHEAD))
-        } else if length_fits(length, opcode) && !to.is_all() {
-            Front::Wanted(size(opcode))
-        } else {
-            Front::Junk
-        }
-    }
-
-    fn dirty(&self, errors: LineErrors) -> Option<DecodeError> {
-        let matters = self.layers.line_errors && !errors.is_none();
-        matters.then_some(DecodeError::LineErrors { errors })
-    }
-
-    fn judge(&mut self, bytes: &[u8]) -> Result<Sniffed, DecodeError> {
-        let [address, length, code] = Reader::new(bytes).array();
-        let is_asked = self.is_asked(address, code);
-        let commands_length = Opcode::new(code).is_some_and(|opcode| length == opcode.request_length());
-        let answers_length = Opcode::new(code).is_some_and(|opcode| length_fits(length, opcode));
-        if answers_length && (is_asked || !commands_length) {
-            let answer = Answer::decode_with(bytes, self.layers)?;
-            let to = self.asked.filter(|_| is_asked);
-            // Everybody answers a command to all: more may come.
-            self.asked = self.asked.filter(|asked| asked.address.is_all());
-            return Ok(Sniffed::Answer { answer, to });
-        }
-        let command = Request::decode(bytes)?;
-        self.asked = Some(command);
-        Ok(Sniffed::Command(command))
-    }
-
-    fn foreign(&self, _: &[u8], _: LineErrors) -> Option<DecodeError> {
-        None
-    }
-
-    fn wanted_lengths(&self) -> [usize; 3] {
-        [0; 3]
+impl Command {
+    /// Whether a message from that address with that code answers it.
+    fn calls_for(&self, address: u8, opcode: Opcode) -> bool {
+        (self.address.is_all() || self.address.get() == address) && self.request.opcode() == opcode
     }
 }

@@ -7,25 +7,26 @@
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(from = "u8", into = "u8"))]
+#[repr(u8)]
 pub enum Status {
     /// 0: done.
-    Success,
+    Success = 0,
     /// 1: the device knows no such command.
-    InvalidCommand,
+    InvalidCommand = 1,
     /// 3: a parameter is out of range.
-    InvalidParameter,
+    InvalidParameter = 3,
     /// 4: the command arrived damaged.
-    ChecksumError,
+    ChecksumError = 4,
     /// 5: the command failed.
-    CommandFailed,
+    CommandFailed = 5,
     /// 7: the non-volatile memory could not be erased.
-    FlashEraseError,
+    FlashEraseError = 7,
     /// 8: the non-volatile memory could not be programmed.
-    FlashProgramError,
+    FlashProgramError = 8,
     /// 9: the address is out of range.
-    AddressOutOfRange,
+    AddressOutOfRange = 9,
     /// A reserved or undocumented code.
-    Unknown(UnknownStatus),
+    Unknown(UnknownStatus) = u8::MAX,
 }
 
 /// A status code to which the guide gives no meaning.

@@ -43,14 +43,21 @@ impl Millidegrees {
 }
 
 impl ValueRange {
+    /// Lowest and highest angle that pass this check, in millidegrees.
+    pub(super) const fn limits(self) -> (i32, i32) {
+        match self {
+            Self::Off => (i32::MIN, i32::MAX),
+            Self::AnyMode => (MIN_MDEG, MAX_UNIDIRECTIONAL_MDEG),
+            Self::Mode(Range::Bidirectional) => (MIN_MDEG, MAX_BIDIRECTIONAL_MDEG),
+            Self::Mode(Range::Unidirectional) => (0, MAX_UNIDIRECTIONAL_MDEG),
+        }
+    }
+
     /// Whether an angle passes this check.
     #[inline]
     pub(super) fn allows(self, angle: Millidegrees) -> bool {
-        match self {
-            Self::Off => true,
-            Self::AnyMode => angle.is_in_any(),
-            Self::Mode(mode) => angle.is_in(mode),
-        }
+        let (min, max) = self.limits();
+        angle.0 >= min && angle.0 <= max
     }
 }
 

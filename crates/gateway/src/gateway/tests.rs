@@ -170,10 +170,11 @@ fn what_a_pwm_input_sees_becomes_a_value_or_a_reason() {
 #[derive(Clone, Debug)]
 enum Trouble {
     Wait(u32),
+    /// Anything, flagged by the receiver or not.
     Character {
         bus: usize,
         byte: u8,
-        errors: u8,
+        clean: bool,
     },
     /// The first bytes of the right answer.
     Torn {
@@ -184,54 +185,71 @@ enum Trouble {
     Released(usize),
 }
 
-fn trouble() -> impl Strategy<Value = Trouble> {
+fn trouble(clean: impl Strategy<Value = bool>) -> impl Strategy<Value = Trouble> {
     prop_oneof![
         4 => (0u32..3_000).prop_map(Trouble::Wait),
-        8 => (0usize..2, any::<u8>(), 0u8..8).prop_map(|(bus, byte, errors)| Trouble::Character { bus, byte, errors }),
+        8 => (0usize..2, any::<u8>(), clean).prop_map(|(bus, byte, clean)| Trouble::Character { bus, byte, clean }),
         2 => (0usize..2, 0usize..9).prop_map(|(bus, length)| Trouble::Torn { bus, length }),
         1 => (0usize..2).prop_map(Trouble::Forced),
         1 => (0usize..2).prop_map(Trouble::Released),
     ]
 }
 
+/// Lets trouble happen; `watch` is called with the values after each. Afterwards the buses are clean, and all has to be
+/// well again.
+fn survive(
+    troubles: Vec<Trouble>,
+    watch: impl Fn(&[(Status, Option<i32>)]) -> Result<(), TestCaseError>,
+) -> Result<(), TestCaseError> {
+    let mut bench = Bench::new();
+    for trouble in troubles {
+        match trouble {
+            Trouble::Wait(span) => bench.now = bench.now + Micros(span.into()),
+            Trouble::Character { bus, byte, clean } => {
+                bench.hear(bus, byte, if clean { LineErrors::NONE } else { LineErrors::FRAMING });
+            }
+            Trouble::Torn { bus, length } => {
+                let Some(request) = bench.wires[bus].asked.clone() else { continue };
+                for byte in answer(&request).into_iter().take(length) {
+                    bench.hear(bus, byte, LineErrors::NONE);
+                }
+            }
+            Trouble::Forced(bus) => {
+                let (bus, at) = (bench.wires[bus].bus, bench.now);
+                bench.gateway.line(bus, Event::Forced { at });
+            }
+            Trouble::Released(bus) => {
+                let (bus, at) = (bench.wires[bus].bus, bench.now);
+                bench.gateway.line(bus, Event::Released { at });
+            }
+        }
+        bench.run();
+        watch(&bench.statuses())?;
+    }
+    for wire in &mut bench.wires {
+        wire.asked = None;
+    }
+    bench.clean(ISU_PERIOD.times(2));
+    prop_assert_eq!(bench.statuses(), ALL_RIGHT);
+    Ok(())
+}
+
 proptest! {
-    /// Any characters, any line events, any pauses: no angle but the true one, and afterwards all is well again.
+    /// Any characters, any line events, any pauses. Characters without error flags may by chance complete a torn
+    /// frame with the right 8-bit sum, which nothing can tell from an answer; so only the end is looked at.
     #[test]
-    fn nothing_that_comes_in_stops_the_gateway(troubles in prop::collection::vec(trouble(), 0..300)) {
-        let mut bench = Bench::new();
-        for trouble in troubles {
-            match trouble {
-                Trouble::Wait(span) => bench.now = bench.now + Micros(span.into()),
-                Trouble::Character { bus, byte, errors } => {
-                    let errors = if errors == 0 { LineErrors::FRAMING } else { LineErrors::NONE };
-                    bench.hear(bus, byte, errors);
-                }
-                Trouble::Torn { bus, length } => {
-                    let Some(request) = bench.wires[bus].asked.clone() else { continue };
-                    for byte in answer(&request).into_iter().take(length) {
-                        bench.hear(bus, byte, LineErrors::NONE);
-                    }
-                }
-                Trouble::Forced(bus) => {
-                    let (bus, at) = (bench.wires[bus].bus, bench.now);
-                    bench.gateway.line(bus, Event::Forced { at });
-                }
-                Trouble::Released(bus) => {
-                    let (bus, at) = (bench.wires[bus].bus, bench.now);
-                    bench.gateway.line(bus, Event::Released { at });
-                }
+    fn nothing_that_comes_in_stops_the_gateway(troubles in prop::collection::vec(trouble(any::<bool>()), 0..300)) {
+        survive(troubles, |_| Ok(()))?;
+    }
+
+    /// The same with every stray character flagged by the receiver: there is never an angle but the true one.
+    #[test]
+    fn no_flagged_character_ever_makes_an_angle(troubles in prop::collection::vec(trouble(Just(false)), 0..300)) {
+        survive(troubles, |values| {
+            for (&(status, angle), right) in values.iter().zip(ALL_RIGHT) {
+                prop_assert!(status != Status::Ok || angle == right.1, "{:?} instead of {:?}", angle, right.1);
             }
-            bench.run();
-            for (index, (status, angle)) in bench.statuses().into_iter().enumerate() {
-                if status == Status::Ok {
-                    prop_assert_eq!(angle, ALL_RIGHT[index].1);
-                }
-            }
-        }
-        for wire in &mut bench.wires {
-            wire.asked = None;
-        }
-        bench.clean(ISU_PERIOD.times(2));
-        prop_assert_eq!(bench.statuses(), ALL_RIGHT);
+            Ok(())
+        })?;
     }
 }

@@ -67,15 +67,13 @@ impl Image {
 
     /// The eight EEPROM words of a data word.
     pub fn group(&self, data_word: DataWord) -> [u16; WORDS_PER_DATA_WORD] {
-        let mut address = data_word.start();
-        [(); WORDS_PER_DATA_WORD].map(|()| {
-            let word = self.word(address);
-            address = address.wrapping_add(1);
-            word
-        })
+        let words = self.0.get(usize::from(data_word.start())..).and_then(|words| words.first_chunk());
+        // All data words lie within the image.
+        words.copied().unwrap_or([0; WORDS_PER_DATA_WORD])
     }
 
     /// A data word.
+    #[inline(never)]
     pub fn data(&self, data_word: DataWord) -> u16 {
         unpack(self.group(data_word))
     }
@@ -92,15 +90,21 @@ impl Image {
 
     /// Computes the checksum in both ways that the document allows.
     pub fn audit(&self) -> Audit {
-        let sum = |words: &[u16]| words.iter().fold(0_u16, |sum, &word| sum.wrapping_add(word));
         let checksum_words = self.group(DataWord::Checksum);
-        let others = sum(&self.0).wrapping_sub(sum(&checksum_words));
+        let words_left_out = total(&self.0).wrapping_sub(total(&checksum_words));
+        let upper_bits = total(&checksum_words.map(without_user_bits));
         Audit {
-            stored: self.data(DataWord::Checksum),
-            upper_bits_counted: others.wrapping_add(sum(&checksum_words.map(without_user_bits))),
-            words_left_out: others,
+            stored: unpack(checksum_words),
+            upper_bits_counted: words_left_out.wrapping_add(upper_bits),
+            words_left_out,
         }
     }
+}
+
+/// The sum of these words, as far as it fits 16 bits.
+#[inline(never)]
+pub(super) fn total(words: &[u16]) -> u16 {
+    words.iter().fold(0, |total, &word| total.wrapping_add(word))
 }
 
 /// What the checksum covers.

@@ -6,9 +6,6 @@ pub const WORDS_PER_DATA_WORD: usize = 8;
 /// The part of an EEPROM word that users own.
 const USER_BITS: u16 = 0b11;
 
-/// Bit position of the lower bit of each pair, word by word.
-const SHIFTS: [u32; WORDS_PER_DATA_WORD] = [6, 4, 2, 0, 14, 12, 10, 8];
-
 /// The data word that eight EEPROM words hold.
 ///
 /// ```
@@ -20,14 +17,17 @@ const SHIFTS: [u32; WORDS_PER_DATA_WORD] = [6, 4, 2, 0, 14, 12, 10, 8];
 /// assert_eq!(changed, [0xA5A4, 0xA5A7, 0xA5A4, 0xA5A4, 0xA5A4, 0xA5A4, 0xA5A4, 0xA5A4]);
 /// ```
 pub fn unpack(words: [u16; WORDS_PER_DATA_WORD]) -> u16 {
-    words.iter().zip(SHIFTS).fold(0, |data, (word, shift)| data | (word & USER_BITS) << shift)
+    // The highest pair comes first, but the low byte before the high one.
+    words.iter().fold(0_u16, |data, word| data << 2 | word & USER_BITS).swap_bytes()
 }
 
 /// The eight EEPROM words with another data word in them; their upper 14 bits stay.
 #[must_use]
 pub fn pack(mut words: [u16; WORDS_PER_DATA_WORD], data: u16) -> [u16; WORDS_PER_DATA_WORD] {
-    for (word, shift) in words.iter_mut().zip(SHIFTS) {
-        *word = without_user_bits(*word) | data >> shift & USER_BITS;
+    let mut pairs = data.swap_bytes();
+    for word in &mut words {
+        pairs = pairs.rotate_left(2);
+        *word = without_user_bits(*word) | pairs & USER_BITS;
     }
     words
 }

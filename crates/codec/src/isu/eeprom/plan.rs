@@ -2,8 +2,9 @@
 
 use core::fmt;
 
-use super::image::{Audit, ChecksumReading, DataWord, Image};
+use super::image::{Audit, ChecksumReading, DataWord, Image, total};
 use super::packing::{WORDS_PER_DATA_WORD, pack};
+use crate::bytes::put;
 use crate::isu::{Address, Request, Words};
 
 /// Position of the module address in its data word.
@@ -99,35 +100,12 @@ impl Write {
 
     /// The command that writes them.
     pub fn request(&self) -> Request {
-        let mut words = [0; 2 * WORDS_PER_DATA_WORD];
-        for (slot, word) in words.as_chunks_mut().0.iter_mut().zip(self.words()) {
-            *slot = word.to_be_bytes();
-        }
-        let used = words.get(..self.count.saturating_mul(2)).unwrap_or(&[]);
-        Request::WriteEeprom { start: self.start, words: Words::from_be_bytes(used) }
+        Request::WriteEeprom { start: self.start, words: Words::first(self.words()) }
     }
 
     /// The command that reads them back.
     pub const fn read_back(&self) -> Request {
         Request::ReadEeprom { start: self.start, count: self.count as u8 }
-    }
-
-    /// Which words change from `before` to `data` in them; `None` when none does.
-    fn of(image: &Image, data_word: DataWord, data: u16, skip: usize, count: usize) -> Option<Self> {
-        let before = image.group(data_word);
-        let after = pack(before, data);
-        (before != after).then(|| Self {
-            start: data_word.start().wrapping_add(skip as u8),
-            count,
-            before: shifted(before, skip),
-            after: shifted(after, skip),
-        })
-    }
-
-    /// How much the sum of all words grows.
-    fn growth(&self) -> u16 {
-        let sum = |words: &[u16]| words.iter().fold(0_u16, |sum, &word| sum.wrapping_add(word));
-        sum(self.words()).wrapping_sub(sum(self.before()))
     }
 }
 
@@ -169,29 +147,27 @@ impl Plan {
         if !audit.is_sound() {
             return Err(Refusal::UnsoundChecksum(audit));
         }
-        let write = match change {
+        let (data_word, mask, bits, skip, count) = match change {
             Change::ModuleAddress(address) if address.is_reserved() => return Err(Refusal::ReservedAddress),
             Change::ModuleAddress(address) => {
-                let others = image.data(DataWord::ModuleAddress) & !ADDRESS_MASK;
-                let data = others | u16::from(address.get()) << ADDRESS_SHIFT;
-                Write::of(image, DataWord::ModuleAddress, data, 0, ADDRESS_WORDS)
+                let bits = u16::from(address.get()) << ADDRESS_SHIFT;
+                (DataWord::ModuleAddress, ADDRESS_MASK, bits, 0, ADDRESS_WORDS)
             }
-            Change::NullPosition(data) => {
-                Write::of(image, DataWord::NullPosition, data, 0, WORDS_PER_DATA_WORD)
-            }
+            Change::NullPosition(data) => (DataWord::NullPosition, u16::MAX, data, 0, WORDS_PER_DATA_WORD),
             Change::AutoShutoff { bit, enabled } => {
-                let others = image.data(DataWord::AutoShutoff) & !bit.mask();
-                let data = if enabled { others | bit.mask() } else { others };
+                let bits = if enabled { bit.mask() } else { 0 };
                 // The word that holds the bit, and no other.
                 let skip = if bit == ShutoffBit::Bit7 { 0 } else { 3 };
-                Write::of(image, DataWord::AutoShutoff, data, skip, 1)
+                (DataWord::AutoShutoff, bit.mask(), bits, skip, 1)
             }
         };
-        let Some(write) = write else { return Ok(Self::new(None, None)) };
+        let data = image.data(data_word) & !mask | bits;
+        let mut plan = Self::NOTHING;
+        let growth = plan.add(image, data_word, data, skip, count);
         // New checksum = old − old words + new words: right in whichever reading the old one was.
-        let checksum = audit.stored.wrapping_add(write.growth());
-        let checksum = Write::of(image, DataWord::Checksum, checksum, 0, WORDS_PER_DATA_WORD);
-        Ok(Self::new(Some(write), checksum))
+        let checksum = audit.stored.wrapping_add(growth);
+        plan.add(image, DataWord::Checksum, checksum, 0, WORDS_PER_DATA_WORD);
+        Ok(plan)
     }
 
     /// The writes that make a wrong checksum right in that reading. None, if it is right.
@@ -200,7 +176,9 @@ impl Plan {
     /// one, reset the module, and try the other should it still report a hardware error.
     pub fn repair(image: &Image, reading: ChecksumReading) -> Self {
         let checksum = image.audit().computed(reading);
-        Self::new(None, Write::of(image, DataWord::Checksum, checksum, 0, WORDS_PER_DATA_WORD))
+        let mut plan = Self::NOTHING;
+        plan.add(image, DataWord::Checksum, checksum, 0, WORDS_PER_DATA_WORD);
+        plan
     }
 
     /// The writes in the order in which they must be made; at most two, none when there is nothing to do.
@@ -215,21 +193,34 @@ impl Plan {
         }
     }
 
-    fn new(data: Option<Write>, checksum: Option<Write>) -> Self {
-        const UNUSED: Write = Write { start: 0, count: 0, before: [0; 8], after: [0; 8] };
-        let (writes, count) = match (data, checksum) {
-            (Some(data), Some(checksum)) => ([data, checksum], 2),
-            (Some(only), None) | (None, Some(only)) => ([only, UNUSED], 1),
-            (None, None) => ([UNUSED, UNUSED], 0),
-        };
-        Self { writes, count }
+    const NOTHING: Self =
+        Self { writes: [Write { start: 0, count: 0, before: [0; 8], after: [0; 8] }; 2], count: 0 };
+
+    /// Adds the write of those words of `data_word` that are to hold `data`, unless they do already, and says
+    /// how much the sum of all words grows. Only `count` words from `skip` on may differ.
+    #[inline(never)]
+    fn add(&mut self, image: &Image, data_word: DataWord, data: u16, skip: usize, count: usize) -> u16 {
+        let before = image.group(data_word);
+        let after = pack(before, data);
+        if before == after {
+            return 0;
+        }
+        let growth = total(&after).wrapping_sub(total(&before));
+        let start = data_word.start().wrapping_add(skip as u8);
+        let write = Write { start, count, before: shifted(before, skip), after: shifted(after, skip) };
+        put(&mut self.writes, self.count, write);
+        self.count = self.count.wrapping_add(1);
+        growth
     }
 }
 
 /// The words from `skip` on, with zeros behind.
 fn shifted(words: [u16; WORDS_PER_DATA_WORD], skip: usize) -> [u16; WORDS_PER_DATA_WORD] {
-    let mut from = words.iter().skip(skip);
-    [(); WORDS_PER_DATA_WORD].map(|()| from.next().copied().unwrap_or(0))
+    let mut shifted = [0; WORDS_PER_DATA_WORD];
+    for (to, &from) in shifted.iter_mut().zip(words.iter().skip(skip)) {
+        *to = from;
+    }
+    shifted
 }
 
 impl fmt::Display for Refusal {

@@ -1,0 +1,61 @@
+//! What all messages have in common: address, length, command, checksum. Source: T7 guide §1.1, §1.2.
+
+use super::answer::length_fits;
+use super::error::DecodeError;
+use super::frame::{LONGEST, OVERHEAD};
+use super::{Address, Opcode};
+use crate::bytes::sum;
+use crate::layers::Layers;
+
+/// Bytes before the body: address, length, command. They tell what follows.
+pub(super) const HEADER: usize = 3;
+/// Longest body, the checksum behind it included.
+pub(super) const BODY: usize = LONGEST - HEADER;
+
+/// Who speaks.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Speaker {
+    Host,
+    Device,
+}
+
+/// A message with nothing wrong around its body.
+pub(super) struct Envelope<'a> {
+    pub(super) address: Address,
+    pub(super) length: u8,
+    pub(super) opcode: Opcode,
+    /// Parameters, data or status, then the checksum if there is one.
+    pub(super) body: &'a [u8],
+}
+
+impl<'a> Envelope<'a> {
+    #[inline(never)]
+    pub(super) fn open(bytes: &'a [u8], from: Speaker, layers: Layers) -> Result<Self, DecodeError> {
+        let host = from == Speaker::Host;
+        // A device says at least one byte, and adds a checksum.
+        let shortest = if host { HEADER } else { HEADER + 2 };
+        let (Some(&[address, length, command]), true) = (bytes.first_chunk(), bytes.len() + 1 >= shortest)
+        else {
+            return Err(DecodeError::Size { received: bytes.len(), expected: shortest });
+        };
+        let Some(opcode) = Opcode::new(command) else { return Err(DecodeError::UnknownCommand { command }) };
+        let known = if host { Address::of_request(address) } else { Address::new(address) };
+        let Some(address) = known else { return Err(DecodeError::UnknownAddress { address }) };
+        let right = if host { opcode.request_length() } else { opcode.response_length() };
+        if layers.length && length != right && (host || !length_fits(length, opcode)) {
+            return Err(DecodeError::Length { received: length, expected: right });
+        }
+        let expected = usize::from(right).wrapping_add(OVERHEAD);
+        if bytes.len() != expected {
+            return Err(DecodeError::Size { received: bytes.len(), expected });
+        }
+        let total = if host && !opcode.is_set() { 0 } else { sum(bytes) };
+        if layers.checksum && total != 0 {
+            // Taking the total from the last byte leaves the byte that would have made the total zero.
+            let received = bytes.last().copied().unwrap_or(0);
+            return Err(DecodeError::Checksum { received, computed: received.wrapping_sub(total) });
+        }
+        let body = bytes.get(HEADER..).unwrap_or(&[]);
+        Ok(Self { address, length, opcode, body })
+    }
+}
