@@ -1,6 +1,7 @@
 //! How long things take on the line, and how long to wait for them.
 
 use crate::Micros;
+use crate::master::LONGEST_ANSWER;
 
 /// Bit rate and framing of a line. Both vendors use 8N1: ten bits a character.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,12 +58,9 @@ pub struct Timing {
     /// Silence kept after a failed exchange. A late or garbled answer that begins in it is heard to its end (until
     /// there is a `gap`) before the next request.
     pub quiet: Micros,
-    /// Longest wait for the line to fall silent before a request; then it is dropped.
+    /// Longest wait for the line to fall silent before a request; then it is dropped. As long as any answer.
     pub line_busy: Micros,
 }
-
-/// Characters of the longest wait for a silent line: twice the T7's longest answer, 34.
-const LINE_BUSY_CHARACTERS: u64 = 68;
 
 impl Timing {
     /// T7 at `serial`: Get answers begin within 2 ms, Set answers within 25 ms (T7 guide section 1). The guard is
@@ -76,7 +74,7 @@ impl Timing {
             margin: serial.characters(1),
             gap: serial.characters(4),
             quiet: serial.characters(1),
-            line_busy: serial.characters(LINE_BUSY_CHARACTERS),
+            line_busy: serial.characters(LONGEST_ANSWER),
         }
     }
 
@@ -93,7 +91,7 @@ impl Timing {
             margin: serial.characters(1),
             gap: serial.characters(10),
             quiet: serial.characters(2),
-            line_busy: serial.characters(LINE_BUSY_CHARACTERS),
+            line_busy: serial.characters(LONGEST_ANSWER),
         }
     }
 
