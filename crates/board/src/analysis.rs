@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use clino_sim::node::Ns;
 
-use crate::log::{Event, Fate, SegmentLog, Talker};
+use clino_segment::log::{Event, Fate, SegmentLog, Talker};
 
 /// Largest time from DE's rise to the first start bit, in bit times.
 pub const MOST_LEAD_BITS: f64 = 1.0;

@@ -13,8 +13,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use clino_sim::node::Ns;
 
-use crate::log::PS_PER_S;
-use crate::wire::{Format, Received, Sent, Wire};
+use clino_segment::log::PS_PER_S;
+use clino_segment::wire::{Format, Received, Sent, Wire};
 
 /// Bit rate of the console in bit/s, 8N1.
 pub const BAUD: u32 = 115_200;

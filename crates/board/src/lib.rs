@@ -3,13 +3,10 @@
 pub mod analysis;
 pub mod console;
 pub mod edges;
-pub mod log;
 pub mod oracle;
 pub mod run;
 pub mod scenario;
-pub mod segment;
 pub mod summary;
-pub mod wire;
 
 // The emulator half.
 mod cpu;

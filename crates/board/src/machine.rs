@@ -8,7 +8,7 @@ use crate::pwm::{self, Pulse, PwmDevice, PwmWaveform, Source};
 use crate::rtt;
 use crate::timeline::{Actor, Timeline, lock};
 use crate::usart::{self, Connections, UsartDevice};
-use crate::wire::Wire;
+use clino_segment::wire::Wire;
 use clino_sim::node::Ns;
 use rsemu::core::clock::GlobalTime;
 use rsemu::core::error::Error;

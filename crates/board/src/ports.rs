@@ -5,7 +5,7 @@
 
 use crate::pwm::{PwmWaveform, Steady};
 use crate::usart::Pin;
-use crate::wire::{Format, Received, Sent, Wire};
+use clino_segment::wire::{Format, Received, Sent, Wire};
 use clino_sim::node::Ns;
 use rsemu::dev::stm32::ClockOutput;
 

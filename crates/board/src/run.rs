@@ -9,11 +9,11 @@ use crate::analysis::{Analysis, Protocol};
 use crate::console::{Console, Line, SharedTerminal};
 use crate::edges::Edges;
 use crate::elf::Image;
-use crate::log::{Event, SharedLog};
 use crate::oracle::Oracle;
 use crate::scenario::{Bench, Scenario};
 use crate::summary::Summary;
 use crate::{Board, BuildError, Ports, Stopped};
+use clino_segment::log::{Event, SharedLog};
 
 /// How often the console is looked at, and the run may be stopped, in virtual time.
 const LOOK: Ns = 10_000_000;

@@ -18,7 +18,7 @@ use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
 
 use crate::pwm::PwmWaveform;
-use crate::segment::Segment;
+use clino_segment::Segment;
 
 pub use units::{BadTime, Time};
 

@@ -8,8 +8,8 @@ use clino_sim::node::Ns;
 use crate::analysis::{Analysis, Extremes, Tally};
 use crate::cpu::CpuStats;
 use crate::edges::Edges;
-use crate::log::PS_PER_S;
 use crate::oracle::{Oracle, Slot};
+use clino_segment::log::PS_PER_S;
 
 /// Width of the names of figures.
 const NAME: usize = 28;
@@ -163,7 +163,7 @@ fn table(rows: &[Vec<String>]) -> String {
 mod tests {
     use super::*;
     use crate::analysis::Protocol;
-    use crate::log::SegmentLog;
+    use clino_segment::log::SegmentLog;
 
     #[test]
     fn columns_line_up() {

@@ -22,7 +22,7 @@ mod device;
 mod registers;
 
 use crate::timeline::{Actor, PS_PER_NS, Rate, Timeline, lock};
-use crate::wire::{Format, Received, Sent, Wire};
+use clino_segment::wire::{Format, Received, Sent, Wire};
 use clino_sim::node::Ns;
 use registers::{Registers, cr1, sr};
 use rsemu::core::space::AddressSpace;

@@ -6,8 +6,8 @@
 
 use clino_board::elf::Image;
 use clino_board::pwm::{Cycle, Pulse};
-use clino_board::wire::{Format, Received, Sent, Wire};
 use clino_board::{Board, Ports};
+use clino_segment::wire::{Format, Received, Sent, Wire};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::process::Command;

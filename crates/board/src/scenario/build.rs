@@ -9,8 +9,8 @@ use super::check::Lasting;
 use super::schema::{self, File, Latency};
 use super::{Bench, Identity, Kind, Truth};
 use crate::pwm::{PwmWaveform, Steady};
-use crate::segment::chance::{Chance, Topic};
-use crate::segment::{Babble, Faults, Noise, Probability, Segment, Settings, Station};
+use clino_segment::chance::{Chance, Topic};
+use clino_segment::{Babble, Faults, Noise, Probability, Segment, Settings, Station};
 
 /// Parts of the run that have their own chance.
 const T7_BUS: u64 = 1;

@@ -1,8 +1,8 @@
 //! Good files, bad files, and that what is built behaves as the file says.
 
 use super::*;
-use crate::log::{Event, Talker};
-use crate::wire::{Format, Sent, Wire};
+use clino_segment::log::{Event, Talker};
+use clino_segment::wire::{Format, Sent, Wire};
 
 const SECOND: Ns = 1_000_000_000;
 

@@ -9,7 +9,7 @@ use clino_sim::motion::DEGREE;
 use clino_sim::node::Ns;
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 
-use crate::segment::Probability;
+use clino_segment::Probability;
 
 /// Longest duration in a scenario: a day.
 const LONGEST: Ns = 24 * 3_600 * 1_000_000_000;

@@ -1,6 +1,6 @@
 //! The USART's registers and flags, without time (RM0090 §30.6).
 
-use crate::wire::Received;
+use clino_segment::wire::Received;
 
 /// Status register.
 pub(super) mod sr {

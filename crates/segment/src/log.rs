@@ -2,7 +2,7 @@
 //! heard, each with its virtual time.
 //!
 //! The log is written by [`crate::segment::Segment`] and is the only source of the figures in
-//! [`crate::analysis`]. Characters are logged when they end, so records are nearly, not exactly, in the order
+//! the analysis of the virtual board. Characters are logged when they end, so records are nearly, not exactly, in the order
 //! of their times; [`SegmentLog::in_order`] sorts them.
 //!
 //! Text form ([`SegmentLog::write_text`]): one record per line, `time_ns line what who details`, documented in

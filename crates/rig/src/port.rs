@@ -1,0 +1,176 @@
+//! A UART with a driver-enable pin, in virtual time.
+//!
+//! Idealised where the board is not: interrupts are served [`INTERRUPT`] after their cause. The line's own times are
+//! exact, because the segment samples bits.
+
+use clino_bus::line::{Step, SubmitError};
+use clino_bus::{Event, Line, Micros, Serial};
+use clino_codec::character::{Character, LineErrors};
+use clino_segment::log::SharedLog;
+use clino_segment::wire::{Format, Received, Sent, Wire as _};
+use clino_segment::{Segment, Settings, Station};
+use clino_sim::node::Ns;
+
+/// From a cause to its interrupt, nanoseconds: the order of what the board measures.
+pub const INTERRUPT: Ns = 1_000;
+
+const NS_PER_US: u64 = 1_000;
+const PS_PER_NS: u64 = 1_000;
+const PS_PER_S: u64 = 1_000_000_000_000;
+const BITS: u64 = 10;
+
+/// The UART of a gateway, a [`Line`] in it, and a segment with sensors on it.
+pub struct Port {
+    segment: Segment,
+    line: Line,
+    serial: Serial,
+    now: Ns,
+    shifter: Shifter,
+}
+
+/// The transmitter. Times in picoseconds, so that back-to-back characters do not drift.
+#[derive(Clone, Copy)]
+enum Shifter {
+    Empty,
+    /// A character is on its way and ends then; the next one is fetched at that instant.
+    Full {
+        end: u64,
+    },
+    /// The last character has ended; its interrupt comes then.
+    Complete {
+        interrupt: Ns,
+    },
+}
+
+impl Port {
+    /// A listening port at time 0.
+    pub fn new(serial: Serial, guard: Micros, settings: Settings, stations: Vec<Station>) -> Port {
+        let mut segment = Segment::new(settings, stations);
+        segment.set_receiver(0, Some(format(serial)));
+        Port {
+            segment,
+            line: Line::new(serial, guard, Micros::ZERO),
+            serial,
+            now: 0,
+            shifter: Shifter::Empty,
+        }
+    }
+
+    /// Virtual time since power-up.
+    pub fn now(&self) -> Micros {
+        Micros(self.now / NS_PER_US)
+    }
+
+    /// What happened on the wire.
+    pub fn log(&self) -> SharedLog {
+        self.segment.log()
+    }
+
+    /// The line's bit rate from now on.
+    pub fn set_serial(&mut self, serial: Serial, guard: Micros) {
+        self.serial = serial;
+        self.segment.set_receiver(self.now, Some(format(serial)));
+        self.line = Line::new(serial, guard, self.now());
+    }
+
+    /// Takes a frame to be sent as soon as the guard allows.
+    pub fn submit(&mut self, frame: &[u8], give_up: Micros) -> Result<(), SubmitError> {
+        self.line.submit(frame, give_up)
+    }
+
+    /// Runs until something happens on the line, at most until `until`.
+    pub fn run(&mut self, until: Micros) -> Option<Event> {
+        let until = until.0.saturating_mul(NS_PER_US);
+        loop {
+            if let Some(received) = self.segment.take_received() {
+                return Some(self.received(received));
+            }
+            if let Some(step) = self.line.poll(self.now()) {
+                if let Some(event) = self.step(step) {
+                    return Some(event);
+                }
+                continue;
+            }
+            let line = self.line.poll_at().map(|at| at.0.saturating_mul(NS_PER_US));
+            let shifter = match self.shifter {
+                Shifter::Empty => None,
+                Shifter::Full { end } => Some(end.div_ceil(PS_PER_NS)),
+                Shifter::Complete { interrupt } => Some(interrupt),
+            };
+            let next = [self.segment.next_event(), line, shifter].into_iter().flatten().min();
+            let Some(next) = next.filter(|&next| next <= until) else {
+                self.advance(until);
+                return self.segment.take_received().map(|received| self.received(received));
+            };
+            self.advance(next);
+            if shifter.is_some_and(|at| at <= self.now)
+                && let Some(event) = self.shift()
+            {
+                return Some(event);
+            }
+        }
+    }
+
+    fn advance(&mut self, to: Ns) {
+        self.now = self.now.max(to);
+        self.segment.advance(self.now);
+    }
+
+    fn step(&mut self, step: Step) -> Option<Event> {
+        let at = self.now();
+        match step {
+            Step::Begin => {
+                self.segment.drive_enable(self.now, true);
+                self.shifter = Shifter::Full { end: self.now * PS_PER_NS };
+                self.shift()
+            }
+            Step::Force => {
+                self.shifter = Shifter::Empty;
+                self.segment.drive_enable(self.now, false);
+                Some(Event::Forced { at })
+            }
+            Step::GiveUp => Some(Event::GivenUp { at }),
+        }
+    }
+
+    /// The character in the shifter has ended: the next one, or the end of the frame.
+    fn shift(&mut self) -> Option<Event> {
+        match self.shifter {
+            Shifter::Empty => {}
+            Shifter::Full { end } => {
+                let format = format(self.serial);
+                match self.line.next_character() {
+                    Some(byte) => {
+                        let start = end / PS_PER_NS;
+                        self.segment.send(Sent { start, word: u16::from(byte), format });
+                        self.shifter = Shifter::Full { end: end + BITS * format.bit_ps };
+                    }
+                    None => {
+                        self.shifter = Shifter::Complete { interrupt: end.div_ceil(PS_PER_NS) + INTERRUPT }
+                    }
+                }
+            }
+            Shifter::Complete { .. } => {
+                self.shifter = Shifter::Empty;
+                if self.line.transmission_complete(self.now()) {
+                    self.segment.drive_enable(self.now, false);
+                    return Some(Event::Released { at: self.now() });
+                }
+            }
+        }
+        None
+    }
+
+    fn received(&mut self, received: Received) -> Event {
+        let flag = |set, flag| if set { flag } else { LineErrors::NONE };
+        let errors =
+            flag(received.framing_error, LineErrors::FRAMING).union(flag(received.noise, LineErrors::NOISE));
+        let at = Micros(received.at / NS_PER_US);
+        self.line.heard(at);
+        Event::Heard { character: Character { byte: received.word as u8, errors }, at }
+    }
+}
+
+fn format(serial: Serial) -> Format {
+    Format { bit_ps: PS_PER_S / u64::from(serial.baud), data_bits: 8, stop_halves: 2 }
+}

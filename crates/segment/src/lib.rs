@@ -1,0 +1,15 @@
+//! An RS485 segment in virtual time, with a master's UART on one side and simulated sensors on the other.
+//!
+//! | Part | What |
+//! |---|---|
+//! | [`Segment`] | the pair: who drives it, what each receiver samples, disturbances |
+//! | [`wire`] | the seam to the master's UART |
+//! | [`log`] | everything that happened on it, for tests and figures |
+//!
+//! The virtual board, the host tests of the portable crates and the simulator on pseudo-terminals hang on it.
+
+pub mod log;
+mod segment;
+pub mod wire;
+
+pub use segment::{Babble, Faults, Noise, Probability, Segment, Settings, Station, chance};
