@@ -1,6 +1,7 @@
-//! What happened on one bus since reset. Counters wrap; readers take differences.
+//! What happened on one bus since reset, told by the master and measured by the hardware. Counters wrap; readers take differences.
 
 use clino_codec::character::LineErrors;
+use clino_codec::layers::Layer;
 
 use crate::Micros;
 
@@ -8,20 +9,37 @@ use crate::Micros;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
-    /// Requests handed to the line.
+    /// Requests handed to the line, retries included.
     pub requests: u32,
+    /// Of these, repetitions of a request that failed.
+    pub retries: u32,
+    /// Of these, requests that change a sensor's non-volatile memory, which wears.
+    pub writes: u32,
     /// Answers that passed every check.
     pub good: u32,
-    /// Nothing came back in time.
+    /// Of these, answers to the first try.
+    pub first_try: u32,
+    /// Requests to which nothing came back in time.
     pub no_answer: u32,
-    /// Something came back that was not the answer (checksum, length, command, line errors).
+    /// Requests to which something came back that was not the answer; the next three say what, and count every
+    /// frame.
     pub bad_answer: u32,
-    /// A good answer that came after its deadline; never credited to anyone.
+    /// Frames with a wrong checksum.
+    pub checksum: u32,
+    /// Frames with a wrong length.
+    pub length: u32,
+    /// Intact answers from another address or to another command than was asked.
+    pub foreign: u32,
+    /// Good answers that came after their deadline; never credited to anyone.
     pub late: u32,
     /// The line driver had to be switched off by force.
     pub forced: u32,
-    /// A request was dropped because the line did not fall silent.
+    /// Requests dropped because the line did not fall silent.
     pub line_busy: u32,
+    /// Requests into which somebody else talked, as our own echo showed.
+    pub contention: u32,
+    /// Our own characters that came back.
+    pub echo: u32,
     /// Characters that belong to no frame.
     pub junk: u32,
     /// Characters with a low stop bit.
@@ -32,10 +50,23 @@ pub struct Counters {
     pub overrun: u32,
     /// Characters with wrong parity.
     pub parity: u32,
-    /// From DE low to the end of the first character of the last answer.
+    /// From our last stop bit to the end of the first character of the last good answer (answers with junk before
+    /// them left out, here and below).
     pub response_last: Micros,
+    /// The shortest of these; zero while there was none.
+    pub response_min: Micros,
     /// The longest of these.
     pub response_max: Micros,
+}
+
+/// How the line driver behaved, as the hardware measured it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DriverEnable {
+    /// Longest time from the end of a frame's last stop bit to DE low, post-delay left out, in nanoseconds.
+    pub release_max_ns: u32,
+    /// Longest time DE was high, in microseconds.
+    pub high_max_us: u32,
 }
 
 impl Counters {
@@ -51,7 +82,19 @@ impl Counters {
         count(LineErrors::PARITY, &mut self.parity);
     }
 
+    pub(crate) fn refused(&mut self, layer: Layer) {
+        match layer {
+            Layer::Checksum => bump(&mut self.checksum),
+            Layer::Length => bump(&mut self.length),
+            Layer::Address | Layer::Command => bump(&mut self.foreign),
+            Layer::LineErrors | Layer::Value => {}
+        }
+    }
+
     pub(crate) fn response(&mut self, time: Micros) {
+        if self.response_min == Micros::ZERO || time < self.response_min {
+            self.response_min = time;
+        }
         self.response_last = time;
         self.response_max = self.response_max.max(time);
     }

@@ -27,12 +27,14 @@ mod counters;
 pub mod line;
 mod master;
 mod protocol;
+mod retry;
 mod time;
 mod timing;
 
-pub use counters::Counters;
+pub use counters::{Counters, DriverEnable};
 pub use line::Line;
-pub use master::{Event, Fault, Master, Outcome};
-pub use protocol::{Isu, Protocol, T7};
+pub use master::{Blame, Event, Fault, Master, Outcome};
+pub use protocol::{Isu, Protocol, Refusal, T7};
+pub use retry::Retry;
 pub use time::{Micros, earliest};
 pub use timing::{Serial, Timing};

@@ -1,109 +1,121 @@
 //! The half-duplex line: when the driver is on, which character goes out next, when the line is ours again.
 //!
 //! ```text
-//!            submit            guard over            no character left          transmission complete
-//!  Listening ───────▶ Turnaround ────────▶ Sending ──────────────────▶ Draining ─────────────────────▶ Listening
-//!      ▲             (driver off)     (driver on, DE high)            (driver on)                   (driver off)
-//!      └── line not silent: given up       └──────────── held too long: forced ────────────────────▶
+//!            submit            guard over          pre-delay over          no character left
+//!  Listening ──────▶ Turnaround ────────▶ PreDelay ──────────────▶ Sending ────────────────▶ Draining
+//!      ▲                │ (driver off)      (driver on)              (driver on)               │ (driver on)
+//!      │                │                                                                      │ transmission
+//!      │                ▼ line not silent: given up                      post-delay over       ▼ complete
+//!      └────────────────┴──────────────────────────────────────────────────────────────── PostDelay
+//!                              from all states with the driver on: held too long: forced     (driver on)
 //! ```
 //!
-//! The driver is released on *transmission complete* of the last character, never when the last character was
-//! merely accepted by the UART. A line that is not sending is always listening.
+//! | | |
+//! |---|---|
+//! | driver | DE is [`Line::driving`], after every call. Released on *transmission complete* of the last character, never when it was merely accepted by the UART, plus the post-delay. |
+//! | listening | A line that is not sending listens, always: for an answer, in the quiet after a failure, or idle; which of them it is, the [`Master`](crate::Master) knows. |
+//! | early answer | The frame counts as out with its last stop bit. What is heard from then on is handed over, even while the post-delay still holds the driver, and ends it. |
+//! | echo | Own characters that come back are verified and removed, see [`EchoMode`]; the rule is in `line/echo.rs`. |
+//! | junk | Delays the next frame by the guard, and nothing else. |
 //!
 //! Limits: one frame of at most [`MAX_FRAME`] characters at a time; the driver is never held longer than the
-//! frame needs plus [`HOLD_MARGIN`] of its length.
+//! frame needs plus [`HOLD_MARGIN`] of its length, plus both delays.
 
 use clino_codec::character::Character;
 use heapless::Vec;
 
 use crate::{Micros, Serial};
 
-/// Longest frame of either vendor: the ISU's length byte counts up to 255, but the longest message anyone
-/// sends is a write of the eight checksum words (20 bytes); the T7's longest is its 34-byte answer.
+mod echo;
+mod event;
+mod settings;
+
+use echo::{Echo, Verdict};
+pub use event::{Event, Step, SubmitError};
+pub use settings::{EchoMode, Settings};
+
+/// Longest frame that is sent: the longest write to the places in an ISU's EEPROM that its document names (16 words)
+/// takes 36 characters; the T7's longest command has 10.
 pub const MAX_FRAME: usize = 40;
 
 /// The driver may be on for the frame's own time plus this part of it (numerator, denominator), at least one
 /// character: an interrupt held off that long is a fault, not jitter.
 pub const HOLD_MARGIN: (u64, u64) = (1, 4);
 
-/// Why a frame was not accepted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum SubmitError {
-    /// The previous frame is still waiting or on its way.
-    Busy,
-    /// More characters than [`MAX_FRAME`], or none at all.
-    Length(usize),
-}
-
-/// What the hardware has to do next. Nothing is to be done where no step is returned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[must_use]
-pub enum Step {
-    /// Raise DE, then ask for the next character each time the transmit register is empty.
-    Begin,
-    /// The line was held too long: drop DE now, stop transmitting.
-    Force,
-    /// The line did not fall silent in time; the frame was dropped before its first character.
-    GiveUp,
-}
-
-/// What happened on the line, in order, for the [`Master`](crate::Master).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
-    /// The last stop bit of our frame is out and the driver is off.
-    Released {
-        /// When DE fell.
-        at: Micros,
-    },
-    /// The driver was on for too long and was switched off by force; the frame is not out whole.
-    Forced {
-        /// When DE was forced low.
-        at: Micros,
-    },
-    /// Our frame was dropped before its first character, because somebody else kept talking.
-    GivenUp {
-        /// When it was dropped.
-        at: Micros,
-    },
-    /// A character was received.
-    Heard {
-        /// The character with the receiver's error flags.
-        character: Character,
-        /// Centre of its stop bit.
-        at: Micros,
-    },
-}
+/// Until so many bits after our last stop bit a character heard is still our own, coming back late: half a character,
+/// in which no node can have sent a whole one.
+const ECHO_BITS: u64 = 5;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Listening,
     Turnaround { give_up: Micros },
+    PreDelay { until: Micros, release_by: Micros },
     Sending { next: usize, release_by: Micros },
     Draining { release_by: Micros },
+    PostDelay { until: Micros },
 }
 
 /// A half-duplex line. See the module documentation.
 #[derive(Debug)]
 pub struct Line {
-    serial: Serial,
-    guard: Micros,
+    settings: Settings,
     state: State,
     frame: Vec<u8, MAX_FRAME>,
     /// No DE before this instant: the end of the last thing heard or sent, plus the guard.
     clear_at: Micros,
+    echo: Echo,
+    /// Until then a character heard may be our own.
+    echo_until: Micros,
 }
 
 impl Line {
-    /// A listening line. `guard` is the silence between anything heard and our next DE. A UART whose transmitter
-    /// was switched on at `started` first sends one character of idle line by itself (RM0090 section 30.3.2), which
-    /// has to be over before DE rises.
-    pub fn new(serial: Serial, guard: Micros, started: Micros) -> Line {
-        let clear_at = started + guard.max(serial.characters(1));
-        Line { serial, guard, state: State::Listening, frame: Vec::new(), clear_at }
+    /// A listening line. A UART whose transmitter was switched on at `started` first sends one character of idle line
+    /// by itself (RM0090 section 30.3.2), which has to be over before DE rises.
+    pub fn new(settings: Settings, started: Micros) -> Line {
+        let clear_at = started + settings.guard.max(settings.serial.characters(1));
+        Line {
+            settings,
+            state: State::Listening,
+            frame: Vec::new(),
+            clear_at,
+            echo: Echo::new(settings.echo),
+            echo_until: Micros::ZERO,
+        }
+    }
+
+    /// Changes the settings, bit rate included, of a line that has no frame in hand.
+    ///
+    /// # Errors
+    /// [`SubmitError::Busy`]; nothing has changed then.
+    pub fn set(&mut self, settings: Settings, now: Micros) -> Result<(), SubmitError> {
+        if self.state != State::Listening {
+            return Err(SubmitError::Busy);
+        }
+        // What comes from now on is not the echo of what was sent before.
+        _ = self.echo.end();
+        if settings.echo != self.settings.echo {
+            self.echo = Echo::new(settings.echo);
+        }
+        self.settings = settings;
+        self.clear_at = self.clear_at.max(now + settings.guard);
+        Ok(())
+    }
+
+    /// The settings in force.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Whether our own characters come back; `None` while that is not known.
+    pub fn has_echo(&self) -> Option<bool> {
+        self.echo.present()
     }
 
     /// Takes a frame to be sent as soon as the guard allows, and to be dropped if it does not by `give_up`.
+    ///
+    /// # Errors
+    /// [`SubmitError`]; the frame will not be sent then.
     pub fn submit(&mut self, bytes: &[u8], give_up: Micros) -> Result<(), SubmitError> {
         if self.state != State::Listening {
             return Err(SubmitError::Busy);
@@ -112,36 +124,66 @@ impl Line {
             Ok(frame) if !frame.is_empty() => self.frame = frame,
             _ => return Err(SubmitError::Length(bytes.len())),
         }
+        // What has not come back of the last frame will not do so any more.
+        _ = self.echo.end();
         self.state = State::Turnaround { give_up };
         Ok(())
     }
 
-    /// Lets time pass: says when to raise DE, and when it has been up for too long.
+    /// Lets time pass. To be called until it returns `None`; DE may have changed all the same.
     pub fn poll(&mut self, now: Micros) -> Option<Step> {
         match self.state {
             State::Turnaround { .. } if now >= self.clear_at => {
-                self.state = State::Sending { next: 0, release_by: now + self.longest_hold() };
-                Some(Step::Begin)
+                self.echo.begin();
+                self.echo_until = Micros(u64::MAX);
+                let release_by = now + self.longest_drive();
+                if self.settings.pre_delay == Micros::ZERO {
+                    self.state = State::Sending { next: 0, release_by };
+                    return Some(Step::Begin);
+                }
+                self.state = State::PreDelay { until: now + self.settings.pre_delay, release_by };
+                None
             }
             State::Turnaround { give_up } if now >= give_up => {
                 self.state = State::Listening;
                 Some(Step::GiveUp)
             }
-            State::Sending { release_by, .. } | State::Draining { release_by } if now >= release_by => {
+            State::PreDelay { release_by, .. }
+            | State::Sending { release_by, .. }
+            | State::Draining { release_by }
+                if now >= release_by =>
+            {
                 self.listen(now);
+                // What the UART holds still runs out of it, behind the closed driver.
+                self.clear_at = self.clear_at.max(now + self.settings.serial.characters(2));
+                // Nobody is to blame for what was never sent.
+                _ = self.echo.end();
                 Some(Step::Force)
             }
+            State::PreDelay { until, release_by } if now >= until => {
+                self.state = State::Sending { next: 0, release_by };
+                Some(Step::Begin)
+            }
+            State::PostDelay { until } if now >= until => {
+                self.listen(now);
+                None
+            }
+            _ if self.echo.is_missed() && now > self.echo_until => self.echo.end().then_some(Step::EchoLost),
             _ => None,
         }
     }
 
     /// When [`Line::poll`] has something to do, if ever.
     pub fn poll_at(&self) -> Option<Micros> {
-        match self.state {
+        let state = match self.state {
             State::Listening => None,
             State::Turnaround { give_up } => Some(self.clear_at.min(give_up)),
+            State::PreDelay { until, release_by } => Some(until.min(release_by)),
             State::Sending { release_by, .. } | State::Draining { release_by } => Some(release_by),
-        }
+            State::PostDelay { until } => Some(until),
+        };
+        let echo = (self.echo.is_missed() && self.frame_is_out()).then_some(self.echo_until + Micros(1));
+        crate::earliest(state, echo)
     }
 
     /// The transmit register is empty: the next character, or `None` when the last one is already in it and
@@ -160,26 +202,50 @@ impl Line {
         }
     }
 
-    /// Transmission complete. `true` when this was the end of the frame: drop DE now. `false` when it was not
-    /// ours to act on (the transmitter ran dry in the middle of a frame, or a stale flag).
+    /// Transmission complete. `true` when this was the end of the frame, to be reported as [`Event::Released`].
+    /// `false` when it was not ours to act on (the transmitter ran dry in the middle of a frame, or a stale flag).
     #[must_use]
     pub fn transmission_complete(&mut self, now: Micros) -> bool {
-        let finished = matches!(self.state, State::Draining { .. });
-        if finished {
-            self.listen(now);
+        if !matches!(self.state, State::Draining { .. }) {
+            return false;
         }
-        finished
+        self.echo_until = now + self.settings.serial.bits(ECHO_BITS);
+        match self.settings.post_delay {
+            Micros::ZERO => self.listen(now),
+            delay => self.state = State::PostDelay { until: now + delay },
+        }
+        true
     }
 
-    /// A character was received; `at` is the centre of its stop bit.
-    pub fn heard(&mut self, at: Micros) {
-        let end_of_stop_bit = at + self.serial.half_bit();
-        self.clear_at = self.clear_at.max(end_of_stop_bit + self.guard);
+    /// A character was received; `at` is the centre of its stop bit. Whose it is, is in the event.
+    pub fn heard(&mut self, character: Character, at: Micros) -> Event {
+        let end_of_stop_bit = at + self.settings.serial.half_bit();
+        self.clear_at = self.clear_at.max(end_of_stop_bit + self.settings.guard);
+        let sent = match self.state {
+            State::PreDelay { .. } | State::Turnaround { .. } => 0,
+            State::Sending { next, .. } => next,
+            _ => self.frame.len(),
+        };
+        let verdict = if at <= self.echo_until {
+            self.echo.judge(character, &self.frame, sent)
+        } else {
+            Verdict::Foreign
+        };
+        match verdict {
+            Verdict::Own => Event::Echo { at },
+            Verdict::Contention => Event::Contention { at },
+            Verdict::Foreign => {
+                if matches!(self.state, State::PostDelay { .. }) {
+                    self.listen(at);
+                }
+                Event::Heard { character, at }
+            }
+        }
     }
 
     /// Whether the driver is to be on.
     pub fn driving(&self) -> bool {
-        matches!(self.state, State::Sending { .. } | State::Draining { .. })
+        !matches!(self.state, State::Listening | State::Turnaround { .. })
     }
 
     /// Characters of the frame in hand.
@@ -187,16 +253,27 @@ impl Line {
         self.frame.len()
     }
 
-    fn listen(&mut self, now: Micros) {
-        self.state = State::Listening;
-        self.clear_at = self.clear_at.max(now + self.guard);
+    /// The longest time for which the driver may be on for the frame in hand.
+    pub fn longest_hold(&self) -> Micros {
+        self.longest_drive() + self.settings.post_delay
     }
 
-    fn longest_hold(&self) -> Micros {
-        let frame = self.serial.characters(self.frame.len() as u64);
+    fn frame_is_out(&self) -> bool {
+        matches!(self.state, State::Listening | State::PostDelay { .. } | State::Turnaround { .. })
+    }
+
+    fn listen(&mut self, now: Micros) {
+        self.state = State::Listening;
+        self.clear_at = self.clear_at.max(now + self.settings.guard);
+    }
+
+    /// From DE high to the latest transmission complete.
+    fn longest_drive(&self) -> Micros {
+        let serial: Serial = self.settings.serial;
+        let frame = serial.characters(self.frame.len() as u64);
         let (numerator, denominator) = HOLD_MARGIN;
         let margin = Micros(frame.times(numerator).0.checked_div(denominator).unwrap_or(0));
-        frame + margin.max(self.serial.characters(1))
+        self.settings.pre_delay + frame + margin.max(serial.characters(1))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use clino_codec::Progress;
 use clino_codec::character::Character;
+use clino_codec::layers::Layer;
 
 use crate::{Micros, Timing};
 
@@ -22,17 +23,34 @@ pub trait Protocol {
     /// The request cannot be put into a frame.
     type EncodeError;
     /// What came back is not the answer.
-    type DecodeError: Clone;
+    type DecodeError: Clone + Refusal;
     /// A request as bytes.
     type Frame: AsRef<[u8]>;
+    /// What the answer to a request has to be.
+    type Expected: Copy;
     /// Turns characters into the answer.
     type Decoder;
 
     /// The frame to send.
     fn encode(address: Self::Address, request: &Self::Request) -> Result<Self::Frame, Self::EncodeError>;
 
-    /// A decoder that waits for the answer to `request` and nothing else.
-    fn decoder(address: Self::Address, request: &Self::Request) -> Self::Decoder;
+    /// A number of its own for every node, below 128.
+    fn node(expected: &Self::Expected) -> u8;
+
+    /// What the answer has to be.
+    fn expected(address: Self::Address, request: &Self::Request) -> Self::Expected;
+
+    /// Characters of that answer.
+    fn size(expected: &Self::Expected) -> usize;
+
+    /// Longest time from our last stop bit to the answer's first start bit.
+    fn latency(request: &Self::Request, timing: &Timing) -> Micros;
+
+    /// Whether the request changes the sensor's non-volatile memory.
+    fn writes(request: &Self::Request) -> bool;
+
+    /// A decoder that waits for that answer and nothing else.
+    fn decoder(expected: Self::Expected) -> Self::Decoder;
 
     /// Feeds the decoder.
     fn push(decoder: &mut Self::Decoder, character: Character) -> Progress<Self::Answer, Self::DecodeError>;
@@ -43,6 +61,18 @@ pub trait Protocol {
     /// Characters the decoder passed over because they belong to no frame, since it was made.
     fn junk(decoder: &Self::Decoder) -> u32;
 
-    /// Longest time from our last stop bit to the answer's first start bit.
-    fn latency(request: &Self::Request, timing: &Timing) -> Micros;
+    /// Whether this answer may be the one that `earlier` called for.
+    fn answers(answer: &Self::Answer, earlier: &Self::Expected) -> bool;
+
+    /// Whether what was refused is intact and may be the answer that `earlier` called for.
+    fn answers_refused(error: &Self::DecodeError, earlier: &Self::Expected) -> bool;
+
+    /// Whether a node's answer that `earlier` called for would pass for the one that `later` calls for.
+    fn confusable(later: &Self::Expected, earlier: &Self::Expected) -> bool;
+}
+
+/// Why a frame was refused, whatever its protocol.
+pub trait Refusal {
+    /// The check that refused it.
+    fn layer(&self) -> Layer;
 }

@@ -1,7 +1,6 @@
 //! How long things take on the line, and how long to wait for them.
 
-use crate::Micros;
-use crate::master::LONGEST_ANSWER;
+use crate::{Micros, line};
 
 /// Bit rate and framing of a line. Both vendors use 8N1: ten bits a character.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,6 +13,11 @@ pub struct Serial {
 /// Start bit, eight data bits, stop bit (T7 guide section 1, AN #201 section 4).
 const BITS_PER_CHARACTER: u64 = 10;
 const MICROS_PER_SECOND: u64 = 1_000_000;
+
+/// Characters for which a T7 line may be busy at most: twice the longest answer of 34.
+const T7_BUSY: u64 = 68;
+/// The same for the ISU: the longest answer that its length byte can announce.
+const ISU_BUSY: u64 = 257;
 
 impl Serial {
     /// US Digital T7, factory setting (T7 guide section 1).
@@ -55,9 +59,16 @@ pub struct Timing {
     pub margin: Micros,
     /// Longest pause between two characters of one answer before it counts as cut off.
     pub gap: Micros,
-    /// Silence kept after a failed exchange. A late or garbled answer that begins in it is heard to its end (until
-    /// there is a `gap`) before the next request.
+    /// Silence kept after a failed exchange, before anybody else is asked. A late or garbled answer that begins in it
+    /// is heard to its end (until there is a `gap`) before the next request.
     pub quiet: Micros,
+    /// The same after a node that has answered the last time it was asked missed its deadline: it may be slow.
+    pub patience: Micros,
+    /// How long after its deadline an answer may still begin. Within this, no answer that may be the late one is taken
+    /// for the answer to a later request.
+    pub late: Micros,
+    /// The latencies are prolonged by up to this much for sensors that were seen to need it.
+    pub slack: Micros,
     /// Longest wait for the line to fall silent before a request; then it is dropped. As long as any answer.
     pub line_busy: Micros,
 }
@@ -74,7 +85,12 @@ impl Timing {
             margin: serial.characters(1),
             gap: serial.characters(4),
             quiet: serial.characters(1),
-            line_busy: serial.characters(LONGEST_ANSWER),
+            // Our choice: four times the documented latency, together with it.
+            patience: Micros(6_000),
+            // As long as a Set may take: a device that was busy with its flash may be that late.
+            late: Micros(25_000),
+            slack: Micros(2_000),
+            line_busy: serial.characters(T7_BUSY),
         }
     }
 
@@ -91,8 +107,19 @@ impl Timing {
             margin: serial.characters(1),
             gap: serial.characters(10),
             quiet: serial.characters(2),
-            line_busy: serial.characters(LONGEST_ANSWER),
+            patience: Micros(50_000),
+            // The message timeout is the only limit that the document knows (AN #201 section 4, Command Timeout). A
+            // module that has lost step is silent, and takes all we send for the rest of a message, until there were
+            // 400 ms in which we sent nothing: this is the wait for that, too.
+            late: Micros(400_000),
+            slack: Micros(50_000),
+            line_busy: serial.characters(ISU_BUSY),
         }
+    }
+
+    /// The line that goes with these waits: no delay around DE, no echo.
+    pub const fn line(&self) -> line::Settings {
+        line::Settings::new(self.serial, self.guard)
     }
 
     /// From the end of our last stop bit to the instant by which the first character of the answer must have

@@ -189,3 +189,13 @@ fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
     assert_eq!(decoder.idle(), Progress::More);
     assert_eq!(decoder.junk(), 6);
 }
+
+// A module may answer a command for address 0 with its own address, or with 0: the document does not say.
+#[test]
+fn asked_any_everybody_is_heard() {
+    let mut decoder = decoder(Request::READ_ANGLE, 0);
+    let frames: Vec<_> = [0, 1, 14].map(|number| isu_frame(number << 4 | 5, &[0x58, 0x80, 0x00])).concat();
+    let seen = run(&mut decoder, &frames);
+    let senders: Vec<u8> = seen.iter().map(|answer| answer.unwrap().address.get()).collect();
+    assert_eq!(senders, [0, 1, 14]);
+}

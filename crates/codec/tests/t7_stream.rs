@@ -217,6 +217,14 @@ fn asked_all_everybody_is_heard() {
     let seen = run(&mut decoder, &frames);
     let senders: Vec<u8> = seen.iter().map(|answer| answer.unwrap().address.get()).collect();
     assert_eq!(senders, [1, 2, 100, 127]);
+
+    // Behind our own echo, and the answers to a Set command.
+    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    assert_eq!(run(&mut decoder, &[&[126, 1, 0x83][..], &GOOD].concat()), [Answer::decode(&GOOD)]);
+    let expected = Request::SetDamping { damping_ms: 125 }.expected(Address::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let seen = run(&mut decoder, &[t7_frame(7, 0x8B, &[0], true), t7_frame(8, 0x8B, &[0], true)].concat());
+    assert_eq!(seen.iter().map(|answer| answer.unwrap().address.get()).collect::<Vec<_>>(), [7, 8]);
 }
 
 // T1

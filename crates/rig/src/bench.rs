@@ -1,6 +1,6 @@
 //! One question at a time on a simulated segment.
 
-use clino_bus::{Master, Micros, Outcome, Protocol, Timing, earliest};
+use clino_bus::{Master, Micros, Outcome, Protocol, Timing, earliest, line};
 use clino_segment::{Faults, Settings, Station};
 use clino_sim::node::Node;
 
@@ -17,18 +17,36 @@ pub struct Bench<P: Protocol> {
 impl<P: Protocol> Bench<P> {
     /// A bench at time 0.
     pub fn new(timing: Timing, settings: Settings, stations: Vec<Station>) -> Bench<P> {
-        Bench {
-            port: Port::new(timing.serial, timing.guard, settings, stations),
-            master: Master::new(timing),
-        }
+        Bench::with_line(timing, timing.line(), settings, stations)
     }
 
-    /// Asks, and runs until the exchange has ended. What ends earlier than it begins is a fault of the rig.
+    /// A bench at time 0 whose line is set like this.
+    pub fn with_line(
+        timing: Timing,
+        line: line::Settings,
+        settings: Settings,
+        stations: Vec<Station>,
+    ) -> Bench<P> {
+        Bench { port: Port::with_line(line, settings, stations), master: Master::new(timing) }
+    }
+
+    /// Asks as soon as an answer could be told from late ones, and runs until the exchange has ended.
     ///
     /// # Panics
-    /// If the request cannot be encoded, the master is busy, or the exchange does not end.
+    /// If the request cannot be encoded, or the exchange does not end.
     pub fn ask(&mut self, address: P::Address, request: &P::Request) -> Outcome<P> {
-        self.settle();
+        while let Some(at) = self.master.ask_at(address, request).filter(|&at| at > self.port.now()) {
+            assert!(self.run_until(at).is_none(), "nothing was asked");
+        }
+        self.ask_now(address, request)
+    }
+
+    /// Asks at once, and runs until the exchange has ended.
+    ///
+    /// # Panics
+    /// If the request cannot be encoded, an exchange is in hand, or this one does not end.
+    pub fn ask_now(&mut self, address: P::Address, request: &P::Request) -> Outcome<P> {
+        assert!(self.master.ask_at(address, request).is_some(), "an exchange is in hand");
         let now = self.port.now();
         let Ok(frame) = self.master.begin(address, request, now) else { panic!("not a request") };
         let give_up = now + self.master.timing().line_busy;

@@ -3,7 +3,7 @@
 //! Idealised where the board is not: interrupts are served [`INTERRUPT`] after their cause. The line's own times are
 //! exact, because the segment samples bits.
 
-use clino_bus::line::{Step, SubmitError};
+use clino_bus::line::{self, Step, SubmitError};
 use clino_bus::{Event, Line, Micros, Serial};
 use clino_codec::character::{Character, LineErrors};
 use clino_segment::log::SharedLog;
@@ -26,6 +26,8 @@ pub struct Port {
     serial: Serial,
     now: Ns,
     shifter: Shifter,
+    /// Level of the DE pin.
+    driving: bool,
 }
 
 /// The transmitter. Times in picoseconds, so that back-to-back characters do not drift.
@@ -43,17 +45,28 @@ enum Shifter {
 }
 
 impl Port {
-    /// A listening port at time 0.
+    /// A listening port at time 0, without delays around DE.
     pub fn new(serial: Serial, guard: Micros, settings: Settings, stations: Vec<Station>) -> Port {
+        Port::with_line(line::Settings::new(serial, guard), settings, stations)
+    }
+
+    /// A listening port at time 0. For an echo on the wire, [`Settings::echo`] has to be set, too.
+    pub fn with_line(line: line::Settings, settings: Settings, stations: Vec<Station>) -> Port {
         let mut segment = Segment::new(settings, stations);
-        segment.set_receiver(0, Some(format(serial)));
+        segment.set_receiver(0, Some(format(line.serial)));
         Port {
             segment,
-            line: Line::new(serial, guard, Micros::ZERO),
-            serial,
+            line: Line::new(line, Micros::ZERO),
+            serial: line.serial,
             now: 0,
             shifter: Shifter::Empty,
+            driving: false,
         }
+    }
+
+    /// The line under test.
+    pub fn line(&self) -> &Line {
+        &self.line
     }
 
     /// Virtual time since power-up.
@@ -67,10 +80,14 @@ impl Port {
     }
 
     /// The line's bit rate from now on.
+    ///
+    /// # Panics
+    /// If a frame is in hand.
     pub fn set_serial(&mut self, serial: Serial, guard: Micros) {
+        let settings = line::Settings { serial, guard, ..*self.line.settings() };
+        self.line.set(settings, self.now()).expect("no frame in hand");
         self.serial = serial;
         self.segment.set_receiver(self.now, Some(format(serial)));
-        self.line = Line::new(serial, guard, self.now());
     }
 
     /// Takes a frame to be sent as soon as the guard allows.
@@ -85,7 +102,9 @@ impl Port {
             if let Some(received) = self.segment.take_received() {
                 return Some(self.received(received));
             }
-            if let Some(step) = self.line.poll(self.now()) {
+            let step = self.line.poll(self.now());
+            self.follow();
+            if let Some(step) = step {
                 if let Some(event) = self.step(step) {
                     return Some(event);
                 }
@@ -116,21 +135,23 @@ impl Port {
         self.segment.advance(self.now);
     }
 
+    /// DE does what the line says.
+    fn follow(&mut self) {
+        if core::mem::replace(&mut self.driving, self.line.driving()) != self.driving {
+            self.segment.drive_enable(self.now, self.driving);
+        }
+    }
+
     fn step(&mut self, step: Step) -> Option<Event> {
-        let at = self.now();
         match step {
             Step::Begin => {
-                self.segment.drive_enable(self.now, true);
                 self.shifter = Shifter::Full { end: self.now * PS_PER_NS };
-                self.shift()
+                return self.shift();
             }
-            Step::Force => {
-                self.shifter = Shifter::Empty;
-                self.segment.drive_enable(self.now, false);
-                Some(Event::Forced { at })
-            }
-            Step::GiveUp => Some(Event::GivenUp { at }),
+            Step::Force => self.shifter = Shifter::Empty,
+            Step::GiveUp | Step::EchoLost => {}
         }
+        step.event(self.now())
     }
 
     /// The character in the shifter has ended: the next one, or the end of the frame.
@@ -153,7 +174,7 @@ impl Port {
             Shifter::Complete { .. } => {
                 self.shifter = Shifter::Empty;
                 if self.line.transmission_complete(self.now()) {
-                    self.segment.drive_enable(self.now, false);
+                    self.follow();
                     return Some(Event::Released { at: self.now() });
                 }
             }
@@ -166,8 +187,9 @@ impl Port {
         let errors =
             flag(received.framing_error, LineErrors::FRAMING).union(flag(received.noise, LineErrors::NOISE));
         let at = Micros(received.at / NS_PER_US);
-        self.line.heard(at);
-        Event::Heard { character: Character { byte: received.word as u8, errors }, at }
+        let event = self.line.heard(Character { byte: received.word as u8, errors }, at);
+        self.follow();
+        event
     }
 }
 

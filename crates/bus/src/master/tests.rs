@@ -2,9 +2,13 @@
 
 use super::*;
 use crate::T7;
-use clino_codec::character::LineErrors;
+use clino_codec::character::{Character, LineErrors};
 use clino_codec::t7::{Address, Axis, DecodeError, Millidegrees, Request, Response};
 use std::vec::Vec;
+
+mod collecting;
+mod faults;
+mod late;
 
 /// Angle of axis 2 of node 5, −45.313° (T7 guide 2.1.4).
 const ANSWER: [u8; 8] = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
@@ -14,6 +18,12 @@ const FOREIGN: [u8; 8] = [0x06, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x26];
 const CHARACTER: u64 = 87;
 /// The first character has to be in 2 ms + 2 characters after DE low.
 const DEADLINE: u64 = 2_000 + 2 * CHARACTER;
+
+const ANGLE: Request = Request::GetAngle(Axis::Two);
+
+fn node(address: u8) -> Address {
+    Address::new(address).unwrap()
+}
 
 struct Bench {
     master: Master<T7>,
@@ -34,9 +44,13 @@ impl Bench {
     }
 
     fn ask(&mut self) {
-        let address = Address::new(5).unwrap();
-        let frame = self.master.begin(address, &Request::GetAngle(Axis::Two), Micros(self.now)).unwrap();
+        let frame = self.master.begin(node(5), &ANGLE, Micros(self.now)).unwrap();
         assert_eq!(frame.as_bytes(), [0x05, 0x01, 0x83]);
+        self.released();
+    }
+
+    /// The frame is out after 300 µs.
+    fn released(&mut self) {
         self.now += 300;
         assert!(self.master.on(Event::Released { at: Micros(self.now) }).is_none());
     }
@@ -103,9 +117,11 @@ fn a_dead_node_costs_its_first_character_deadline() {
     bench.wait_until(1_000 + DEADLINE);
     assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Micros(DEADLINE) });
     // Request, wait and quiet together: 3 characters, 2 ms, 3 characters. The limit is 2.6 ms.
-    bench.wait_until(10_000);
-    assert!(bench.master.is_idle());
     const { assert!(3 * CHARACTER + DEADLINE + CHARACTER <= 2_600) };
+    let next = 1_000 + DEADLINE + CHARACTER;
+    assert_eq!(bench.master.ask_at(node(6), &ANGLE), Some(Micros(next)));
+    assert!(bench.master.may_ask(node(6), &ANGLE, Micros(next)));
+    assert!(!bench.master.may_ask(node(6), &ANGLE, Micros(next - 1)));
 }
 
 #[test]
@@ -133,8 +149,8 @@ fn the_quiet_time_ends_only_after_the_late_answer() {
     bench.hear(late, &ANSWER[..4]);
     assert!(!bench.master.is_idle());
     // Four characters of silence and the character that would have followed.
-    bench.wait_until(late + 3 * CHARACTER + 348 + CHARACTER);
-    assert!(bench.master.is_idle());
+    let silent = Micros(late + 3 * CHARACTER + 348 + CHARACTER);
+    assert_eq!(bench.master.ask_at(node(6), &ANGLE), Some(silent));
 }
 
 #[test]
@@ -214,36 +230,48 @@ fn a_babbling_node_does_not_hold_the_master() {
     bench.hear(1_100, &[0x55; 575]);
     assert!(matches!(bench.fault(), Fault::Garbled { .. }), "{:?}", bench.fault());
     assert!(bench.only_outcome().at <= Micros(1_000 + DEADLINE + 80 * CHARACTER));
-    assert!(bench.master.is_idle());
-}
-
-#[test]
-fn a_frame_that_hangs_is_given_up() {
-    let mut master: Master<T7> = Master::new(Timing::t7(crate::Serial::T7_DEFAULT));
-    let address = Address::new(5).unwrap();
-    master.begin(address, &Request::GetAngle(Axis::Two), Micros(0)).unwrap();
-    let outcome = master.on(Event::Forced { at: Micros(400) }).unwrap();
-    assert_eq!(outcome.result.unwrap_err(), Fault::NotSent);
-    assert_eq!(master.counters().forced, 1);
-}
-
-#[test]
-fn a_line_that_says_nothing_at_all_is_given_up_too() {
-    let mut master: Master<T7> = Master::new(Timing::t7(crate::Serial::T7_DEFAULT));
-    let address = Address::new(5).unwrap();
-    master.begin(address, &Request::GetAngle(Axis::Two), Micros(0)).unwrap();
-    let at = master.poll_at().unwrap();
-    assert_eq!(master.poll(at).unwrap().result.unwrap_err(), Fault::NotSent);
+    assert!(bench.master.may_ask(node(6), &ANGLE, Micros(bench.now)));
 }
 
 #[test]
 fn the_exchange_after_a_failed_one_is_clean() {
     let mut bench = Bench::asked();
     bench.hear(3_083, &ANSWER[..5]);
-    bench.wait_until(20_000);
+    bench.wait_until(60_000);
     bench.outcomes.clear();
     bench.ask();
     let released = bench.now;
     bench.hear(released + 2_083, &ANSWER);
     assert!(bench.is_the_answer());
+}
+
+#[test]
+fn a_good_exchange_is_idle_at_once_and_a_failed_one_when_no_late_answer_can_come() {
+    let mut bench = Bench::asked();
+    bench.hear(3_083, &ANSWER);
+    assert!(bench.master.is_idle() && !bench.master.is_asking());
+    let mut bench = Bench::asked();
+    assert!(bench.master.is_asking());
+    bench.wait_until(1_000 + DEADLINE + 24_999);
+    assert!(!bench.master.is_idle() && !bench.master.is_asking());
+    bench.wait_until(1_000 + DEADLINE + 25_000);
+    assert!(bench.master.is_idle());
+}
+
+#[test]
+fn response_times_are_those_of_good_answers_without_junk_before_them() {
+    let mut bench = Bench::asked();
+    bench.hear(3_000, &ANSWER);
+    bench.ask();
+    let released = bench.now;
+    bench.hear(released + 500, &ANSWER);
+    bench.ask();
+    let released = bench.now;
+    bench.hear(released + 90, &[0xFF]);
+    bench.hear(released + 1_000, &ANSWER);
+    let counters = bench.master.counters();
+    assert_eq!(
+        (counters.response_last, counters.response_min, counters.response_max),
+        (Micros(500), Micros(500), Micros(2_000))
+    );
 }

@@ -2,10 +2,10 @@
 
 use clino_codec::Progress;
 use clino_codec::character::Character;
-use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Frame, Request};
-use clino_codec::layers::Layers;
+use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
+use clino_codec::layers::{Layer, Layers};
 
-use crate::{Micros, Protocol, Timing};
+use crate::{Micros, Protocol, Refusal, Timing};
 
 /// STT ISU, binary mode. An error answer names no module and is taken for the one that was asked.
 #[derive(Debug)]
@@ -18,14 +18,35 @@ impl Protocol for Isu {
     type EncodeError = EncodeError;
     type DecodeError = DecodeError;
     type Frame = Frame;
+    type Expected = Expected;
     type Decoder = AnswerDecoder;
 
     fn encode(address: Address, request: &Request) -> Result<Frame, EncodeError> {
         request.encode(address)
     }
 
-    fn decoder(address: Address, request: &Request) -> AnswerDecoder {
-        AnswerDecoder::new(request.expected(address), Layers::ALL)
+    fn node(expected: &Expected) -> u8 {
+        expected.address().get()
+    }
+
+    fn expected(address: Address, request: &Request) -> Expected {
+        request.expected(address)
+    }
+
+    fn size(expected: &Expected) -> usize {
+        expected.size()
+    }
+
+    fn latency(request: &Request, timing: &Timing) -> Micros {
+        if Self::writes(request) { timing.set_latency } else { timing.get_latency }
+    }
+
+    fn writes(request: &Request) -> bool {
+        matches!(request, Request::WriteEeprom { .. } | Request::ResetNullPosition)
+    }
+
+    fn decoder(expected: Expected) -> AnswerDecoder {
+        AnswerDecoder::new(expected, Layers::ALL)
     }
 
     fn push(decoder: &mut AnswerDecoder, character: Character) -> Progress<Answer, DecodeError> {
@@ -40,10 +61,37 @@ impl Protocol for Isu {
         decoder.junk()
     }
 
-    fn latency(request: &Request, timing: &Timing) -> Micros {
-        match request {
-            Request::WriteEeprom { .. } | Request::ResetNullPosition => timing.set_latency,
-            _ => timing.get_latency,
+    /// An error answer names no module: it may be anybody's.
+    fn answers(answer: &Answer, earlier: &Expected) -> bool {
+        answer.response.function().is_none_or(|function| {
+            function == earlier.function() && may_be(answer.address, earlier.address())
+        })
+    }
+
+    fn answers_refused(error: &DecodeError, earlier: &Expected) -> bool {
+        match *error {
+            DecodeError::Foreign { address, function, .. } => {
+                function == earlier.function() && may_be(address, earlier.address())
+            }
+            // The module that is being asked now, about what it was asked before.
+            DecodeError::Memory { .. } => true,
+            _ => false,
         }
+    }
+
+    fn confusable(later: &Expected, earlier: &Expected) -> bool {
+        later.function() == earlier.function()
+            && (may_be(later.address(), earlier.address()) || later.address().is_any())
+    }
+}
+
+/// Whether the module at `address` was asked when `asked` was.
+fn may_be(address: Address, asked: Address) -> bool {
+    asked.is_any() || asked == address
+}
+
+impl Refusal for DecodeError {
+    fn layer(&self) -> Layer {
+        self.layer()
     }
 }

@@ -2,10 +2,10 @@
 
 use clino_codec::Progress;
 use clino_codec::character::Character;
-use clino_codec::layers::Layers;
-use clino_codec::t7::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Frame, Request};
+use clino_codec::layers::{Layer, Layers};
+use clino_codec::t7::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
 
-use crate::{Micros, Protocol, Timing};
+use crate::{Micros, Protocol, Refusal, Timing};
 
 /// US Digital T7.
 #[derive(Debug)]
@@ -18,14 +18,35 @@ impl Protocol for T7 {
     type EncodeError = EncodeError;
     type DecodeError = DecodeError;
     type Frame = Frame;
+    type Expected = Expected;
     type Decoder = AnswerDecoder;
 
     fn encode(address: Address, request: &Request) -> Result<Frame, EncodeError> {
         request.encode(address)
     }
 
-    fn decoder(address: Address, request: &Request) -> AnswerDecoder {
-        AnswerDecoder::new(request.expected(address), Layers::ALL)
+    fn node(expected: &Expected) -> u8 {
+        expected.address.get()
+    }
+
+    fn expected(address: Address, request: &Request) -> Expected {
+        request.expected(address)
+    }
+
+    fn size(expected: &Expected) -> usize {
+        expected.size()
+    }
+
+    fn latency(request: &Request, timing: &Timing) -> Micros {
+        if Self::writes(request) { timing.set_latency } else { timing.get_latency }
+    }
+
+    fn writes(request: &Request) -> bool {
+        request.opcode().is_set()
+    }
+
+    fn decoder(expected: Expected) -> AnswerDecoder {
+        AnswerDecoder::new(expected, Layers::ALL)
     }
 
     fn push(decoder: &mut AnswerDecoder, character: Character) -> Progress<Answer, DecodeError> {
@@ -40,10 +61,27 @@ impl Protocol for T7 {
         decoder.junk()
     }
 
-    fn latency(request: &Request, timing: &Timing) -> Micros {
-        match request.opcode().is_set() {
-            true => timing.set_latency,
-            false => timing.get_latency,
-        }
+    fn answers(answer: &Answer, earlier: &Expected) -> bool {
+        answer.response.opcode() == earlier.opcode && may_be(answer.address, earlier.address)
+    }
+
+    fn answers_refused(error: &DecodeError, earlier: &Expected) -> bool {
+        matches!(error, &DecodeError::Foreign { address, opcode, .. }
+            if opcode == earlier.opcode && may_be(address, earlier.address))
+    }
+
+    fn confusable(later: &Expected, earlier: &Expected) -> bool {
+        later.opcode == earlier.opcode && (may_be(later.address, earlier.address) || later.address.is_all())
+    }
+}
+
+/// Whether the device at `address` was asked when `asked` was.
+fn may_be(address: Address, asked: Address) -> bool {
+    asked.is_all() || asked == address
+}
+
+impl Refusal for DecodeError {
+    fn layer(&self) -> Layer {
+        self.layer()
     }
 }

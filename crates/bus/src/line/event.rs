@@ -1,0 +1,81 @@
+//! What a line refuses, what it asks of the hardware, and what it tells the master.
+
+use clino_codec::character::Character;
+
+#[cfg(doc)]
+use super::{Line, MAX_FRAME};
+use crate::Micros;
+
+/// Why a frame, or a change of settings, was not accepted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SubmitError {
+    /// The previous frame is still waiting or on its way.
+    Busy,
+    /// More characters than [`MAX_FRAME`], or none at all.
+    Length(usize),
+}
+
+/// What the hardware has to do next, besides setting DE to [`Line::driving`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum Step {
+    /// Ask for the next character each time the transmit register is empty, beginning now.
+    Begin,
+    /// The line was held too long: stop transmitting.
+    Force,
+    /// Nothing. The line did not fall silent in time; the frame was dropped before its first character.
+    GiveUp,
+    /// Nothing. A part of our frame did not come back, though there is an echo.
+    EchoLost,
+}
+
+impl Step {
+    /// What this means for the [`Master`](crate::Master).
+    pub const fn event(self, at: Micros) -> Option<Event> {
+        match self {
+            Step::Begin => None,
+            Step::Force => Some(Event::Forced { at }),
+            Step::GiveUp => Some(Event::GivenUp { at }),
+            Step::EchoLost => Some(Event::Contention { at }),
+        }
+    }
+}
+
+/// What happened on the line, in order, for the [`Master`](crate::Master).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// The last stop bit of our frame is out: the line is the others'. The driver is off, or will be after the
+    /// post-delay.
+    Released {
+        /// When transmission was complete.
+        at: Micros,
+    },
+    /// The driver was on for too long and was switched off by force; the frame is not out whole.
+    Forced {
+        /// When DE was forced low.
+        at: Micros,
+    },
+    /// Our frame was dropped before its first character, because somebody else kept talking.
+    GivenUp {
+        /// When it was dropped.
+        at: Micros,
+    },
+    /// A character of somebody else's was received.
+    Heard {
+        /// The character with the receiver's error flags.
+        character: Character,
+        /// Centre of its stop bit.
+        at: Micros,
+    },
+    /// A character of ours came back as it was sent.
+    Echo {
+        /// Centre of its stop bit.
+        at: Micros,
+    },
+    /// A character of ours came back changed, or not at all: somebody else talked into our frame.
+    Contention {
+        /// When it showed.
+        at: Micros,
+    },
+}

@@ -1,0 +1,120 @@
+//! How an exchange begins, and when it may.
+
+use super::exchange::{Collecting, Exchange};
+use super::{Master, State};
+use crate::counters::bump;
+use crate::{Micros, Protocol};
+
+impl<P: Protocol> Master<P> {
+    /// From when on this request may be asked so that its answer can be told from late ones: [`Micros::ZERO`] for at
+    /// once, `None` while an exchange is in hand.
+    pub fn ask_at(&self, address: P::Address, request: &P::Request) -> Option<Micros> {
+        let expected = P::expected(address, request);
+        let on_the_list = self.doubts.clear_at(&expected);
+        match &self.state {
+            State::Idle => Some(on_the_list),
+            State::Sending { .. } | State::Waiting { .. } => None,
+            State::Quiet { exchange, clear, doubt, .. } => {
+                let last = doubt.filter(|_| P::confusable(&expected, &exchange.expected));
+                Some(on_the_list.max(*clear).max(last.unwrap_or(Micros::ZERO)))
+            }
+        }
+    }
+
+    /// Whether this request may be asked at `now`. That may be before [`Master::is_idle`], after a request that failed
+    /// and cannot be confused with this one.
+    pub fn may_ask(&self, address: P::Address, request: &P::Request, now: Micros) -> bool {
+        self.ask_at(address, request).is_some_and(|at| at <= now)
+    }
+
+    /// Opens an exchange and returns the frame to submit to the line. An exchange in hand is given up. Of a request
+    /// that is asked before it [may be](Master::may_ask), answers are counted as late and not used.
+    ///
+    /// # Errors
+    /// The request cannot be put into a frame; nothing has begun then.
+    pub fn begin(
+        &mut self,
+        address: P::Address,
+        request: &P::Request,
+        now: Micros,
+    ) -> Result<P::Frame, P::EncodeError> {
+        self.open(address, request, Kind::First, now)
+    }
+
+    /// As [`Master::begin`], for a repetition of a request that failed: it is counted as such.
+    ///
+    /// # Errors
+    /// As [`Master::begin`].
+    pub fn begin_retry(
+        &mut self,
+        address: P::Address,
+        request: &P::Request,
+        now: Micros,
+    ) -> Result<P::Frame, P::EncodeError> {
+        self.open(address, request, Kind::Retry, now)
+    }
+
+    /// As [`Master::begin`], for a request that any number of nodes may answer: until `window` after our last stop
+    /// bit, every good answer and every bad frame is an outcome of its own. What begins in the window is heard to its
+    /// end. The last outcome, and only that, is [`Fault::Over`](super::Fault::Over); or, when the request did not get
+    /// out, the only outcome says so.
+    ///
+    /// # Errors
+    /// As [`Master::begin`].
+    pub fn begin_collecting(
+        &mut self,
+        address: P::Address,
+        request: &P::Request,
+        window: Micros,
+        now: Micros,
+    ) -> Result<P::Frame, P::EncodeError> {
+        self.open(address, request, Kind::Collecting(window), now)
+    }
+
+    fn open(
+        &mut self,
+        address: P::Address,
+        request: &P::Request,
+        kind: Kind,
+        now: Micros,
+    ) -> Result<P::Frame, P::EncodeError> {
+        let frame = P::encode(address, request)?;
+        self.leave(now);
+        self.slack.count();
+        bump(&mut self.counters.requests);
+        if P::writes(request) {
+            bump(&mut self.counters.writes);
+        }
+        if matches!(kind, Kind::Retry) {
+            bump(&mut self.counters.retries);
+        }
+        let collecting = match kind {
+            Kind::Collecting(window) => Some(Collecting::new(window)),
+            _ => None,
+        };
+        let latency = P::latency(request, &self.timing);
+        let retry = matches!(kind, Kind::Retry);
+        let exchange = Exchange::new(P::expected(address, request), latency, retry, collecting, now);
+        // The line reports how the frame ended; this deadline, twice what it may take, covers one that does not.
+        let longest = self.timing.line_busy + self.timing.serial.characters(frame.as_ref().len() as u64);
+        self.state = State::Sending { exchange, give_up: now + longest.times(2) };
+        Ok(frame)
+    }
+
+    /// Leaves the state at hand for a new exchange.
+    fn leave(&mut self, now: Micros) {
+        if let State::Sending { exchange, .. } | State::Waiting { exchange, .. } = &self.state {
+            let until = now + exchange.latency + self.timing.late;
+            self.doubts.add(exchange.doubt(until), now);
+        }
+        self.leave_quiet(now);
+    }
+}
+
+/// What kind of exchange begins.
+#[derive(Clone, Copy)]
+enum Kind {
+    First,
+    Retry,
+    Collecting(Micros),
+}

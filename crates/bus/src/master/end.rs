@@ -1,0 +1,114 @@
+//! How an exchange ends without its answer, and what may come after that.
+
+use clino_codec::Progress;
+use clino_codec::layers::Layer;
+
+use super::exchange::Exchange;
+use super::late::Doubt;
+use super::{Fault, LONGEST_ANSWER, Master, Outcome, State};
+use crate::counters::bump;
+use crate::{Micros, Protocol, Refusal};
+
+impl<P: Protocol> Master<P> {
+    /// The deadline has passed, and the decoder holds nothing more.
+    pub(super) fn missed(&mut self, deadline: Micros, now: Micros) -> Option<Outcome<P>> {
+        let State::Waiting { exchange, .. } = &mut self.state else { return None };
+        if exchange.collecting.is_none() {
+            let fault = exchange.fault(deadline);
+            return self.fail(fault, now);
+        }
+        match exchange.over() {
+            over @ Fault::Over { .. } => self.fail(over, now),
+            fault => Some(Outcome { result: Err(fault), at: exchange.last }),
+        }
+    }
+
+    /// Ends the exchange in hand with a fault, and keeps quiet for a while.
+    pub(super) fn fail(&mut self, fault: Fault<P::DecodeError>, at: Micros) -> Option<Outcome<P>> {
+        match fault {
+            Fault::NoAnswer { .. } => bump(&mut self.counters.no_answer),
+            Fault::Garbled { .. } | Fault::Bad(_) => bump(&mut self.counters.bad_answer),
+            Fault::NotSent | Fault::LineBusy | Fault::Contention | Fault::Over { .. } => {}
+        }
+        let doubt = self.is_answer_to_come(&fault).then(|| at + self.timing.late);
+        match core::mem::replace(&mut self.state, State::Idle) {
+            State::Sending { exchange, .. } | State::Waiting { exchange, .. } => {
+                let clear = at + self.patience(&exchange, &fault);
+                let give_up = clear + self.longest_wait(&exchange);
+                self.state = State::Quiet { exchange, clear, give_up, doubt };
+                Some(Outcome { result: Err(fault), at })
+            }
+            other => {
+                self.state = other;
+                None
+            }
+        }
+    }
+
+    /// Whether the node may still answer the request that ended so. It does not if it was not asked, and not if it has
+    /// answered already, however badly.
+    fn is_answer_to_come(&self, fault: &Fault<P::DecodeError>) -> bool {
+        match fault {
+            Fault::LineBusy => false,
+            Fault::Bad(error) => matches!(error.layer(), Layer::Address | Layer::Command),
+            _ => true,
+        }
+    }
+
+    /// For how long nobody is asked after a failure.
+    fn patience(&mut self, exchange: &Exchange<P>, fault: &Fault<P::DecodeError>) -> Micros {
+        match fault {
+            Fault::NoAnswer { .. } => self.habits.missed(P::node(&exchange.expected), &self.timing),
+            _ => self.timing.quiet,
+        }
+    }
+
+    pub(super) fn not_sent(&mut self, fault: Fault<P::DecodeError>, at: Micros) -> Option<Outcome<P>> {
+        match self.state {
+            State::Sending { .. } => self.fail(fault, at),
+            _ => None,
+        }
+    }
+
+    /// A late answer was recognised; it ended at `at`.
+    pub(super) fn came_late(&mut self, doubt: &Doubt<P::Expected>, at: Micros) {
+        bump(&mut self.counters.late);
+        self.habits.late(P::node(&doubt.expected));
+        self.slack.note(doubt.lateness::<P>(at, self.timing.serial), &self.timing);
+    }
+
+    /// The answer to the request that has just failed ended at `at`: no other is to come.
+    pub(super) fn came_late_in_quiet(&mut self, at: Micros) {
+        let State::Quiet { exchange, clear, doubt, .. } = &mut self.state else { return };
+        (*clear, *doubt) = (at, None);
+        let late = exchange.doubt(at);
+        self.came_late(&late, at);
+    }
+
+    /// Nothing more is heard of the exchange that failed; a late answer that may still come goes on the list.
+    pub(super) fn leave_quiet(&mut self, now: Micros) {
+        let State::Quiet { mut exchange, mut doubt, .. } = core::mem::replace(&mut self.state, State::Idle)
+        else {
+            return;
+        };
+        loop {
+            match P::idle(&mut exchange.decoder) {
+                Progress::More => break,
+                Progress::Bad(_) => {}
+                Progress::Frame(_) => {
+                    bump(&mut self.counters.late);
+                    doubt = None;
+                }
+            }
+        }
+        self.counters.junk = self.counters.junk.wrapping_add(P::junk(&exchange.decoder));
+        if let Some(until) = doubt.filter(|&until| until > now) {
+            self.doubts.add(exchange.doubt(until), now);
+        }
+    }
+
+    pub(super) fn longest_wait(&self, exchange: &Exchange<P>) -> Micros {
+        let twice = (P::size(&exchange.expected) as u64).saturating_mul(2);
+        self.timing.serial.characters(LONGEST_ANSWER.max(twice)) + self.timing.gap
+    }
+}

@@ -1,0 +1,150 @@
+//! What is heard while an exchange is in hand, and what it means.
+
+use clino_codec::Progress;
+use clino_codec::character::Character;
+
+use super::exchange::Exchange;
+use super::{Fault, Master, Outcome, State};
+use crate::counters::bump;
+use crate::{Micros, Protocol, Refusal};
+
+impl<P: Protocol> Master<P> {
+    pub(super) fn released(&mut self, at: Micros) {
+        self.state = match core::mem::replace(&mut self.state, State::Idle) {
+            State::Sending { mut exchange, .. } => {
+                self.counters.junk = self.counters.junk.wrapping_add(exchange.release(at));
+                let wait = match &exchange.collecting {
+                    Some(collecting) => collecting.window(),
+                    None => self.timing.first_character(exchange.latency) + self.slack.granted(),
+                };
+                let deadline = at + wait;
+                let give_up = deadline + self.longest_wait(&exchange);
+                State::Waiting { exchange, deadline, give_up }
+            }
+            other => other,
+        };
+    }
+
+    pub(super) fn contended(&mut self) {
+        if let State::Sending { exchange, .. } | State::Waiting { exchange, .. } = &mut self.state
+            && !core::mem::replace(&mut exchange.contended, true)
+        {
+            bump(&mut self.counters.contention);
+        }
+    }
+
+    pub(super) fn heard(&mut self, character: Character, at: Micros) -> Option<Outcome<P>> {
+        self.counters.character(character.errors);
+        let gap = self.timing.gap + self.timing.serial.characters(1);
+        let progress = match &mut self.state {
+            // Nobody was asked.
+            State::Idle => {
+                bump(&mut self.counters.junk);
+                return None;
+            }
+            // A late answer, or a node out of turn.
+            State::Sending { exchange, .. } => P::push(&mut exchange.decoder, character),
+            State::Waiting { exchange, deadline, give_up } => {
+                *deadline = (*deadline).max(at + gap).min(*give_up);
+                exchange.hear(character, at)
+            }
+            State::Quiet { exchange, clear, give_up, .. } => {
+                *clear = (*clear).max(at + gap).min(*give_up);
+                exchange.hear(character, at)
+            }
+        };
+        self.progressed(progress, at)
+    }
+
+    /// What a decoder's progress means in the state at hand.
+    pub(super) fn progressed(
+        &mut self,
+        progress: Progress<P::Answer, P::DecodeError>,
+        at: Micros,
+    ) -> Option<Outcome<P>> {
+        let asked = self.exchange()?.asked;
+        match progress {
+            Progress::More => None,
+            Progress::Bad(error) => {
+                let fits = |earlier: &P::Expected| P::answers_refused(&error, earlier);
+                match self.doubts.claim(asked, fits) {
+                    Some(doubt) => self.came_late(&doubt, at),
+                    None => self.counters.refused(error.layer()),
+                }
+                self.refused(error, at)
+            }
+            Progress::Frame(answer) => {
+                if let State::Quiet { .. } = self.state {
+                    self.came_late_in_quiet(at);
+                    return None;
+                }
+                let doubt = self.doubts.claim(asked, |earlier| P::answers(&answer, earlier));
+                match (&mut self.state, doubt) {
+                    (_, Some(doubt)) => {
+                        self.came_late(&doubt, at);
+                        self.pass_over();
+                        None
+                    }
+                    (State::Waiting { .. }, None) => self.answered(answer, at),
+                    // Intact, but nobody has been asked yet.
+                    (_, None) => {
+                        bump(&mut self.counters.foreign);
+                        None
+                    }
+                }
+            }
+        }
+    }
+
+    /// A frame was refused while its answer is awaited.
+    fn refused(&mut self, error: P::DecodeError, at: Micros) -> Option<Outcome<P>> {
+        let State::Waiting { exchange, .. } = &mut self.state else { return None };
+        match &mut exchange.collecting {
+            None => {
+                exchange.bad = Some(error);
+                None
+            }
+            Some(collecting) => {
+                bump(&mut self.counters.bad_answer);
+                Some(Outcome { result: collecting.report(Err(Fault::Bad(error))), at })
+            }
+        }
+    }
+
+    /// The answer is here: the end of the exchange, unless it collects.
+    fn answered(&mut self, answer: P::Answer, at: Micros) -> Option<Outcome<P>> {
+        bump(&mut self.counters.good);
+        let State::Waiting { exchange, .. } = &mut self.state else { return None };
+        self.habits.answered(P::node(&exchange.expected));
+        if !exchange.retry {
+            bump(&mut self.counters.first_try);
+        }
+        if let Some(collecting) = &mut exchange.collecting {
+            return Some(Outcome { result: collecting.report(Ok(answer)), at });
+        }
+        if let Some(response) = exchange.response() {
+            self.counters.response(response);
+            self.slack
+                .note(response.since(exchange.latency + self.timing.serial.characters(1)), &self.timing);
+        }
+        self.counters.junk = self.counters.junk.wrapping_add(exchange.finish());
+        self.state = State::Idle;
+        Some(Outcome { result: Ok(answer), at })
+    }
+
+    /// What was heard of this exchange so far was a late answer to another one.
+    fn pass_over(&mut self) {
+        if let State::Waiting { exchange, .. } = &mut self.state {
+            exchange.characters = 0;
+        }
+    }
+
+    pub(super) fn exchange(&self) -> Option<&Exchange<P>> {
+        match &self.state {
+            State::Idle => None,
+            State::Sending { exchange, .. }
+            | State::Waiting { exchange, .. }
+            | State::Quiet { exchange, .. } => Some(exchange),
+        }
+    }
+}
