@@ -1,0 +1,58 @@
+//! Whom an operation is about.
+
+use core::fmt;
+
+use clino_codec::isu::Address;
+
+use crate::Alone;
+
+/// One module: by its address, or the only one attached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Module(Address);
+
+/// Address 0 is every module's, 15 nobody's; [`Module::alone`] takes the statement that there is but one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NotOneModule(pub Address);
+
+impl Module {
+    /// The module of that address, 1–14.
+    ///
+    /// # Errors
+    /// [`NotOneModule`] for 0 and 15.
+    pub const fn at(address: Address) -> Result<Module, NotOneModule> {
+        if address.is_any() || address.is_reserved() {
+            Err(NotOneModule(address))
+        } else {
+            Ok(Module(address))
+        }
+    }
+
+    /// The only module attached, whatever its address is.
+    pub const fn alone(_: Alone) -> Module {
+        Module(Address::ANY)
+    }
+
+    /// What its requests are addressed to.
+    pub const fn address(self) -> Address {
+        self.0
+    }
+
+    /// Whether it is the only one.
+    pub const fn is_alone(self) -> bool {
+        self.0.is_any()
+    }
+}
+
+impl fmt::Display for NotOneModule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "address {} is no single module's (1-14): 0 takes the statement that one is attached",
+            self.0.get()
+        )
+    }
+}
+
+impl core::error::Error for NotOneModule {}

@@ -1,0 +1,90 @@
+//! What all operations have in common.
+
+use clino_bus::{Micros, Outcome, Protocol, Serial};
+
+/// What an operation wants next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step<A, Q, R, E> {
+    /// One exchange.
+    Ask {
+        /// Who is asked.
+        address: A,
+        /// What is asked.
+        request: Q,
+        /// How often the request may be sent, until there is an answer. The operation is told the last outcome only.
+        tries: u8,
+    },
+    /// One request that several may answer. The operation is told every outcome.
+    Collect {
+        /// Who is asked.
+        address: A,
+        /// What is asked.
+        request: Q,
+        /// How long answers may begin after the request's last stop bit.
+        window: Micros,
+    },
+    /// Nothing before that instant.
+    Wait {
+        /// When to ask again.
+        until: Micros,
+    },
+    /// The line runs at this bit rate from now on.
+    Serial(Serial),
+    /// The end. Asking again gives the same.
+    Done(Result<R, E>),
+}
+
+/// The step type of an operation.
+pub type StepOf<O> = Step<
+    <<O as Operation>::Protocol as Protocol>::Address,
+    <<O as Operation>::Protocol as Protocol>::Request,
+    <O as Operation>::Report,
+    <O as Operation>::Error,
+>;
+
+/// How far an operation is, in exchanges or so. `of` is an estimate that may grow; `done` never exceeds it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Progress {
+    /// Parts done.
+    pub done: u16,
+    /// All parts.
+    pub of: u16,
+}
+
+impl Progress {
+    pub(crate) fn new(done: u16, of: u16) -> Progress {
+        Progress { done: done.min(of), of }
+    }
+}
+
+/// A task on one bus as a resumable state machine, led by a [`Runner`](crate::Runner).
+pub trait Operation {
+    /// What is spoken on the bus.
+    type Protocol: Protocol;
+    /// What is told on the way, before the end.
+    type Event;
+    /// The result, when all went well.
+    type Report;
+    /// Why it did not.
+    type Error;
+
+    /// What to do next. May be asked any number of times, except that a [`Step::Serial`] is said once and taken as
+    /// done: otherwise only time and [`on`](Self::on) move it.
+    fn next(&mut self, now: Micros) -> StepOf<Self>;
+
+    /// An exchange asked for has ended; one answer, when collecting.
+    fn on(&mut self, outcome: Outcome<Self::Protocol>) -> Option<Self::Event>;
+
+    /// How far it is.
+    fn progress(&self) -> Progress;
+
+    /// Stop at the next consistent point. The operation still has to be led to its end.
+    fn cancel(&mut self);
+
+    /// Whether nobody else may use the line between two exchanges: its bit rate is not the one that the others expect,
+    /// or is about to change.
+    fn is_exclusive(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,33 @@
+//! What an operation that changes something has done.
+
+/// What became of a setting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Change<T> {
+    /// It was as wished; nothing was written.
+    Unchanged(T),
+    /// It was written, and reads back as wished.
+    Changed {
+        /// As first read.
+        from: T,
+        /// As read back.
+        to: T,
+    },
+}
+
+/// A change, and what it cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Report<T> {
+    /// What became of the setting.
+    pub change: Change<T>,
+    /// Commands sent that write non-volatile memory, whether or not they arrived.
+    pub writes: u8,
+}
+
+impl<T: PartialEq> Report<T> {
+    pub(crate) fn new(from: T, to: T, writes: u8) -> Self {
+        let change = if from == to { Change::Unchanged(to) } else { Change::Changed { from, to } };
+        Report { change, writes }
+    }
+}

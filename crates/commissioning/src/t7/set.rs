@@ -1,0 +1,157 @@
+//! Offset, direction, damping, output range: read, compare, write only a difference, read back.
+//!
+//! ```text
+//!  (Range ──▶) Read ── as wished ──────────────▶ done
+//!                │ ▲
+//!   differs      ▼ │ whatever was answered
+//!              Write
+//! ```
+//! Source: T7 guide sections 2.2, 2.4, 2.5, 2.6.
+
+use clino_bus::{Micros, Outcome, Protocol, T7};
+use clino_codec::angle::Range;
+use clino_codec::t7::{EncodeError, Millidegrees, Opcode, Request, Response, Status};
+
+use super::{Cause, Device, Failure, Fault, Setting};
+use crate::{Operation, Progress, READ_TRIES, Report, Step, StepOf, WRITE_TRIES};
+
+/// Gives a setting a value.
+#[derive(Clone, Copy, Debug)]
+pub struct Set {
+    device: Device,
+    wanted: Setting,
+    state: State,
+    /// As read before anything was written.
+    before: Option<Setting>,
+    /// What the device said to the last write, if that was a refusal.
+    refused: Option<Status>,
+    writes: u8,
+    cancelled: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum State {
+    /// Offsets have to be within the output range, so that is read first.
+    Range,
+    Read,
+    Write,
+    Ended(Result<Report<Setting>, Failure>),
+}
+
+impl Set {
+    /// Begins with reading.
+    ///
+    /// # Errors
+    /// [`EncodeError::OutOfRange`] with the limits; [`EncodeError::NotForAll`] for an offset of a
+    /// [lone device](Device::alone), whose address must be known.
+    pub fn new(device: Device, wanted: Setting) -> Result<Set, EncodeError> {
+        T7::encode(device.address(), &wanted.set())?;
+        T7::encode(device.address(), &wanted.get())?;
+        let state = if matches!(wanted, Setting::Offset { .. }) { State::Range } else { State::Read };
+        Ok(Set { device, wanted, state, before: None, refused: None, writes: 0, cancelled: false })
+    }
+
+    fn fail(&mut self, cause: Cause) {
+        self.state = State::Ended(Err(Failure { cause, writes: self.writes }));
+    }
+
+    fn no_answer(&mut self, opcode: Opcode, fault: Fault) {
+        self.fail(Cause::NoAnswer { opcode, address: self.device.address(), fault });
+    }
+
+    fn on_range(&mut self, range: Range) {
+        let Setting::Offset { offset, .. } = self.wanted else { return };
+        let (min, max) = limits(range);
+        if offset < min || offset > max {
+            self.fail(Cause::OutOfRange { value: offset, min, max });
+        } else {
+            self.state = State::Read;
+        }
+    }
+
+    fn on_reading(&mut self, seen: Setting) {
+        let before = *self.before.get_or_insert(seen);
+        if seen == self.wanted {
+            self.state = State::Ended(Ok(Report::new(before, seen, self.writes)));
+        } else if let Some(status) = self.refused {
+            self.fail(Cause::Status { opcode: self.wanted.set().opcode(), status });
+        } else if self.cancelled {
+            self.fail(Cause::Cancelled);
+        } else if self.writes >= WRITE_TRIES {
+            self.fail(Cause::NotTaken { wanted: self.wanted, seen });
+        } else {
+            self.state = State::Write;
+        }
+    }
+}
+
+impl Operation for Set {
+    type Protocol = T7;
+    type Event = core::convert::Infallible;
+    type Report = Report<Setting>;
+    type Error = Failure;
+
+    fn next(&mut self, _: Micros) -> StepOf<Self> {
+        if self.cancelled && self.writes == 0 && !matches!(self.state, State::Ended(_)) {
+            self.fail(Cause::Cancelled);
+        }
+        let address = self.device.address();
+        match self.state {
+            State::Range => Step::Ask { address, request: Request::GetAngleOutputRange, tries: READ_TRIES },
+            State::Read => Step::Ask { address, request: self.wanted.get(), tries: READ_TRIES },
+            State::Write => Step::Ask { address, request: self.wanted.set(), tries: 1 },
+            State::Ended(result) => Step::Done(result),
+        }
+    }
+
+    fn on(&mut self, outcome: Outcome<T7>) -> Option<Self::Event> {
+        match (self.state, outcome.result) {
+            (State::Range, Ok(answer)) => {
+                if let Response::GetAngleOutputRange(range) = answer.response {
+                    self.on_range(range);
+                }
+            }
+            (State::Range, Err(fault)) => self.no_answer(Opcode::GetAngleOutputRange, fault),
+            (State::Read, Ok(answer)) => {
+                if let Some(seen) = self.wanted.read(&answer.response) {
+                    self.on_reading(seen);
+                }
+            }
+            (State::Read, Err(fault)) => self.no_answer(self.wanted.get().opcode(), fault),
+            (State::Write, result) => {
+                self.writes = self.writes.saturating_add(1);
+                self.refused = result.ok().and_then(|answer| refusal(&answer.response));
+                self.state = State::Read;
+            }
+            (State::Ended(_), _) => {}
+        }
+        None
+    }
+
+    fn progress(&self) -> Progress {
+        match self.state {
+            State::Range => Progress::new(0, 4),
+            State::Read if self.writes == 0 => Progress::new(1, 4),
+            State::Write => Progress::new(2, 4),
+            State::Read => Progress::new(3, 4),
+            State::Ended(_) => Progress::new(4, 4),
+        }
+    }
+
+    fn cancel(&mut self) {
+        self.cancelled = true;
+    }
+}
+
+/// What the device has against the command; not that it came damaged, which is worth another try.
+pub(super) fn refusal(response: &Response) -> Option<Status> {
+    response.status().filter(|status| !matches!(status, Status::Success | Status::ChecksumError))
+}
+
+/// Lowest and highest angle of an output range (section 1).
+fn limits(range: Range) -> (Millidegrees, Millidegrees) {
+    match range {
+        Range::Bidirectional => (Millidegrees(-180_000), Millidegrees(179_999)),
+        Range::Unidirectional => (Millidegrees(0), Millidegrees(359_999)),
+    }
+}
