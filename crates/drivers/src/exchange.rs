@@ -1,0 +1,176 @@
+//! One question and its answer on a [`Port`], blocking or async: what both have in common.
+//!
+//! ```text
+//!  Settling ──────────▶ Guarding ────────▶ Sending ────▶ Waiting ────▶ over
+//!  late answers,        the guard's         port.send     the answer, or the
+//!  half-sent frames     silence                           master's deadline
+//! ```
+//!
+//! Deadlines, late answers and the quiet time are those of the bus's [`Master`]; this adds what stands between it and a
+//! port without a clock.
+//!
+//! Time is what the port has waited. Between calls, and while the code itself runs, it stands still: every wait lasts
+//! at least as long as its figure, and longer by what the code takes. Received characters prove the passing of time,
+//! too: `n` of them take as long as `n` characters last, so that no babble lasts for ever on a slow processor.
+
+mod phases;
+
+use clino_bus::{Fault, Isu, Master, Micros, Protocol, Retry, T7, Timing};
+
+use crate::Port;
+use phases::{Exchange, Step};
+
+/// What a driver has to know besides the protocol.
+pub trait Sensor: Protocol {
+    /// A sensor that heard a frame begin waits so long for its end, and takes what we send meanwhile for a part of it.
+    const COMMAND_TIMEOUT: Micros;
+
+    /// Whether all sensors of a line answer to this address.
+    fn is_everybody(address: Self::Address) -> bool;
+}
+
+impl Sensor for T7 {
+    /// T7 guide section 1.
+    const COMMAND_TIMEOUT: Micros = Micros::from_millis(500);
+
+    fn is_everybody(address: Self::Address) -> bool {
+        address.is_all()
+    }
+}
+
+impl Sensor for Isu {
+    /// AN #201 section 4.
+    const COMMAND_TIMEOUT: Micros = Micros::from_millis(400);
+
+    fn is_everybody(address: Self::Address) -> bool {
+        address.is_any()
+    }
+}
+
+/// Why there is no answer.
+pub enum Failure<S: Sensor, E> {
+    Request(S::EncodeError),
+    NotAlone,
+    Port(E),
+    Fault(Fault<S::DecodeError>),
+}
+
+/// What lasts from one exchange to the next.
+pub struct Exchanges<S: Sensor> {
+    master: Master<S>,
+    now: Micros,
+    /// The driver of the last frame went off.
+    released: Micros,
+    /// Characters heard since.
+    heard: u64,
+    /// The last frame did not get out whole.
+    half_sent: bool,
+    /// There is one sensor on the line, and no other.
+    alone: bool,
+    /// The longest wait in one piece, where the port cannot say when a character came.
+    piece: Option<Micros>,
+    retry: Retry,
+}
+
+impl<S: Sensor> Exchanges<S> {
+    /// For a port that says when a character came.
+    pub fn new(timing: Timing, alone: bool) -> Self {
+        let (now, released) = (Micros::ZERO, Micros::ZERO);
+        let (master, retry) = (Master::new(timing), Retry::NEVER);
+        Self { master, now, released, heard: 0, half_sent: false, alone, piece: None, retry }
+    }
+
+    /// For a port that only knows in which span a character came.
+    #[cfg(feature = "async")]
+    pub fn in_pieces(timing: Timing, alone: bool) -> Self {
+        Self { piece: Some(timing.gap), ..Self::new(timing, alone) }
+    }
+
+    pub fn master(&self) -> &Master<S> {
+        &self.master
+    }
+
+    /// Other waits from the next exchange on.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.piece = self.piece.map(|_| timing.gap);
+        self.master.set_timing(timing);
+    }
+
+    /// How often to repeat from the next exchange on.
+    pub fn set_retry(&mut self, retry: Retry) {
+        self.retry = retry;
+    }
+
+    /// So much time has passed besides what the port has waited.
+    pub fn pass(&mut self, span: Micros) {
+        self.now = self.now + span;
+        // What was in hand, if a future was dropped, may have passed its deadline.
+        let _ = self.master.poll(self.now);
+    }
+
+    /// Opens an exchange. Nothing is sent yet.
+    fn open<'a, E>(
+        &'a mut self,
+        address: S::Address,
+        request: &'a S::Request,
+    ) -> Result<Exchange<'a, S>, Failure<S, E>> {
+        if S::is_everybody(address) && !self.alone {
+            return Err(Failure::NotAlone);
+        }
+        S::encode(address, request).map_err(Failure::Request)?;
+        Ok(Exchange::new(self, address, request))
+    }
+
+    /// Asks on a blocking port.
+    pub fn ask<P: Port>(
+        &mut self,
+        port: &mut P,
+        address: S::Address,
+        request: &S::Request,
+    ) -> Result<S::Answer, Failure<S, P::Error>> {
+        let mut exchange = self.open(address, request)?;
+        loop {
+            match exchange.step().map_err(Failure::Request)? {
+                Step::Listen(span) => {
+                    let listened = port.listen(span, |character, after| exchange.heard(character, after));
+                    if listened.is_continue() {
+                        exchange.passed(span);
+                    }
+                }
+                Step::Send(frame) => {
+                    let sent = port.send(frame.as_ref());
+                    exchange.sent(sent.is_ok());
+                    sent.map_err(Failure::Port)?;
+                }
+                Step::Over(outcome) => return outcome.result.map_err(Failure::Fault),
+            }
+        }
+    }
+
+    /// Asks on an async port. When this is dropped, the next exchange first settles what was begun.
+    #[cfg(feature = "async")]
+    pub async fn ask_async<P: crate::AsyncPort>(
+        &mut self,
+        port: &mut P,
+        address: S::Address,
+        request: &S::Request,
+    ) -> Result<S::Answer, Failure<S, P::Error>> {
+        let mut exchange = self.open(address, request)?;
+        loop {
+            match exchange.step().map_err(Failure::Request)? {
+                Step::Listen(span) => {
+                    let listened = port.listen(span, |character, after| exchange.heard(character, after));
+                    if listened.await.is_continue() {
+                        exchange.passed(span);
+                    }
+                }
+                Step::Send(frame) => {
+                    let sent = port.send(frame.as_ref()).await;
+                    exchange.sent(sent.is_ok());
+                    sent.map_err(Failure::Port)?;
+                }
+                Step::Over(outcome) => return outcome.result.map_err(Failure::Fault),
+            }
+        }
+    }
+}

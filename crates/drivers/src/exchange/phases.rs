@@ -1,0 +1,216 @@
+//! The phases of one exchange, driven by whoever has a port: [`step`](Exchange::step) says what to do, the other methods
+//! take what came of it.
+
+use core::ops::ControlFlow;
+
+use clino_bus::{Event, Fault, Micros, Outcome};
+use clino_codec::character::Character;
+
+use super::{Exchanges, Sensor};
+
+/// More characters than this that nobody asked for are not what a receive buffer had left over, but somebody who does
+/// not stop talking. Our choice: larger than the usual buffers.
+const MOST_STALE: u32 = 1_024;
+
+/// What the port has to do next.
+pub enum Step<S: Sensor> {
+    /// Hand over what is heard, and say when the span has passed.
+    Listen(Micros),
+    /// Send, and say whether it got out whole.
+    Send(S::Frame),
+    /// Nothing more.
+    Over(Outcome<S>),
+}
+
+/// One exchange.
+pub struct Exchange<'a, S: Sensor> {
+    all: &'a mut Exchanges<S>,
+    address: S::Address,
+    request: &'a S::Request,
+    /// Tries that failed.
+    tried: u8,
+    /// The next one not before this.
+    next: Micros,
+    phase: Phase<S>,
+}
+
+enum Phase<S: Sensor> {
+    /// What was before still has its effects. What is heard may be a late answer.
+    Settling {
+        /// Until then, a sensor may take what we send for the end of a frame that was cut.
+        recovered_at: Option<Micros>,
+    },
+    /// The line has to be silent. What is heard is left over from before.
+    Guarding {
+        /// The request has to be sent by then.
+        give_up: Micros,
+        /// Characters heard.
+        stale: u32,
+        silence: Silence,
+    },
+    /// The frame is on its way, or the answer.
+    Waiting,
+    Over(Outcome<S>),
+}
+
+impl<S: Sensor> Phase<S> {
+    const SETTLING: Self = Self::Settling { recovered_at: None };
+}
+
+/// What is known of the present span of the guard.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Silence {
+    Unknown,
+    Broken,
+    Kept,
+}
+
+impl<'a, S: Sensor> Exchange<'a, S> {
+    pub fn new(all: &'a mut Exchanges<S>, address: S::Address, request: &'a S::Request) -> Self {
+        Self { all, address, request, tried: 0, next: Micros::ZERO, phase: Phase::SETTLING }
+    }
+
+    /// What to do next.
+    pub fn step(&mut self) -> Result<Step<S>, S::EncodeError> {
+        if let Some(next) = self.again_at() {
+            (self.tried, self.next) = (self.tried.saturating_add(1), next);
+            self.phase = Phase::SETTLING;
+        }
+        if let Phase::Settling { .. } = self.phase {
+            match self.settled_at() {
+                Some(at) if at > self.all.now => return Ok(self.listen_until(at)),
+                _ => {
+                    let give_up = self.all.now + self.all.master.timing().line_busy;
+                    self.phase = Phase::Guarding { give_up, stale: 0, silence: Silence::Unknown };
+                }
+            }
+        }
+        match core::mem::replace(&mut self.phase, Phase::Waiting) {
+            Phase::Guarding { silence: Silence::Kept, .. } => {
+                let frame = self.begin()?;
+                // Until the port says otherwise, the frame may have been cut: a future can be dropped.
+                self.all.half_sent = true;
+                Ok(Step::Send(frame))
+            }
+            Phase::Over(outcome) => Ok(Step::Over(outcome)),
+            Phase::Waiting => Ok(match self.all.master.poll_at() {
+                Some(deadline) => self.listen_until(deadline),
+                // Nothing is in hand, and so nothing comes.
+                None => Step::Over(Outcome { result: Err(Fault::NotSent), at: self.all.now }),
+            }),
+            other => {
+                self.phase = other;
+                Ok(Step::Listen(self.all.master.timing().guard))
+            }
+        }
+    }
+
+    /// From when on the request may be sent.
+    fn settled_at(&mut self) -> Option<Micros> {
+        let all = &mut *self.all;
+        if all.half_sent
+            && let Phase::Settling { recovered_at } = &mut self.phase
+        {
+            let at = *recovered_at.get_or_insert(all.now + S::COMMAND_TIMEOUT);
+            if at > all.now {
+                return Some(at);
+            }
+            all.half_sent = false;
+        }
+        // An exchange that was dropped is still in hand: it has a deadline.
+        let clear = all.master.ask_at(self.address, self.request);
+        clear.map(|clear| clear.max(self.next)).or_else(|| all.master.poll_at())
+    }
+
+    fn listen_until(&self, at: Micros) -> Step<S> {
+        let span = at.since(self.all.now);
+        Step::Listen(self.all.piece.map_or(span, |piece| piece.max(Micros(1)).min(span)))
+    }
+
+    /// A character came `after` the beginning of the span. Breaks when the rest of the span is of no interest.
+    pub fn heard(&mut self, character: Character, after: Micros) -> ControlFlow<()> {
+        let all = &mut *self.all;
+        all.heard = all.heard.saturating_add(1);
+        // The first may have begun before we let go.
+        let proven = all.released + all.master.timing().serial.characters(all.heard.saturating_sub(1));
+        let at = (all.now + after).max(proven);
+        let outcome = all.master.on(Event::Heard { character, at }).or_else(|| all.master.poll(proven));
+        let enough = match &mut self.phase {
+            Phase::Settling { .. } => self.settled_at().is_none_or(|at| at <= proven),
+            Phase::Guarding { stale, silence, .. } => {
+                *silence = Silence::Broken;
+                *stale = stale.saturating_add(1);
+                *stale > MOST_STALE
+            }
+            Phase::Waiting => outcome.is_some(),
+            Phase::Over(_) => true,
+        };
+        if !enough {
+            return ControlFlow::Continue(());
+        }
+        self.all.now = self.all.now.max(proven);
+        match outcome {
+            Some(outcome) if matches!(self.phase, Phase::Waiting) => self.phase = Phase::Over(outcome),
+            _ if matches!(self.phase, Phase::Guarding { .. }) => self.give_up(),
+            _ => {}
+        }
+        ControlFlow::Break(())
+    }
+
+    /// The span has passed.
+    pub fn passed(&mut self, span: Micros) {
+        let all = &mut *self.all;
+        all.now = all.now + span;
+        let outcome = all.master.poll(all.now);
+        match &mut self.phase {
+            Phase::Settling { .. } | Phase::Over(_) => {}
+            Phase::Guarding { silence: silence @ Silence::Unknown, .. } => *silence = Silence::Kept,
+            Phase::Guarding { silence, give_up, .. } => {
+                *silence = Silence::Unknown;
+                if all.now >= *give_up {
+                    self.give_up();
+                }
+            }
+            Phase::Waiting => {
+                if let Some(outcome) = outcome {
+                    self.phase = Phase::Over(outcome);
+                }
+            }
+        }
+    }
+
+    /// The frame is out, or did not get out whole.
+    pub fn sent(&mut self, whole: bool) {
+        let all = &mut *self.all;
+        (all.released, all.heard, all.half_sent) = (all.now, 0, !whole);
+        let at = all.now;
+        let event = if whole { Event::Released { at } } else { Event::Forced { at } };
+        if let Some(outcome) = all.master.on(event) {
+            self.phase = Phase::Over(outcome);
+        }
+    }
+
+    /// The line does not fall silent: the request ends before it is sent.
+    fn give_up(&mut self) {
+        let at = self.all.now;
+        if self.begin().is_ok()
+            && let Some(outcome) = self.all.master.on(Event::GivenUp { at })
+        {
+            self.phase = Phase::Over(outcome);
+        }
+    }
+
+    fn begin(&mut self) -> Result<S::Frame, S::EncodeError> {
+        let Exchanges { master, now, .. } = &mut *self.all;
+        match self.tried {
+            0 => master.begin(self.address, self.request, *now),
+            _ => master.begin_retry(self.address, self.request, *now),
+        }
+    }
+
+    /// When to try again after what came out.
+    fn again_at(&self) -> Option<Micros> {
+        let Phase::Over(Outcome { result: Err(fault), at }) = &self.phase else { return None };
+        self.all.retry.after::<S>(self.tried.saturating_add(1), self.request, fault, *at)
+    }
+}

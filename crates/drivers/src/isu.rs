@@ -1,0 +1,144 @@
+//! STT ISU, blocking.
+
+mod error;
+pub(crate) mod question;
+
+use clino_bus::{Counters, Micros, Retry, Timing};
+use clino_codec::angle::Angle;
+use clino_codec::isu::{Address, Data, Request, Response, Words};
+
+use crate::Port;
+use crate::exchange::Exchanges;
+pub use error::Error;
+
+/// The ISUs of one line, which this has for itself.
+///
+/// Addresses are parameters: up to 14 ISUs can share a line. An ISU has a new angle every 8/15 s: asked more often, it
+/// repeats itself.
+///
+/// Changing what the EEPROM keeps takes more than a command: a plan, a checksum, a reset. That is not done here.
+///
+/// ```
+/// # use clino_drivers::{Isu, Port, isu};
+/// # use clino_codec::isu::Address;
+/// fn is_level<P: Port>(isu: &mut Isu<P>) -> Result<bool, isu::Error<P::Error>> {
+///     let module = Address::new(3).expect("1 to 14");
+///     let angle = isu.angle(module)?;
+///     Ok(angle.mdeg() < 500 || angle.mdeg() > 359_500)
+/// }
+/// ```
+pub struct Isu<P> {
+    port: P,
+    exchanges: Exchanges<clino_bus::Isu>,
+}
+
+impl<P: Port> Isu<P> {
+    /// A driver for a line with any number of ISUs.
+    pub fn new(port: P, timing: Timing) -> Self {
+        Self { port, exchanges: Exchanges::new(timing, false) }
+    }
+
+    /// A driver for a line with exactly one ISU, which may be asked without knowing its address: [`Address::ANY`].
+    /// Several ISUs would answer at once, and spoil each other's answers.
+    pub fn alone(port: P, timing: Timing) -> Self {
+        Self { port, exchanges: Exchanges::new(timing, true) }
+    }
+
+    /// The angle from the null position, clockwise, 0…359.99°.
+    ///
+    /// # Errors
+    /// [`Error`]; [`Error::Refused`] by a module in its Hard Error state.
+    pub fn angle(&mut self, address: Address) -> Result<Angle, Error<P::Error>> {
+        question::angle(self.transact(address, &Request::READ_ANGLE)?)
+    }
+
+    /// Bytes of RAM: `count` (at least one, at most [`MAX_DATA`](clino_codec::isu::MAX_DATA)) from `start` on.
+    ///
+    /// # Errors
+    /// [`Error`]; [`Error::Request`] before anything is sent.
+    pub fn read_ram(&mut self, address: Address, start: u8, count: u8) -> Result<Data, Error<P::Error>> {
+        question::ram(self.transact(address, &Request::ReadRam { start, count })?)
+    }
+
+    /// Words of EEPROM: `count` (at least one, at most [`MAX_WORDS`](clino_codec::isu::MAX_WORDS)) from `start` on.
+    ///
+    /// # Errors
+    /// [`Error`]; [`Error::Request`] before anything is sent.
+    pub fn read_eeprom(&mut self, address: Address, start: u8, count: u8) -> Result<Words, Error<P::Error>> {
+        question::eeprom(self.transact(address, &Request::ReadEeprom { start, count })?)
+    }
+
+    /// The present angle becomes zero. The module keeps that in its EEPROM, which wears.
+    ///
+    /// # Errors
+    /// [`Error`]. After [`Error::NoAnswer`] or a bad answer it may have been done: read the angle.
+    pub fn reset_null(&mut self, address: Address) -> Result<(), Error<P::Error>> {
+        question::done(self.transact(address, &Request::ResetNullPosition)?)
+    }
+
+    /// As if power had been cycled. How long the module is busy afterwards is not documented.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn reset(&mut self, address: Address) -> Result<(), Error<P::Error>> {
+        question::done(self.transact(address, &Request::ResetModule)?)
+    }
+
+    /// Out of the Hard Error state, so that the module answers again; it does not measure.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn go_to_soft_error_state(&mut self, address: Address) -> Result<(), Error<P::Error>> {
+        question::done(self.transact(address, &Request::GoToSoftErrorState)?)
+    }
+
+    /// Asks anything. Writes to EEPROM go out as they are, if they stay within what the document names: without
+    /// the right checksum the module does not measure after its next reset.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn transact(&mut self, address: Address, request: &Request) -> Result<Response, Error<P::Error>> {
+        let answer = self.exchanges.ask(&mut self.port, address, request)?;
+        question::accepted(answer.response)
+    }
+}
+
+impl<P> Isu<P> {
+    /// What happened on the line since this was made.
+    pub fn counters(&self) -> &Counters {
+        self.exchanges.master().counters()
+    }
+
+    /// The waits in force.
+    pub fn timing(&self) -> &Timing {
+        self.exchanges.master().timing()
+    }
+
+    /// Other waits from the next exchange on.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.exchanges.set_timing(timing);
+    }
+
+    /// How often to repeat a request that failed, from the next one on; never, unless this says otherwise. What changes
+    /// a sensor's non-volatile memory is only repeated if the sensor cannot have heard it.
+    pub fn set_retry(&mut self, retry: Retry) {
+        self.exchanges.set_retry(retry);
+    }
+
+    /// Says that so much time has passed since the last call. The driver has no clock, and counts only what it waits
+    /// itself; after a failure, the same request is not sent again while a late answer could be taken for its own
+    /// ([`Timing::late`]), and this shortens that. To say too little is safe, to say too much is not.
+    pub fn pass(&mut self, span: Micros) {
+        self.exchanges.pass(span);
+    }
+
+    /// The port.
+    pub fn port(&mut self) -> &mut P {
+        &mut self.port
+    }
+
+    /// The port, without the driver.
+    pub fn release(self) -> P {
+        self.port
+    }
+}

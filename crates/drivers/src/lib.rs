@@ -1,0 +1,37 @@
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::arithmetic_side_effects,
+        clippy::expect_used,
+        clippy::indexing_slicing,
+        clippy::panic,
+        clippy::unwrap_used
+    )
+)]
+#![cfg_attr(feature = "nb", doc = include_str!("../README.md"))]
+#![cfg_attr(
+    not(feature = "nb"),
+    doc = "Drivers for US Digital T7 and STT ISU inclinometers; see the README."
+)]
+
+#[cfg(feature = "async")]
+pub mod asynch;
+mod exchange;
+pub mod isu;
+mod port;
+pub mod rs485;
+pub mod t7;
+pub mod uart;
+
+#[cfg(feature = "async")]
+pub use port::AsyncPort;
+pub use port::Port;
+
+pub use isu::Isu;
+pub use rs485::Rs485;
+pub use t7::T7;
+
+pub use clino_bus::{Blame, Counters, Micros, Retry, Serial, Timing};
+pub use clino_codec as codec;

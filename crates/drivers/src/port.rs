@@ -1,0 +1,56 @@
+//! What a driver asks of a half-duplex line.
+//!
+//! [`Rs485`](crate::Rs485) offers both; anything else that can send a frame and listen with a deadline may, too: a
+//! serial port of an operating system, a radio.
+
+use core::ops::ControlFlow;
+
+use clino_bus::Micros;
+use clino_codec::character::Character;
+
+/// A half-duplex line, blocking.
+pub trait Port {
+    /// Why a frame did not get out whole.
+    type Error;
+
+    /// Sends a frame, whole. Returns when its last stop bit is on the line and the line is let go: an answer may begin
+    /// at that instant, and must not be lost.
+    ///
+    /// # Errors
+    /// The frame did not get out whole, or nobody knows. The line is let go all the same.
+    fn send(&mut self, frame: &[u8]) -> Result<(), Self::Error>;
+
+    /// Listens for `span`: hands over every character, and how long after the call it came, until the span is over
+    /// ([`Continue`](ControlFlow::Continue)) or `take` has enough ([`Break`](ControlFlow::Break)).
+    ///
+    /// Characters received since the last call come first, even if the span is zero. The span may be longer than asked
+    /// for, never shorter; times may be understated, never overstated.
+    fn listen(
+        &mut self,
+        span: Micros,
+        take: impl FnMut(Character, Micros) -> ControlFlow<()>,
+    ) -> ControlFlow<()>;
+}
+
+/// A half-duplex line, async. The contract is that of [`Port`], but for the times of characters: nothing tells the
+/// time when one comes, so that they are given the end of the span.
+///
+/// Dropping a future of either method leaves a line that is let go; see [`Rs485`](crate::Rs485).
+#[cfg(feature = "async")]
+pub trait AsyncPort {
+    /// Why a frame did not get out whole.
+    type Error;
+
+    /// As [`Port::send`].
+    ///
+    /// # Errors
+    /// As [`Port::send`].
+    fn send(&mut self, frame: &[u8]) -> impl Future<Output = Result<(), Self::Error>>;
+
+    /// As [`Port::listen`].
+    fn listen(
+        &mut self,
+        span: Micros,
+        take: impl FnMut(Character, Micros) -> ControlFlow<()>,
+    ) -> impl Future<Output = ControlFlow<()>>;
+}

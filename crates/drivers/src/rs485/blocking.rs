@@ -1,0 +1,198 @@
+//! The line over `embedded_hal`'s delay.
+
+use core::ops::ControlFlow;
+
+use clino_bus::Micros;
+use clino_codec::character::Character;
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::OutputPin;
+
+use super::driving::Driving;
+use super::echo::EchoCheck;
+use super::{Error, Rs485, Settings};
+use crate::Port;
+use crate::uart::Uart;
+
+impl<U: Uart, DE: OutputPin, D: DelayNs> Port for Rs485<U, DE, D> {
+    type Error = Error<U::Error, DE::Error>;
+
+    fn send(&mut self, frame: &[u8]) -> Result<(), Self::Error> {
+        if frame.is_empty() {
+            return Ok(());
+        }
+        let Self { uart, de, delay, settings, unfinished, .. } = self;
+        if *unfinished {
+            Patience::new(delay, settings, frame.len()).drain(uart)?;
+            pause(delay, settings.hold(usize::MAX));
+        }
+        *unfinished = true;
+        let mut echo = EchoCheck::new(settings.echo, frame);
+        let driving = Driving::begin(de).map_err(Error::Pin)?;
+        pause(delay, settings.before);
+        let mut patience = Patience::new(delay, settings, frame.len());
+        patience.feed(uart, frame, &mut echo)?;
+        patience.drain(uart)?;
+        pause(delay, settings.hold(frame.len()) + settings.after);
+        driving.end().map_err(Error::Pin)?;
+        *unfinished = false;
+        // Only now: a receiver that is late with the last one must not keep DE high.
+        Patience::new(delay, settings, frame.len()).await_echo(uart, &mut echo, 0);
+        Ok(echo.finish()?)
+    }
+
+    fn listen(
+        &mut self,
+        span: Micros,
+        mut take: impl FnMut(Character, Micros) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let mut waited = Micros::ZERO;
+        loop {
+            while let Some(character) = self.receive() {
+                take(character, waited)?;
+            }
+            if waited >= span {
+                return ControlFlow::Continue(());
+            }
+            let step = self.settings.listen_step().min(span - waited);
+            waited = waited + pause(&mut self.delay, step);
+        }
+    }
+}
+
+impl<U: Uart, DE, D> Rs485<U, DE, D> {
+    /// The next character received, if there is one.
+    fn receive(&mut self) -> Option<Character> {
+        self.peeked.take().or_else(|| self.uart.receive())
+    }
+}
+
+/// Waits for a transmitter, but not for ever.
+struct Patience<'a, D> {
+    delay: &'a mut D,
+    step: Micros,
+    waited: Micros,
+    longest: Micros,
+    /// How long a character may take to come back.
+    echo: Micros,
+}
+
+impl<'a, D: DelayNs> Patience<'a, D> {
+    fn new(delay: &'a mut D, settings: &Settings, length: usize) -> Self {
+        let (step, longest, echo) = (settings.send_step(), settings.longest(length), settings.echo_time());
+        Self { delay, step, waited: Micros::ZERO, longest, echo }
+    }
+
+    /// Hands over the frame; with an echo character by character, so that a receiver that holds one character keeps up.
+    fn feed<U: Uart, P>(
+        &mut self,
+        uart: &mut U,
+        frame: &[u8],
+        echo: &mut EchoCheck<'_>,
+    ) -> Result<(), Error<U::Error, P>> {
+        let mut rest = frame;
+        while !rest.is_empty() {
+            let chunk = rest.get(..1).filter(|_| echo.is_pending()).unwrap_or(rest);
+            match uart.write(chunk).map_err(Error::Uart)? {
+                0 => self.wait()?,
+                taken => {
+                    rest = rest.get(taken..).unwrap_or(&[]);
+                    if !rest.is_empty() {
+                        self.await_echo(uart, echo, rest.len());
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until no more than `left` characters have still to come back.
+    fn await_echo<U: Uart>(&mut self, uart: &mut U, echo: &mut EchoCheck<'_>, left: usize) {
+        let mut waited = Micros::ZERO;
+        while echo.pending() > left {
+            match uart.receive() {
+                Some(character) => echo.take(character),
+                None if waited >= self.echo => return echo.give_up(),
+                None => waited = waited + pause(self.delay, self.step),
+            }
+        }
+    }
+
+    /// Waits until everything is sent.
+    fn drain<U: Uart, P>(&mut self, uart: &mut U) -> Result<(), Error<U::Error, P>> {
+        while !uart.flush().map_err(Error::Uart)? {
+            self.wait()?;
+        }
+        Ok(())
+    }
+
+    fn wait<U, P>(&mut self) -> Result<(), Error<U, P>> {
+        if self.waited >= self.longest {
+            return Err(Error::Stuck { waited: self.waited });
+        }
+        self.waited = self.waited + pause(self.delay, self.step);
+        Ok(())
+    }
+}
+
+/// Waits for at least `span` and returns it; zero costs nothing.
+fn pause(delay: &mut impl DelayNs, span: Micros) -> Micros {
+    if span > Micros::ZERO {
+        delay.delay_us(u32::try_from(span.0).unwrap_or(u32::MAX));
+    }
+    span
+}
+
+#[cfg(feature = "embedded-io")]
+mod embedded_io_traits {
+    use embedded_io::{ErrorType, Read, ReadReady, Write};
+
+    use super::{DelayNs, Error, OutputPin, Port, Rs485, Uart, pause};
+
+    impl<U: crate::uart::ErrorType, DE: OutputPin, D> ErrorType for Rs485<U, DE, D> {
+        type Error = Error<U::Error, DE::Error>;
+    }
+
+    impl<U: Uart, DE: OutputPin, D: DelayNs> Write for Rs485<U, DE, D> {
+        /// One turn on the line: sends all of `buf`.
+        fn write(&mut self, buf: &[u8]) -> Result<usize, Self::Error> {
+            self.send(buf).map(|()| buf.len())
+        }
+
+        fn flush(&mut self) -> Result<(), Self::Error> {
+            Ok(())
+        }
+    }
+
+    impl<U: Uart, DE: OutputPin, D: DelayNs> ReadReady for Rs485<U, DE, D> {
+        fn read_ready(&mut self) -> Result<bool, Self::Error> {
+            self.peeked = self.receive();
+            Ok(self.peeked.is_some())
+        }
+    }
+
+    impl<U: Uart, DE: OutputPin, D: DelayNs> Read for Rs485<U, DE, D> {
+        /// Waits for one character without a limit, and takes what else is there. A character with receiver errors
+        /// is an error of its own, in its place.
+        fn read(&mut self, buf: &mut [u8]) -> Result<usize, Self::Error> {
+            if buf.is_empty() {
+                return Ok(0);
+            }
+            while !self.read_ready()? {
+                pause(&mut self.delay, self.settings.listen_step());
+            }
+            let mut length: usize = 0;
+            for place in buf {
+                match self.receive() {
+                    Some(character) if character.errors.is_none() => *place = character.byte,
+                    Some(character) if length == 0 => return Err(Error::Receiver(character.errors)),
+                    other => {
+                        self.peeked = other;
+                        break;
+                    }
+                }
+                length = length.saturating_add(1);
+            }
+            Ok(length)
+        }
+    }
+}

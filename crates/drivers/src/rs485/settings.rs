@@ -1,0 +1,97 @@
+//! The numbers of a half-duplex line.
+
+use clino_bus::{Micros, Serial};
+
+/// When the last stop bit is out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Release {
+    /// When the UART's `flush` says so: it waits for *transmission complete*.
+    Flushed,
+    /// So many characters after the UART's `flush` returned, because it returns too early; never more than the
+    /// frame has. One bit time in forty is added for the clocks, at least one.
+    Held {
+        /// Characters that the UART may still have to send after `flush`.
+        characters: u8,
+    },
+}
+
+impl Release {
+    /// For a `flush` that returns at *transmit register empty*: the last character has just begun.
+    pub const TRANSMIT_REGISTER_EMPTY: Self = Self::Held { characters: 1 };
+    /// For a `flush` that does nothing while the UART (or a buffer in front of it) holds the whole frame.
+    pub const WHOLE_FRAME: Self = Self::Held { characters: u8::MAX };
+}
+
+/// Whether we hear ourselves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Echo {
+    /// No: RE̅ is tied to DE.
+    Off,
+    /// Yes: RE̅ is always on. What was sent must come back, and is removed. Read everything before you write: what is
+    /// left over would be taken for the echo.
+    Expected,
+}
+
+/// The settings of a line. [`new`](Self::new) gives the usual ones; change single fields.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Settings {
+    /// Bit rate of the UART; all other times are derived from it.
+    pub serial: Serial,
+    /// From DE high to the first start bit, µs, besides what the code takes; for slow transceivers or optocouplers.
+    pub before: Micros,
+    /// From the last stop bit to DE low, µs, besides what the code takes. An answer may begin at once: leave it 0
+    /// unless the transceiver needs it.
+    pub after: Micros,
+    /// When the last stop bit is out.
+    pub release: Release,
+    /// Whether we hear ourselves.
+    pub echo: Echo,
+}
+
+impl Settings {
+    /// No delays, a `flush` that is true, no echo.
+    pub const fn new(serial: Serial) -> Self {
+        Self { serial, before: Micros(0), after: Micros(0), release: Release::Flushed, echo: Echo::Off }
+    }
+
+    /// How long DE is held after the UART's `flush` for a frame of `length` characters.
+    pub(super) fn hold(&self, length: usize) -> Micros {
+        match self.release {
+            Release::Flushed => Micros::ZERO,
+            Release::Held { characters } => {
+                let characters = u64::from(characters).min(length as u64);
+                // A bit in forty is 2.5 %: more than 8N1 lets two clocks be apart.
+                self.serial.characters(characters) + self.serial.bits(characters.div_ceil(4))
+            }
+        }
+    }
+
+    /// How long the UART may take to send `length` characters before it counts as stuck: a quarter more than their
+    /// own time, at least two characters.
+    pub(super) fn longest(&self, length: usize) -> Micros {
+        let length = length as u64;
+        self.serial.characters(length.saturating_add(length.div_ceil(4).max(2)))
+    }
+
+    /// From handing over a character to its echo: its own time, an idle character that a buffered receiver may wait
+    /// for before it hands it over, and one for the code.
+    pub(super) fn echo_time(&self) -> Micros {
+        self.serial.characters(3)
+    }
+
+    /// Between two looks at a receiver that holds one character: often enough never to lose one, seldom enough
+    /// that what the delay itself costs does not matter.
+    pub(super) fn listen_step(&self) -> Micros {
+        Micros(self.serial.characters(1).0 / LOOKS_PER_CHARACTER)
+    }
+
+    /// Between two looks at the transmitter: it decides how late DE falls.
+    pub(super) fn send_step(&self) -> Micros {
+        self.serial.half_bit()
+    }
+}
+
+const LOOKS_PER_CHARACTER: u64 = 8;

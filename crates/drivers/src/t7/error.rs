@@ -1,0 +1,115 @@
+//! Why a T7 did not do what it was asked.
+
+use core::fmt::{self, Display};
+
+use clino_bus::{Blame, Fault, Micros};
+use clino_codec::t7::{Address, DecodeError, Differs, EncodeError, Field, Response, Status};
+
+use crate::exchange::Failure;
+
+/// Why a T7 did not do what it was asked. `E` is the port's error; [`blame`](Self::blame) says where
+/// to look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Error<E> {
+    /// The request cannot be sent: a parameter is out of its range, which is in the error.
+    Request(EncodeError),
+    /// [`Address::ALL`], on a line that may have several devices.
+    NotAlone,
+    /// The port could not send.
+    Port(E),
+    /// Somebody did not stop talking: the request was not sent.
+    LineBusy,
+    /// The line stayed silent.
+    NoAnswer {
+        /// For how long.
+        waited: Micros,
+    },
+    /// Characters came, but no frame.
+    Garbled {
+        /// How many.
+        characters: u32,
+    },
+    /// A frame came, but not the awaited one, or it failed a check.
+    Bad(DecodeError),
+    /// The device reports that it did not carry out the command.
+    Refused(Status),
+    /// The device reports that it carried out the command, but has another value.
+    NotKept {
+        /// The setting.
+        field: Field,
+        /// What was written, in the unit of the message.
+        written: i32,
+        /// What was read back.
+        found: i32,
+    },
+}
+
+impl<E> Error<E> {
+    /// Where to look for the cause.
+    pub fn blame(&self) -> Blame {
+        match self {
+            Self::Request(_) | Self::NotAlone => Blame::Request,
+            Self::Port(_) => Blame::Ourselves,
+            Self::LineBusy | Self::Garbled { .. } => Blame::Line,
+            Self::Bad(error) => Fault::Bad(*error).blame(),
+            Self::NoAnswer { .. } | Self::Refused(_) | Self::NotKept { .. } => Blame::Node,
+        }
+    }
+
+    /// An answer to another command: the decoder does not let it pass.
+    pub(super) fn foreign(address: Address, response: &Response) -> Self {
+        Self::Bad(DecodeError::Foreign { address, opcode: response.opcode(), differs: Differs::Command })
+    }
+}
+
+impl<E> From<EncodeError> for Error<E> {
+    fn from(error: EncodeError) -> Self {
+        Self::Request(error)
+    }
+}
+
+impl<E> From<Failure<clino_bus::T7, E>> for Error<E> {
+    fn from(failure: Failure<clino_bus::T7, E>) -> Self {
+        match failure {
+            Failure::Request(error) => Self::Request(error),
+            Failure::NotAlone => Self::NotAlone,
+            Failure::Port(error) => Self::Port(error),
+            Failure::Fault(Fault::NoAnswer { waited }) => Self::NoAnswer { waited },
+            Failure::Fault(Fault::Garbled { characters }) => Self::Garbled { characters },
+            Failure::Fault(Fault::Bad(error)) => Self::Bad(error),
+            Failure::Fault(Fault::LineBusy) => Self::LineBusy,
+            // The port tells of its own errors, and of contention; there are no exchanges with several answers here.
+            Failure::Fault(Fault::NotSent | Fault::Contention | Fault::Over { .. }) => Self::LineBusy,
+        }
+    }
+}
+
+impl<E: Display> Display for Error<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Request(error) => write!(f, "not sent: {error}"),
+            Self::NotAlone => write!(f, "not sent: all T7s of the line would answer at once"),
+            Self::Port(error) => write!(f, "not sent whole: {error}"),
+            Self::LineBusy => write!(f, "not sent: the line did not fall silent"),
+            Self::NoAnswer { waited } => write!(f, "no answer within {} µs", waited.0),
+            Self::Garbled { characters } => write!(f, "no frame in {characters} characters"),
+            Self::Bad(error) => write!(f, "bad answer: {error}"),
+            Self::Refused(status) => write!(f, "refused by the device: {status:?}"),
+            Self::NotKept { field, written, found } => {
+                write!(f, "{field:?} was written as {written} and read back as {found}")
+            }
+        }
+    }
+}
+
+impl<E: core::error::Error + 'static> core::error::Error for Error<E> {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match self {
+            Self::Request(error) => Some(error),
+            Self::Port(error) => Some(error),
+            Self::Bad(error) => Some(error),
+            _ => None,
+        }
+    }
+}
