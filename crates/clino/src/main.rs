@@ -1,5 +1,5 @@
 #![forbid(unsafe_code)]
-//! `clino`: frames of T7 and ISU inclinometers, taken apart and put together at the bench.
+//! `clino`: frames of T7 and ISU inclinometers, taken apart and put together at the bench, and sensors simulated.
 //!
 //! What it does and says is in the README and in `clino --help`. The protocols are the codec's business; this
 //! crate turns text into bytes, and messages into JSON with names that do not change.
@@ -14,6 +14,8 @@ mod outcome;
 mod parameter;
 mod pwm;
 mod report;
+#[cfg(target_os = "linux")]
+mod sim;
 mod stream;
 mod t7;
 
@@ -34,5 +36,7 @@ fn run(tool: Tool) -> Result<Verdict, Failure> {
         Tool::T7(tool) => t7::run(tool),
         Tool::Isu(tool) => isu::run(tool),
         Tool::Pwm(ticks) => pwm::run(ticks),
+        #[cfg(target_os = "linux")]
+        Tool::Sim(arguments) => sim::run(arguments),
     }
 }

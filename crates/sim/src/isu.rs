@@ -21,6 +21,7 @@ mod eeprom;
 mod frame;
 mod measure;
 mod options;
+mod rx_low;
 
 use std::collections::VecDeque;
 
@@ -37,6 +38,7 @@ use command::{After, CURRENT_ANGLE};
 pub use eeprom::{ChecksumScope, Content, Eeprom, WORDS, location};
 pub use frame::OthersAnswers;
 pub use options::{Adoption, AnswerAddress, Options, Supervision, WriteRamEcho};
+pub use rx_low::RxLow;
 
 /// The only bit rate, in bit/s (section 4).
 pub const BAUD: u32 = 9_600;
@@ -94,6 +96,10 @@ pub struct Isu {
     pub faults: Faults,
     /// The non-volatile memory; changes made here take effect with the next reset.
     pub eeprom: Eeprom,
+    /// The sensing element gives no valid angle: Hard Error with the next measurement, and again after every
+    /// reset. May be changed at any time.
+    pub no_valid_angle: bool,
+    writes: u64,
     options: Options,
     random: Rand64,
     said: Record,
@@ -132,6 +138,8 @@ impl Isu {
             job: None,
             silent_from: 0,
             eeprom,
+            no_valid_angle: false,
+            writes: 0,
             options,
         };
         isu.boot(0);
@@ -148,6 +156,12 @@ impl Isu {
     #[must_use]
     pub fn address(&self) -> u8 {
         self.active.address
+    }
+
+    /// How many EEPROM words commands have written, the same values included: it wears.
+    #[must_use]
+    pub fn writes(&self) -> u64 {
+        self.writes
     }
 
     /// Angles told so far, in both modes.
@@ -180,6 +194,7 @@ impl Isu {
             // An angle that is due between two writes must see the memory as it is between them.
             self.refresh(at);
             self.eeprom.set_word(address, word);
+            self.writes += 1;
             self.word_written();
         }
         self.refresh(now);

@@ -1,6 +1,8 @@
 //! Simulated inclinometers, written from the vendors' documents with their own byte handling, so that a
 //! mistake in `clino-codec` cannot hide behind the same mistake here.
 //!
+//! What is modelled, from which section of which document, and which test shows it: see the README.
+//!
 //! Everything is sans-IO and deterministic: time comes in as nanoseconds, characters come in as
 //! [`node::Heard`], and what a sensor sends goes out as [`node::Burst`]. Same options, same seed and same
 //! input give the same output on every machine.

@@ -30,9 +30,9 @@ use crate::said::{Record, Said};
 use crate::uart;
 use command::Command;
 use execute::ALL_RESPOND;
-pub use options::{BadOption, Damping, GET_LIMIT, Options, SET_LIMIT};
+pub use options::{BadOption, Damping, GET_LIMIT, Options, SET_LIMIT, TwinsAnswers};
 pub use settings::{
-    AXES, BAUD_RATES, DAMPING_MS, DEFAULT_ADDRESS, Direction, Identity, Model, OutputRange,
+    AXES, BAUD_RATES, DAMPING_MS, DEFAULT_ADDRESS, Direction, Flash, Identity, Model, OutputRange,
     SETTABLE_ADDRESSES, SINGLE_AXIS, Settings,
 };
 
@@ -71,8 +71,11 @@ enum Power {
 pub struct T7 {
     /// Faults to show; may be changed at any time.
     pub faults: Faults,
+    /// Whether settings can be stored; may be changed at any time.
+    pub flash: Flash,
     identity: Identity,
     settings: Settings,
+    writes: u64,
     options: Options,
     random: Rand64,
     said: Record,
@@ -92,7 +95,9 @@ impl T7 {
         options::check(&settings, &options)?;
         Ok(Self {
             faults: Faults::default(),
+            flash: Flash::default(),
             identity,
+            writes: 0,
             random: Rand64::new(u128::from(options.seed)),
             said: Record::default(),
             power: Power::On { ready_at: 0 },
@@ -117,6 +122,12 @@ impl T7 {
         &self.settings
     }
 
+    /// How often a setting has been written to the non-volatile memory, the same value included: it wears.
+    #[must_use]
+    pub fn writes(&self) -> u64 {
+        self.writes
+    }
+
     /// Angles told so far.
     #[must_use]
     pub fn said(&self) -> &Record {
@@ -136,6 +147,15 @@ impl T7 {
 
     fn absolute_at(&self, axis: usize, t: Ns) -> i32 {
         angle::absolute(&self.options.motion[axis], self.options.damping, self.settings.damping_ms, t)
+    }
+
+    fn is_for_us(&self, message: &frame::Message) -> bool {
+        let Some(&code) = message.body.first() else {
+            return false;
+        };
+        let is_answer = Command::from_code(code).is_some_and(|command| command.is_answer(message.body.len()));
+        let dropped = is_answer && self.options.twins_answers == TwinsAnswers::Dropped;
+        (message.address == self.settings.address || message.address == ALL_RESPOND) && !dropped
     }
 
     /// A command to this device has been heard whole; `end` is the end of its last stop bit.
@@ -195,8 +215,7 @@ impl Node for T7 {
         let Some(message) = self.receiver.take(heard) else {
             return;
         };
-        let for_us = message.address == self.settings.address || message.address == ALL_RESPOND;
-        if for_us && !message.body.is_empty() && matches!(self.work, Work::Idle) {
+        if self.is_for_us(&message) && matches!(self.work, Work::Idle) {
             self.accept(heard.at + uart::rest_of_stop_bit(self.baud()), message);
         }
     }

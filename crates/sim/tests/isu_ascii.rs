@@ -2,12 +2,12 @@
 
 mod common;
 
-use clino_sim::isu::Options;
+use clino_sim::isu::{Options, RxLow};
 use clino_sim::latency::Latency;
 use clino_sim::motion::Motion;
 use clino_sim::node::Node;
 use common::isu::{READ_ANGLE, bench};
-use common::{MS, SECOND, US, bit, end};
+use common::{Bench, MS, SECOND, US, bit, end};
 
 #[test]
 fn ascii_lines_as_long_as_rx_is_low_from_power_up() {
@@ -107,4 +107,20 @@ fn half_a_command_before_a_line_is_forgotten() {
     bench.node_level(true);
     assert_eq!(bench.bursts.len(), 1);
     assert!(bench.ask_within(&READ_ANGLE, 20 * MS).is_some());
+}
+
+#[test]
+fn a_module_with_rx_tied_low_prints_and_cannot_be_commanded() {
+    let options = Options { motion: Motion::Constant(-4_310_000), ..Options::default() };
+    let mut bench = Bench::new(RxLow::new(bench(options).node));
+    bench.node_level(true);
+    bench.run_for(SECOND);
+    assert_eq!(bench.ask_within(&READ_ANGLE, 10 * MS), None);
+    bench.run_until(3 * SECOND);
+    let starts: Vec<u64> = bench.bursts.iter().map(|b| b.drive_at).collect();
+    assert_eq!(starts, (0..6).map(|k| 50 * MS + k * 8 * SECOND / 15).collect::<Vec<_>>());
+    assert!(bench.bursts.iter().all(|b| b.bytes == b"-  4.31\r\n"));
+    // Still low when power comes back.
+    bench.power_cycle(SECOND, SECOND);
+    assert_eq!(bench.bursts.len(), 8);
 }

@@ -172,3 +172,37 @@ fn continuous_supervision_sees_the_memory_between_two_words() {
         assert_eq!(bench.node.mode(), mode);
     }
 }
+
+#[test]
+fn an_invalid_angle_is_a_hard_error_that_a_reset_does_not_cure() {
+    let mut bench = bench(Options::default());
+    bench.node.no_valid_angle = true;
+    bench.run_for(534 * MS);
+    assert_eq!(bench.ask("03 34 58 02 8E"), "02 F1 34 25");
+    assert!(bench.node.eeprom.is_sound());
+    bench.power_cycle(SECOND, SECOND);
+    assert_eq!(bench.node.mode(), Mode::HardError);
+    assert_eq!(bench.ask("01 30 30"), "01 31 31");
+    bench.run_for(SECOND);
+    assert_eq!(bench.node.mode(), Mode::SoftError);
+    bench.node.no_valid_angle = false;
+    bench.run_for(SECOND);
+    assert_eq!(bench.node.mode(), Mode::SoftError, "it leaves that state by a reset only");
+    assert_eq!(bench.ask("01 32 32"), "01 33 33");
+    bench.run_for(SECOND);
+    assert_eq!(bench.node.mode(), Mode::Normal);
+}
+
+#[test]
+fn every_word_written_counts_the_same_value_included() {
+    let mut bench = bench(Options::default());
+    change_address(&mut bench);
+    let changed = bench.node.writes();
+    assert_eq!(changed, 2 + 8, "two words of the address, eight of the checksum");
+    let [high, low] = bench.node.eeprom.word(0x48).to_be_bytes();
+    let address = bench.node.address();
+    bench.ask_within(&summed(4, &[address << 4 | 0xA, 0x48, high, low]), SECOND).expect("an answer");
+    assert_eq!(bench.node.writes(), changed + 1);
+    bench.ask_within(&read_angle(address), SECOND).expect("an answer");
+    assert_eq!(bench.node.writes(), changed + 1);
+}

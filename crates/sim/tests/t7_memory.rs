@@ -4,7 +4,7 @@
 mod common;
 
 use clino_sim::node::{Heard, Node};
-use clino_sim::t7::Model;
+use clino_sim::t7::{Flash, Model};
 use common::t7::{bench, status, summed, turned};
 use common::{MS, SECOND, US, bit, end, hex};
 
@@ -96,4 +96,43 @@ fn power_cut_between_answer_and_rate_change_brings_the_new_rate() {
     assert_eq!((bench.bursts.len(), bench.node.baud()), (1, 115_200));
     bench.power_cycle(MS, MS);
     assert_eq!(bench.node.baud(), 9_600);
+}
+
+#[test]
+fn a_flash_that_fails_stores_nothing_and_says_so() {
+    for (flash, expected) in [(Flash::Fails, 5), (Flash::EraseFails, 7), (Flash::ProgramFails, 8)] {
+        let mut bench = bench();
+        let before = bench.node.settings().clone();
+        bench.node.flash = flash;
+        for command in [
+            "05 07 84 02 00 00 29 04",
+            "05 07 86 02 00 00 75 30",
+            "05 04 89 02 01",
+            "05 04 8B 01 F4",
+            "05 03 8D 01",
+            "05 03 8F 04",
+            "05 08 91 04 00 00 61 C9 01",
+        ] {
+            assert_eq!(status(&mut bench, command), expected, "{command}");
+        }
+        // What is wrong with the command itself is found before anything is written.
+        assert_eq!(status(&mut bench, "05 04 8B 00 01"), 3);
+        assert_eq!(bench.ask("05 04 8B 01 F4 78"), "05 03 8B 04 69");
+        bench.run_for(SECOND);
+        assert_eq!(*bench.node.settings(), before);
+        assert_eq!((bench.node.baud(), bench.node.writes()), (115_200, 0));
+        bench.node.flash = Flash::Sound;
+        assert_eq!(status(&mut bench, "05 04 8B 01 F4"), 0);
+        assert_eq!((bench.node.settings().damping_ms, bench.node.writes()), (500, 1));
+    }
+}
+
+#[test]
+fn every_set_is_a_write_the_same_value_included() {
+    let mut bench = bench();
+    for _ in 0..3 {
+        assert_eq!(status(&mut bench, "05 04 8B 01 F4"), 0);
+    }
+    bench.ask("05 01 8A");
+    assert_eq!(bench.node.writes(), 3);
 }

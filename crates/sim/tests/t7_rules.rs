@@ -4,7 +4,7 @@ mod common;
 
 use clino_sim::latency::Latency;
 use clino_sim::node::Heard;
-use clino_sim::t7::{BadOption, Identity, Model, Options, Settings, T7};
+use clino_sim::t7::{BadOption, Identity, Model, Options, OutputRange, Settings, T7, TwinsAnswers};
 use common::t7::{bench, make, settings, status};
 use common::{MS, SECOND, US, bit, hex};
 
@@ -227,5 +227,21 @@ fn noise_never_costs_more_than_half_a_second() {
         bench.send(&[address, 1, 0x8C]);
         bench.run_for(3 * MS);
         assert_eq!(bench.bursts.len(), before + 1, "after {noise:02X?}");
+    }
+}
+
+#[test]
+fn answers_of_a_device_with_the_same_address() {
+    for (twins_answers, angle, status) in [
+        (TwinsAnswers::Dropped, "", ""),
+        (TwinsAnswers::TakenForCommands, "05 03 83 01 74", "05 03 84 03 71"),
+    ] {
+        let mut bench = make(Model::T71, settings(), Options { twins_answers, ..Options::default() });
+        assert_eq!(bench.ask("05 06 83 FF FF 4E FF 27"), angle);
+        assert_eq!(bench.ask("05 03 84 00 74"), status);
+        // This one is a command as well.
+        assert_eq!(bench.ask("05 03 8D 01 6A"), "05 03 8D 00 6B");
+        assert_eq!(bench.ask("05 03 8D 00 6B"), "05 03 8D 00 6B");
+        assert_eq!(bench.node.settings().range, OutputRange::Bidirectional);
     }
 }

@@ -35,10 +35,8 @@ impl Isu {
     /// Takes the angle at `at`, if the module is healthy.
     fn measure(&mut self, at: Ns) {
         self.measured_at = at;
-        if self.options.supervision == Supervision::Continuous
-            && self.mode == Mode::Normal
-            && !self.eeprom.is_sound()
-        {
+        let corrupted = self.options.supervision == Supervision::Continuous && !self.eeprom.is_sound();
+        if self.mode == Mode::Normal && (corrupted || self.no_valid_angle) {
             self.mode = Mode::HardError;
         }
         if self.mode == Mode::Normal {

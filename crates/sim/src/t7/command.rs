@@ -81,6 +81,11 @@ impl Command {
         }
     }
 
+    /// Whether a message of this length can only be an answer.
+    pub fn is_answer(self, length: usize) -> bool {
+        length == usize::from(self.answer_length()) && length != self.length()
+    }
+
     /// A Set command: it carries a checksum, is answered with a status, and may take longer.
     pub fn is_set(self) -> bool {
         self.length() > 1

@@ -13,9 +13,12 @@
 //! | angle or offset outside the present output range | status 03 |
 //! | Set Address that names another type or serial number | no answer: the device meant gives one |
 //! | too long an answer asked from address 126 | no answer |
+//! | an answer that carries its own address, a twin's | an option, dropped by default |
 
 use super::command::Command;
-use super::settings::{AXES, BAUD_RATES, DAMPING_MS, Direction, OutputRange, SETTABLE_ADDRESSES};
+use super::settings::{
+    AXES, BAUD_RATES, DAMPING_MS, Direction, Flash, OutputRange, SETTABLE_ADDRESSES, Settings,
+};
 use super::{T7, angle, frame};
 use crate::node::Ns;
 use crate::said::Said;
@@ -156,28 +159,37 @@ impl T7 {
                 return Outcome::default();
             }
         }
-        let status = self.store(now, command, parameters).err().unwrap_or(status::SUCCESS);
+        let status = match (self.changed(now, command, parameters), self.flash) {
+            (Err(status), _) => status,
+            (Ok(settings), Flash::Sound) => {
+                self.settings = settings;
+                self.writes += 1;
+                status::SUCCESS
+            }
+            (Ok(_), failure) => failure as u8,
+        };
         let new_baud = (command == Command::SetBaudRate && status == status::SUCCESS)
             .then_some(self.settings.baud_index);
         Outcome { new_baud, ..answer(own, code, &[status]) }
     }
 
-    /// Changes one setting, or says with which status not.
-    fn store(&mut self, now: Ns, command: Command, parameters: &[u8]) -> Result<(), u8> {
+    /// The settings with one of them changed, or the status that says why not.
+    fn changed(&self, now: Ns, command: Command, parameters: &[u8]) -> Result<Settings, u8> {
         let invalid = status::INVALID_PARAMETER;
+        let mut settings = self.settings.clone();
         match (command, parameters) {
             (Command::SetAngle, &[axis, a, b, c, d]) => {
                 let (axis, wanted) = self.axis_and_angle(axis, [a, b, c, d]).ok_or(invalid)?;
                 let measured = angle::directed(self.absolute_at(axis, now), self.settings.directions[axis]);
-                self.settings.offsets[axis] = angle::in_range(wanted - measured, self.settings.range);
+                settings.offsets[axis] = angle::in_range(wanted - measured, settings.range);
             }
             (Command::SetOffset, &[axis, a, b, c, d]) => {
                 let (axis, offset) = self.axis_and_angle(axis, [a, b, c, d]).ok_or(invalid)?;
-                self.settings.offsets[axis] = offset;
+                settings.offsets[axis] = offset;
             }
             (Command::SetDirection, &[axis, direction]) => {
                 let axis = self.axis(axis).ok_or(invalid)?;
-                self.settings.directions[axis] = match direction {
+                settings.directions[axis] = match direction {
                     0 => Direction::Normal,
                     1 => Direction::Reversed,
                     _ => return Err(invalid),
@@ -188,10 +200,10 @@ impl T7 {
                 if !DAMPING_MS.contains(&damping) {
                     return Err(invalid);
                 }
-                self.settings.damping_ms = damping;
+                settings.damping_ms = damping;
             }
             (Command::SetRange, &[range]) => {
-                self.settings.range = match range {
+                settings.range = match range {
                     0 => OutputRange::Bidirectional,
                     1 => OutputRange::Unidirectional,
                     _ => return Err(invalid),
@@ -199,17 +211,17 @@ impl T7 {
             }
             (Command::SetBaudRate, &[index]) => {
                 BAUD_RATES.get(usize::from(index)).ok_or(invalid)?;
-                self.settings.baud_index = index;
+                settings.baud_index = index;
             }
             (Command::SetAddress, &[.., address]) => {
                 if !SETTABLE_ADDRESSES.contains(&address) {
                     return Err(status::ADDRESS_OUT_OF_RANGE);
                 }
-                self.settings.address = address;
+                settings.address = address;
             }
             _ => return Err(invalid),
         }
-        Ok(())
+        Ok(settings)
     }
 
     fn axis(&self, axis: u8) -> Option<usize> {

@@ -26,6 +26,20 @@ pub enum Damping {
     Averaged,
 }
 
+/// What a device makes of an answer that carries its own address, which is that of a twin.
+///
+/// Answers have the form of commands; the document does not say how a device tells them apart. Nobody can tell
+/// those to Set Angle Output Range and Set Baud Rate: they are commands, byte for byte, to set value 0, and are
+/// carried out either way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TwinsAnswers {
+    /// Known by their length, which their command cannot have, and dropped.
+    #[default]
+    Dropped,
+    /// Taken for commands of a wrong length and answered with a status: twins of different latencies never stop.
+    TakenForCommands,
+}
+
 /// Everything about a simulated T7 that is not in its own memory.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -49,6 +63,8 @@ pub struct Options {
     pub boot_time: Ns,
     /// Answers Get All Angles with the length byte 0A, as the document's example prints it.
     pub length_quirk: bool,
+    /// What it makes of the answers of a device with its address.
+    pub twins_answers: TwinsAnswers,
     /// Seed of the latency jitter.
     pub seed: u64,
 }
@@ -69,6 +85,7 @@ impl Default for Options {
             hold: 40 * MICROSECOND,
             boot_time: 20 * MILLISECOND,
             length_quirk: false,
+            twins_answers: TwinsAnswers::default(),
             seed: 0,
         }
     }

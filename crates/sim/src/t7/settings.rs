@@ -80,6 +80,22 @@ pub enum Direction {
     Reversed = 1,
 }
 
+/// Whether the non-volatile memory takes what is stored. The discriminant of a failure is the status of a Set
+/// command that stores nothing because of it (section 1.3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Flash {
+    /// It does.
+    #[default]
+    Sound = 0,
+    /// "Command failed", for no reason that is told.
+    Fails = 5,
+    /// "Flash erase error".
+    EraseFails = 7,
+    /// "Flash program error".
+    ProgramFails = 8,
+}
+
 /// The settings that survive a power cut. A command writes one of them, and either it has been written or it
 /// has not: half-written flash is not modelled.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,0 +1,70 @@
+//! A serial port as a program uses it.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Read as _, Write as _};
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::OFlags;
+use rustix::termios::{OptionalActions, Termios, tcgetattr, tcsetattr};
+
+use super::server::PATIENCE;
+
+/// An open port.
+pub struct Port(File);
+
+impl Port {
+    /// Opens it and leaves it as it is.
+    pub fn open(path: &str) -> Self {
+        let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
+        Self(OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).unwrap())
+    }
+
+    /// Its bit rate from now on.
+    pub fn set_baud(&self, baud: u32) {
+        let mut attributes = self.attributes();
+        attributes.set_speed(baud).unwrap();
+        tcsetattr(&self.0, OptionalActions::Now, &attributes).unwrap();
+    }
+
+    /// Its settings.
+    pub fn attributes(&self) -> Termios {
+        tcgetattr(&self.0).unwrap()
+    }
+
+    /// Sends bytes.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.0.write_all(bytes).unwrap();
+    }
+
+    /// The next `count` bytes.
+    pub fn read(&mut self, count: usize) -> Vec<u8> {
+        let bytes = self.read_within(count, PATIENCE);
+        assert_eq!(bytes.len(), count, "{bytes:02X?} is all that came");
+        bytes
+    }
+
+    /// At most `count` bytes, and those only that come within that time.
+    pub fn read_within(&mut self, count: usize, time: Duration) -> Vec<u8> {
+        let deadline = Instant::now() + time;
+        let mut bytes = vec![0; count];
+        let mut got = 0;
+        while got < count {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let left = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
+            if poll(&mut [PollFd::new(&self.0, PollFlags::IN)], Some(&left)).unwrap() == 0 {
+                break;
+            }
+            got += self.0.read(&mut bytes[got..]).unwrap();
+        }
+        bytes.truncate(got);
+        bytes
+    }
+
+    /// Sends bytes; the next `count` bytes.
+    pub fn ask(&mut self, bytes: &[u8], count: usize) -> Vec<u8> {
+        self.send(bytes);
+        self.read(count)
+    }
+}
