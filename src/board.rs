@@ -15,9 +15,11 @@
 //! All pins used are 5 V tolerant (DS8626 table 7, "FT").
 
 use clino_bus::Event;
+use clino_gateway::order::Order;
+use clino_gateway::task::News;
 use clino_gateway::{Capture, Gateway};
 use cortex_m::peripheral::DWT;
-use heapless::spsc::Queue;
+use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::gpio::{Alternate, Output, PA1, PA15, PB8, PD10, PinState, Pull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
@@ -25,7 +27,7 @@ use stm32f4xx_hal::rcc::{BusClock, BusTimerClock, Config, Enable, Rcc, Reset};
 
 use crate::bus::Inbox;
 use crate::capture::{PwmCapture, Tim5, TimerInput};
-use crate::console::{self, Console};
+use crate::console;
 use crate::ports::Ports;
 use crate::uart::{self, Rs485};
 use crate::{clock, params};
@@ -40,13 +42,21 @@ const LINE_EVENTS: usize = 64;
 /// Cycles a PWM input can have in hand.
 const CAPTURES: usize = 4;
 
+/// Orders that can wait for the bus level, which takes them at once.
+const ORDERS: usize = 4;
+
+/// News that can wait to be printed. A task waits while there is no room.
+const NEWS: usize = 4;
+
 /// The queues between interrupts and the levels above.
 pub struct Queues {
     t7: Queue<Event, LINE_EVENTS>,
     isu: Queue<Event, LINE_EVENTS>,
     pwm1: Queue<Capture, CAPTURES>,
     pwm2: Queue<Capture, CAPTURES>,
-    console: Queue<u8, { console::QUEUE }>,
+    orders: Queue<Order, ORDERS>,
+    news: Queue<News, NEWS>,
+    console: console::Queues,
 }
 
 impl Queues {
@@ -56,7 +66,9 @@ impl Queues {
             isu: Queue::new(),
             pwm1: Queue::new(),
             pwm2: Queue::new(),
-            console: Queue::new(),
+            orders: Queue::new(),
+            news: Queue::new(),
+            console: console::Queues::new(),
         }
     }
 }
@@ -73,7 +85,14 @@ pub enum ClockSource {
 
 /// The roles, ready to run.
 pub struct Board {
-    pub console: Console,
+    /// What is typed.
+    pub keys: Consumer<'static, u8>,
+    /// What is to be done for people and programs.
+    pub orders: Producer<'static, Order>,
+    /// What has come of it.
+    pub told: Consumer<'static, News>,
+    /// Where the bus level puts that.
+    pub news: Producer<'static, News>,
     pub ports: Ports,
     pub inbox: Inbox,
     pub gateway: Gateway,
@@ -96,7 +115,9 @@ impl Board {
         let (isu_producer, isu) = queues.isu.split();
         let (pwm1_producer, pwm1) = queues.pwm1.split();
         let (pwm2_producer, pwm2) = queues.pwm2.split();
-        let inbox = Inbox { t7, isu, pwm1, pwm2 };
+        let (orders, order) = queues.orders.split();
+        let (news, told) = queues.news.split();
+        let inbox = Inbox { t7, isu, pwm1, pwm2, order };
         let core_hz = rcc.clocks.hclk().raw();
 
         // A receive pin is pulled up: a transceiver whose receiver is off leaves it floating.
@@ -116,7 +137,7 @@ impl Board {
         gpioa.pa3.into_alternate::<7>().internal_resistor(Pull::Up);
         let clock_hz = switch_on::<pac::USART2>(rcc);
         let divider = uart::divider(clock_hz, params::CONSOLE.baud);
-        let console = Console::new(peripherals.USART2, divider, queues.console.split());
+        let keys = console::start(peripherals.USART2, divider, &mut queues.console);
 
         // Reserved for Modbus: its transceiver listens and stays silent.
         gpioc.pc8.into_push_pull_output_in_state(PinState::Low);
@@ -130,7 +151,7 @@ impl Board {
 
         let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
         let gateway = Gateway::new(&params::SLOTS, params::T7, params::ISU, params::pwm_limits(timer_hz));
-        Board { console, ports: Ports { t7, isu, pwm1, pwm2 }, inbox, gateway, clock_source }
+        Board { keys, orders, told, news, ports: Ports { t7, isu, pwm1, pwm2 }, inbox, gateway, clock_source }
     }
 }
 

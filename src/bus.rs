@@ -6,11 +6,14 @@
 use core::cell::Cell;
 
 use clino_bus::{Event, Micros, earliest};
-use clino_gateway::{Bus, Capture, Gateway, PwmInput};
+use clino_console::BusState;
+use clino_gateway::order::Order;
+use clino_gateway::task::News;
+use clino_gateway::{Action, Bus, Capture, Gateway, PwmInput};
 use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
 use critical_section::Mutex;
-use heapless::spsc::Consumer;
+use heapless::spsc::{Consumer, Producer};
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
 
 use crate::{clock, params, ports, shared};
@@ -24,10 +27,12 @@ pub struct Inbox {
     pub isu: Consumer<'static, Event>,
     pub pwm1: Consumer<'static, Capture>,
     pub pwm2: Consumer<'static, Capture>,
+    pub order: Consumer<'static, Order>,
 }
 
 struct BusLevel {
     inbox: Inbox,
+    news: Producer<'static, News>,
     gateway: Gateway,
     statistics_due: Micros,
 }
@@ -36,8 +41,8 @@ struct BusLevel {
 static HANDOVER: Mutex<Cell<Option<&'static mut BusLevel>>> = Mutex::new(Cell::new(None));
 
 /// Makes the bus level ready to run; it does once its interrupt is let in.
-pub fn start(inbox: Inbox, gateway: Gateway) {
-    let level = singleton!(: BusLevel = BusLevel { inbox, gateway, statistics_due: Micros::ZERO });
+pub fn start(inbox: Inbox, news: Producer<'static, News>, gateway: Gateway) {
+    let level = singleton!(: BusLevel = BusLevel { inbox, news, gateway, statistics_due: Micros::ZERO });
     critical_section::with(|cs| HANDOVER.borrow(cs).set(level));
     wake();
 }
@@ -62,8 +67,12 @@ impl BusLevel {
     fn run(&mut self) {
         let now = clock::now();
         self.fetch(now);
+        self.carry_out();
         for bus in shared::BUSES {
-            self.gateway.poll(bus, now, |frame| ports::submit(bus, frame));
+            self.gateway.poll(bus, now, |action| match action {
+                Action::Send(frame) => ports::submit(bus, frame),
+                Action::Run(timing) => ports::run(bus, &timing),
+            });
         }
         let ports_at = ports::poll(now);
         self.publish(now);
@@ -88,14 +97,38 @@ impl BusLevel {
         }
     }
 
+    fn carry_out(&mut self) {
+        while let Some(order) = self.inbox.order.dequeue() {
+            if let Err(refusal) = self.gateway.carry_out(order) {
+                self.tell(News::Refused(refusal));
+            }
+            self.statistics_due = Micros::ZERO;
+        }
+    }
+
+    fn tell(&mut self, news: News) {
+        if self.news.enqueue(news).is_err() {
+            defmt::warn!("nobody fetches the news");
+        }
+        shared::note_work();
+    }
+
     fn publish(&mut self, now: Micros) {
+        while self.news.ready()
+            && let Some(news) = self.gateway.news()
+        {
+            self.tell(news);
+        }
         while let Some(reading) = self.gateway.next_changed() {
             shared::publish(reading);
         }
         if now >= self.statistics_due {
-            self.statistics_due = now + params::STATISTICS_EVERY;
+            self.statistics_due = now + params::PUBLISH_EVERY;
             for bus in shared::BUSES {
-                shared::publish_statistics((bus, *self.gateway.counters(bus), ports::driver_enable(bus)));
+                let (timing, counters) = (*self.gateway.timing(bus), *self.gateway.counters(bus));
+                let driver = ports::driver_enable(bus);
+                let progress = self.gateway.progress(bus);
+                shared::publish_bus(bus, BusState { timing, counters, driver, progress });
             }
         }
     }

@@ -6,7 +6,7 @@
 //!    registers and queues, and switch the line driver.
 //! 2. *Bus* (`bus`): a software interrupt that hands events and `now` to the gateway core, sends what it
 //!    wants sent, publishes what it has read, and sets the alarm for the next deadline.
-//! 3. *People* (this loop): prints readings when the console has room, and sleeps otherwise.
+//! 3. *People* (this loop): the console, and sleep.
 //!
 //! No level waits for another: the bus never waits for the console.
 #![no_std]
@@ -25,11 +25,13 @@ mod shared;
 mod uart;
 
 use clino_bus::Micros;
-use clino_gateway::Reporter;
-use clino_gateway::json::{self, Topic};
+use clino_console::{BusState, Shell};
+use clino_gateway::order::{Order, Refusal};
+use clino_gateway::task::News;
+use clino_gateway::{Bus, Reading};
 use cortex_m_rt::entry;
 use defmt_rtt as _;
-use heapless::String;
+use heapless::spsc::{Consumer, Producer};
 use stm32f4xx_hal::pac;
 
 use crate::board::{Board, Queues};
@@ -44,74 +46,62 @@ fn main() -> ! {
     };
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let Board { console, ports, inbox, gateway, clock_source } = Board::init(peripherals, QUEUES);
+    let Board { mut keys, orders, told, news, ports, inbox, gateway, clock_source } =
+        Board::init(peripherals, QUEUES);
     defmt::info!("clino {=str}, clock: {}", env!("CARGO_PKG_VERSION"), clock_source);
-    bus::start(inbox, gateway);
+    bus::start(inbox, news, gateway);
     ports::start(ports, &mut core.NVIC);
-    let mut printer = Printer::new(console);
+    let mut shell = Shell::new(Console);
+    let mut host = Host { orders, told };
     loop {
-        let busy = printer.print_one();
-        if !busy {
+        if let Some(key) = keys.dequeue() {
+            shell.input(key, &mut host);
+        } else if !(Console.has_room() && shell.poll(&mut host)) {
             shared::sleep_until_work();
         }
     }
 }
 
-/// Prints readings and statistics, one line at a time, as the console has room.
-struct Printer {
-    console: Console,
-    reporter: Reporter,
-    statistics: Statistics,
+/// The gateway as the console sees it.
+struct Host {
+    orders: Producer<'static, Order>,
+    told: Consumer<'static, News>,
 }
 
-/// Every [`params::STATISTICS_EVERY`], one line for each bus and topic, between readings.
-struct Statistics {
-    due: Micros,
-    /// Lines of this round that were printed.
-    printed: usize,
-}
-
-impl Printer {
-    fn new(console: Console) -> Printer {
-        let statistics = Statistics { due: params::STATISTICS_EVERY, printed: 0 };
-        Printer { console, reporter: Reporter::new(), statistics }
+impl clino_console::Host for Host {
+    fn now(&self) -> Micros {
+        clock::now()
     }
 
-    /// Prints one line if there is one to print and room for it.
-    fn print_one(&mut self) -> bool {
-        if !self.console.has_room() {
-            return false;
-        }
-        let now = clock::now();
-        let mut line: String<{ json::MAX_LINE }> = String::new();
-        let written = match self.reporter.next(shared::reading, now) {
-            Some(reading) => json::reading(&mut line, &reading, now),
-            None => match self.statistics.next(now) {
-                Some((topic, (bus, counters, driver))) => {
-                    json::statistics(&mut line, bus, topic, &counters, &driver)
-                }
-                None => return false,
-            },
-        };
-        // A line that does not fit is a mistake in `MAX_LINE`; half a line must not go out.
-        if written.is_ok() {
-            self.console.print(line.as_bytes());
-        }
-        true
+    fn reading(&self, slot: usize) -> Option<Reading> {
+        shared::reading(slot)
     }
-}
 
-impl Statistics {
-    fn next(&mut self, now: Micros) -> Option<(Topic, shared::BusStatistics)> {
-        if now < self.due {
-            return None;
+    fn bus(&self, bus: Bus) -> Option<BusState> {
+        shared::bus(bus)
+    }
+
+    fn news(&mut self) -> Option<News> {
+        let news = self.told.dequeue();
+        if news.is_some() {
+            // A task may have waited for the room.
+            bus::wake();
         }
-        let (bus, topic) = (self.printed / Topic::ALL.len(), self.printed % Topic::ALL.len());
-        let next = Topic::ALL.get(topic).copied().zip(shared::statistics(bus));
-        match next {
-            Some(_) => self.printed += 1,
-            None => *self = Statistics { due: self.due + params::STATISTICS_EVERY, printed: 0 },
-        }
-        next
+        news
+    }
+
+    fn order(&mut self, order: Order) -> Result<(), Refusal> {
+        order.check()?;
+        self.orders.enqueue(order).map_err(|_| Refusal::Busy)?;
+        bus::wake();
+        Ok(())
+    }
+
+    fn lost_characters(&self) -> u32 {
+        console::lost()
+    }
+
+    fn version(&self) -> &'static str {
+        env!("CARGO_PKG_VERSION")
     }
 }

@@ -5,6 +5,7 @@
 
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
+use clino_gateway::config::PWM_PERIOD;
 use clino_gateway::{PwmInput, SlotConfig, Source};
 
 /// Crystal on the board, Hz (STM32F4-Discovery X2, 8 MHz).
@@ -37,11 +38,8 @@ pub const CONSOLE: Serial = Serial { baud: 115_200 };
 /// is fresh.
 pub const CONSOLE_LOW_WATER: usize = 16;
 
-/// From one block of statistics lines to the next.
-pub const STATISTICS_EVERY: Micros = Micros::from_millis(1_000);
-
-/// Nominal period of an ISU's PWM output: 30 Hz (AN #201 section 5).
-pub const PWM_PERIOD: Micros = Micros(33_333);
+/// From one publication of a bus's counters to the next.
+pub const PUBLISH_EVERY: Micros = Micros::from_millis(100);
 
 /// A PWM input without a cycle for this long has no signal: two and a half nominal periods, so that one lost
 /// cycle is not yet a fault.
@@ -56,47 +54,18 @@ pub const fn pwm_limits(timer_hz: u32) -> pwm::Limits {
     pwm::Limits::new(timer_hz)
 }
 
-/// From one reading of a T7 to the next: 50 a second, three times what its 8 Hz bandwidth needs.
-const T7_PERIOD: Micros = Micros::from_millis(20);
-
-/// From one reading of an ISU to the next: half its 533 ms refresh (AN #201 section 4), so that a new angle is
-/// seen at most 267 ms after the module has it.
-const ISU_PERIOD: Micros = Micros::from_millis(266);
-
 /// The slot table the gateway starts with.
 pub const SLOTS: [SlotConfig; 6] = [
     t7_slot(1),
     t7_slot(2),
     t7_slot(3),
-    SlotConfig {
-        source: Source::Isu { address: isu_address(1) },
-        period: ISU_PERIOD,
-        retries: 1,
-        stale_after: ISU_PERIOD.times(3),
-        report_every: Micros::ZERO,
-    },
-    pwm_slot(PwmInput::Pwm1),
-    pwm_slot(PwmInput::Pwm2),
+    SlotConfig::usual(Source::Isu { address: isu_address(1) }),
+    SlotConfig::usual(Source::Pwm { input: PwmInput::Pwm1 }),
+    SlotConfig::usual(Source::Pwm { input: PwmInput::Pwm2 }),
 ];
 
 const fn t7_slot(address: u8) -> SlotConfig {
-    SlotConfig {
-        source: Source::T7 { address: t7_address(address), axis: t7::Axis::Two },
-        period: T7_PERIOD,
-        retries: 1,
-        stale_after: T7_PERIOD.times(3),
-        report_every: Micros::from_millis(100),
-    }
-}
-
-const fn pwm_slot(input: PwmInput) -> SlotConfig {
-    SlotConfig {
-        source: Source::Pwm { input },
-        period: PWM_PERIOD,
-        retries: 0,
-        stale_after: PWM_PERIOD.times(3),
-        report_every: Micros::ZERO,
-    }
+    SlotConfig::usual(Source::T7 { address: t7_address(address), axis: t7::Axis::Two })
 }
 
 /// A mistake in the table above ends the build.

@@ -4,9 +4,8 @@
 
 use core::cell::RefCell;
 
-use clino_bus::{Micros, earliest};
+use clino_bus::{DriverEnable, Micros, Timing, earliest};
 use clino_gateway::Bus;
-use clino_gateway::json::DriverEnable;
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
@@ -65,6 +64,14 @@ pub fn submit(bus: Bus, frame: &[u8]) {
         // The master's own deadline ends the exchange.
         defmt::warn!("frame not accepted: {}", error);
     }
+}
+
+/// Runs a bus with another bit rate and other waits. Only between two exchanges.
+pub fn run(bus: Bus, timing: &Timing) {
+    with(|ports| match bus {
+        Bus::T7 => ports.t7.run(timing),
+        Bus::Isu => ports.isu.run(timing),
+    });
 }
 
 /// Lets time pass in all ports; returns when they want it again.

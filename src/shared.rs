@@ -1,4 +1,4 @@
-//! What the bus level publishes and the people level reads: the last reading of every slot, the statistics of
+//! What the bus level publishes and the people level reads: the last reading of every slot, the state of
 //! every bus, and a note that something has changed.
 //!
 //! Everything is copied whole, one reading to a critical section: no reader sees half a reading, and no interrupt
@@ -7,19 +7,17 @@
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use clino_bus::Counters;
-use clino_gateway::json::DriverEnable;
+use clino_console::BusState;
 use clino_gateway::{Bus, MAX_SLOTS, Reading};
 use critical_section::Mutex;
 use heapless::Vec;
 
-/// The buses, in the order of their statistics.
+/// The buses.
 pub const BUSES: [Bus; 2] = [Bus::T7, Bus::Isu];
 
-pub type BusStatistics = (Bus, Counters, DriverEnable);
-
 static READINGS: Mutex<RefCell<Vec<Reading, MAX_SLOTS>>> = Mutex::new(RefCell::new(Vec::new()));
-static STATISTICS: Mutex<RefCell<Vec<BusStatistics, { BUSES.len() }>>> = Mutex::new(RefCell::new(Vec::new()));
+static BUS_STATES: Mutex<RefCell<[Option<BusState>; BUSES.len()]>> =
+    Mutex::new(RefCell::new([None; BUSES.len()]));
 static WORK: AtomicBool = AtomicBool::new(true);
 
 /// Replaces the reading of its slot. Slots are published in order at first.
@@ -34,15 +32,9 @@ pub fn publish(reading: Reading) {
     note_work();
 }
 
-/// Replaces the statistics of a bus.
-pub fn publish_statistics(statistics: BusStatistics) {
-    critical_section::with(|cs| {
-        let mut all = STATISTICS.borrow_ref_mut(cs);
-        match all.iter_mut().find(|(bus, ..)| *bus == statistics.0) {
-            Some(place) => *place = statistics,
-            None => _ = all.push(statistics),
-        }
-    });
+/// Replaces what is known of a bus.
+pub fn publish_bus(bus: Bus, state: BusState) {
+    critical_section::with(|cs| BUS_STATES.borrow_ref_mut(cs)[index(bus)] = Some(state));
 }
 
 /// The last reading of a slot.
@@ -50,9 +42,16 @@ pub fn reading(slot: usize) -> Option<Reading> {
     critical_section::with(|cs| READINGS.borrow_ref(cs).get(slot).copied())
 }
 
-/// Statistics number `index`.
-pub fn statistics(index: usize) -> Option<BusStatistics> {
-    critical_section::with(|cs| STATISTICS.borrow_ref(cs).get(index).copied())
+/// What is known of a bus.
+pub fn bus(bus: Bus) -> Option<BusState> {
+    critical_section::with(|cs| BUS_STATES.borrow_ref(cs)[index(bus)])
+}
+
+const fn index(bus: Bus) -> usize {
+    match bus {
+        Bus::T7 => 0,
+        Bus::Isu => 1,
+    }
 }
 
 /// There may be something to print.

@@ -1,8 +1,8 @@
 //! A USART with a driver-enable pin: moves the characters of a [`Line`] to and from the registers.
 //!
-//! DE rises just before the first character is written and falls in the transmission-complete interrupt of the
-//! last one. The receiver is on all the time, so it is armed long before DE falls. Every received character
-//! goes into a queue with the receiver's error flags and the time.
+//! DE is what the line says, after every call: without delays it rises just before the first character is written and
+//! falls in the transmission-complete interrupt of the last one. The receiver is on all the time, so it is armed long
+//! before DE falls. Every received character goes into a queue with the receiver's error flags and the time.
 //!
 //! Read status, then data, once per interrupt: that is what clears RXNE, ORE, FE, NE and PE (RM0090 section
 //! 30.6.1). On an overrun the data register still holds the character that was there first; it is kept, and
@@ -10,10 +10,9 @@
 
 use core::ops::Deref;
 
-use clino_bus::line::{Step, SubmitError};
-use clino_bus::{Event, Line, Micros, Timing};
+use clino_bus::line::{Settings, Step, SubmitError};
+use clino_bus::{DriverEnable, Event, Line, Micros, Timing};
 use clino_codec::character::{Character, LineErrors};
-use clino_gateway::json::DriverEnable;
 use cortex_m::peripheral::DWT;
 use embedded_hal::digital::OutputPin;
 use heapless::spsc::Producer;
@@ -27,7 +26,10 @@ const CHARACTER_BITS: u32 = 10;
 /// The USART of an RS485 bus. `U` is the peripheral, `D` the driver-enable pin.
 pub struct Rs485<U, D> {
     uart: U,
+    clock_hz: u32,
     de: D,
+    /// DE is high.
+    raised: bool,
     line: Line,
     /// Longest wait for the line to fall silent.
     line_busy: Micros,
@@ -62,12 +64,13 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
         let divider = divider(clock_hz, timing.serial.baud);
         set_up(&uart, divider);
         uart.cr1().modify(|_, w| w.re().set_bit().rxneie().set_bit());
-        let cycles_per_character = (u64::from(divider) * u64::from(CHARACTER_BITS) * u64::from(core_hz)
-            / u64::from(clock_hz)) as u32;
+        let cycles_per_character = cycles_per_character(divider, clock_hz, core_hz);
         Rs485 {
             uart,
+            clock_hz,
             de,
-            line: Line::new(timing.serial, timing.guard, clock::now()),
+            raised: false,
+            line: Line::new(timing.line(), clock::now()),
             line_busy: timing.line_busy,
             events,
             watch: DriverWatch {
@@ -82,22 +85,41 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
         }
     }
 
-    /// Takes a frame to be sent as soon as the guard allows.
+    /// Takes a frame to be sent as soon as the guard allows: at once, if it does.
     pub fn submit(&mut self, frame: &[u8]) -> Result<(), SubmitError> {
-        self.line.submit(frame, clock::now() + self.line_busy)
+        let now = clock::now();
+        self.line.submit(frame, now + self.line_busy)?;
+        self.poll(now);
+        Ok(())
+    }
+
+    /// Runs with another bit rate and other waits. A frame in hand is lost; its exchange ends by its deadline.
+    pub fn run(&mut self, timing: &Timing) {
+        let settings = Settings { serial: timing.serial, guard: timing.guard, ..*self.line.settings() };
+        let now = clock::now();
+        if self.line.set(settings, now).is_err() {
+            self.stop();
+            self.line = Line::new(settings, now);
+            self.follow();
+        }
+        let divider = divider(self.clock_hz, timing.serial.baud);
+        set_divider(&self.uart, divider);
+        self.watch.cycles_per_character = cycles_per_character(divider, self.clock_hz, self.watch.core_hz);
+        self.line_busy = timing.line_busy;
     }
 
     /// Lets time pass: begins a frame, or takes the line back from one that hangs.
     pub fn poll(&mut self, now: Micros) {
-        match self.line.poll(now) {
-            Some(Step::Begin) => self.begin(),
-            Some(Step::Force) => {
-                self.uart.cr1().modify(|_, w| w.txeie().clear_bit().tcie().clear_bit());
-                self.release();
-                self.report(Event::Forced { at: now });
-            }
-            Some(Step::GiveUp) => self.report(Event::GivenUp { at: now }),
-            None => {}
+        let step = self.line.poll(now);
+        self.follow();
+        let Some(step) = step else { return };
+        match step {
+            Step::Begin => self.begin(),
+            Step::Force => self.stop(),
+            Step::GiveUp | Step::EchoLost => {}
+        }
+        if let Some(event) = step.event(now) {
+            self.report(event);
         }
     }
 
@@ -120,7 +142,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
             // The pin first, everything else after: this is the moment the line has to be let go.
             let now = clock::now();
             if self.line.transmission_complete(now) {
-                self.release();
+                self.follow();
                 self.report(Event::Released { at: now });
             }
         }
@@ -155,13 +177,12 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
             errors = errors.union(LineErrors::OVERRUN);
         }
         let at = clock::now();
-        self.line.heard(at);
-        self.report(Event::Heard { character: Character { byte, errors }, at });
+        let event = self.line.heard(Character { byte, errors }, at);
+        self.follow();
+        self.report(event);
     }
 
     fn begin(&mut self) {
-        self.watch.raised = DWT::cycle_count();
-        _ = self.de.set_high();
         // Reading the status before writing the data clears the old transmission-complete flag.
         _ = self.uart.sr().read();
         if let Some(byte) = self.line.next_character() {
@@ -175,9 +196,25 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
         self.uart.dr().write(|w| w.dr().set(u16::from(byte)));
     }
 
-    fn release(&mut self) {
-        _ = self.de.set_low();
-        self.watch.released(self.line.frame_len());
+    fn stop(&mut self) {
+        self.uart.cr1().modify(|_, w| w.txeie().clear_bit().tcie().clear_bit());
+    }
+
+    /// DE does what the line says.
+    fn follow(&mut self) {
+        match (self.line.driving(), self.raised) {
+            (true, false) => {
+                self.watch.raised = DWT::cycle_count();
+                _ = self.de.set_high();
+                self.raised = true;
+            }
+            (false, true) => {
+                _ = self.de.set_low();
+                self.raised = false;
+                self.watch.released(self.line.frame_len(), self.line.settings().post_delay);
+            }
+            _ => {}
+        }
     }
 
     fn report(&mut self, event: Event) {
@@ -194,12 +231,13 @@ impl DriverWatch {
     /// DE has just fallen after a frame of `characters`. The end of the last stop bit is computed from the
     /// instant the first character was written, which is up to one bit before its start bit begins: the figure
     /// can be one bit too large, never too small.
-    fn released(&mut self, characters: usize) {
+    fn released(&mut self, characters: usize, post_delay: Micros) {
         let now = DWT::cycle_count();
-        let frame = self.cycles_per_character.wrapping_mul(characters as u32);
-        let since_stop_bit = now.wrapping_sub(self.first_character).saturating_sub(frame);
-        let high = now.wrapping_sub(self.raised);
         let cycles_per_us = (self.core_hz / 1_000_000).max(1);
+        let delay = cycles_per_us.wrapping_mul(post_delay.0 as u32);
+        let frame = self.cycles_per_character.wrapping_mul(characters as u32);
+        let since_stop_bit = now.wrapping_sub(self.first_character).saturating_sub(frame.wrapping_add(delay));
+        let high = now.wrapping_sub(self.raised);
         let release_ns = u64::from(since_stop_bit) * 1_000 / u64::from(cycles_per_us);
         let figures = &mut self.figures;
         figures.release_max_ns = figures.release_max_ns.max(u32::try_from(release_ns).unwrap_or(u32::MAX));
@@ -209,9 +247,18 @@ impl DriverWatch {
 
 /// Transmitter and USART on, 8N1, everything else at its reset value.
 pub fn set_up(uart: &RegisterBlock, divider: u16) {
+    set_divider(uart, divider);
+    uart.cr1().write(|w| w.ue().set_bit().te().set_bit());
+}
+
+fn set_divider(uart: &RegisterBlock, divider: u16) {
     // SAFETY: USART_BRR takes any 16-bit value but zero (RM0090 section 30.6.3); `divider` is at least 16.
     uart.brr().write(|w| unsafe { w.bits(divider) });
-    uart.cr1().write(|w| w.ue().set_bit().te().set_bit());
+}
+
+/// Core cycles of one character at a divider of the USART's clock.
+fn cycles_per_character(divider: u16, clock_hz: u32, core_hz: u32) -> u32 {
+    (u64::from(divider) * u64::from(CHARACTER_BITS) * u64::from(core_hz) / u64::from(clock_hz)) as u32
 }
 
 /// USART_BRR for oversampling by 16: the clock over the bit rate, rounded; the last four bits are sixteenths

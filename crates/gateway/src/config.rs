@@ -29,6 +29,8 @@ pub enum PwmInput {
 /// Where a slot's angle comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
+    /// From nowhere: the slot is switched off.
+    Off,
     /// One axis of a T7.
     T7 {
         /// The node.
@@ -54,7 +56,7 @@ impl Source {
         match self {
             Source::T7 { .. } => Some(Bus::T7),
             Source::Isu { .. } => Some(Bus::Isu),
-            Source::Pwm { .. } => None,
+            Source::Pwm { .. } | Source::Off => None,
         }
     }
 }
@@ -64,7 +66,7 @@ impl Source {
 pub struct SlotConfig {
     /// What to read.
     pub source: Source,
-    /// From one reading to the next. For PWM, the nominal period of the signal.
+    /// From one reading to the next; zero is as often as the bus can. For PWM, the nominal period of the signal.
     pub period: Micros,
     /// Further tries within one reading before it counts as failed.
     pub retries: u8,
@@ -72,4 +74,39 @@ pub struct SlotConfig {
     pub stale_after: Micros,
     /// Least time between two printed lines of this slot while its status does not change.
     pub report_every: Micros,
+}
+
+/// From one reading of a T7 to the next: 50 a second, three times what its 8 Hz bandwidth needs.
+pub const T7_PERIOD: Micros = Micros::from_millis(20);
+
+/// From one reading of an ISU to the next: half its 533 ms refresh (AN #201 section 4), so that a new angle is
+/// seen at most 267 ms after the module has it.
+pub const ISU_PERIOD: Micros = Micros::from_millis(266);
+
+/// Nominal period of an ISU's PWM output: 30 Hz (AN #201 section 5).
+pub const PWM_PERIOD: Micros = Micros(33_333);
+
+/// A value is stale when two readings after it have failed.
+const STALE_PERIODS: u64 = 3;
+
+impl SlotConfig {
+    /// A slot that reads nothing.
+    pub const OFF: SlotConfig = SlotConfig {
+        source: Source::Off,
+        period: Micros::ZERO,
+        retries: 0,
+        stale_after: Micros::ZERO,
+        report_every: Micros::ZERO,
+    };
+
+    /// A slot that reads this as it usually is read.
+    pub const fn usual(source: Source) -> SlotConfig {
+        let (period, retries, report_every) = match source {
+            Source::Off => return SlotConfig::OFF,
+            Source::T7 { .. } => (T7_PERIOD, 1, Micros::from_millis(100)),
+            Source::Isu { .. } => (ISU_PERIOD, 1, Micros::ZERO),
+            Source::Pwm { .. } => (PWM_PERIOD, 0, Micros::ZERO),
+        };
+        SlotConfig { source, period, retries, stale_after: period.times(STALE_PERIODS), report_every }
+    }
 }

@@ -2,11 +2,14 @@
 
 use clino_bus::{Counters, Event, Isu, Micros, T7, Timing};
 use clino_codec::pwm::{self, Ticks};
+use clino_commissioning::Progress;
 use heapless::Vec;
 
 use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
-use crate::polling::Polling;
+use crate::order::{Order, Refusal};
 use crate::slot::Slot;
+use crate::task::{self, News};
+use crate::traffic::Traffic;
 use crate::value::{Reading, Status};
 
 /// What a timer input saw. Raw: the law that makes an angle of it is the codec's.
@@ -23,33 +26,46 @@ pub enum Capture {
     },
 }
 
+/// What a bus's port has to do for the gateway.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action<'a> {
+    /// Send this frame.
+    Send(&'a [u8]),
+    /// Run with this bit rate and these waits from now on.
+    Run(Timing),
+}
+
 /// The gateway. See the crate documentation.
 pub struct Gateway {
     slots: Vec<Slot, MAX_SLOTS>,
-    t7: Polling<T7>,
-    isu: Polling<Isu>,
+    t7: Traffic<T7>,
+    isu: Traffic<Isu>,
     pwm: pwm::Limits,
     lost_edges: u32,
+    /// A slot may have changed.
+    changed: bool,
 }
 
 impl Gateway {
     /// A gateway that has read nothing yet. Entries of `table` beyond [`MAX_SLOTS`] are left out.
     pub fn new(table: &[SlotConfig], t7: Timing, isu: Timing, pwm: pwm::Limits) -> Gateway {
+        let unused = core::iter::repeat(SlotConfig::OFF);
         Gateway {
-            slots: table.iter().take(MAX_SLOTS).copied().map(Slot::new).collect(),
-            t7: Polling::new(t7),
-            isu: Polling::new(isu),
+            slots: table.iter().copied().chain(unused).take(MAX_SLOTS).map(Slot::new).collect(),
+            t7: Traffic::new(t7),
+            isu: Traffic::new(isu),
             pwm,
             lost_edges: 0,
+            changed: true,
         }
     }
 
     /// Takes an event of a bus's line.
     pub fn line(&mut self, bus: Bus, event: Event) {
-        match bus {
+        self.changed |= match bus {
             Bus::T7 => self.t7.on(event, &mut self.slots),
             Bus::Isu => self.isu.on(event, &mut self.slots),
-        }
+        };
     }
 
     /// Takes what a timer input saw at `now`.
@@ -71,27 +87,94 @@ impl Gateway {
         for slot in self.slots.iter_mut().filter(|slot| slot.config.source == Source::Pwm { input }) {
             slot.settle(result, now);
         }
+        self.changed = true;
     }
 
-    /// Lets time pass on a bus: `send` is given the next frame for the bus's line, if one is due.
-    pub fn poll(&mut self, bus: Bus, now: Micros, send: impl FnOnce(&[u8])) {
+    /// Carries out an order that has passed its [check](Order::check).
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`]: the bus has a task already.
+    pub fn carry_out(&mut self, order: Order) -> Result<(), Refusal> {
+        let accepted = match order {
+            Order::Slot { slot, config } => {
+                let index = usize::from(slot);
+                if let Some(place) = self.slots.get_mut(index) {
+                    place.set(config);
+                    self.changed = true;
+                    self.t7.forget(index);
+                    self.isu.forget(index);
+                }
+                true
+            }
+            Order::Bus { bus, timing } => {
+                match bus {
+                    Bus::T7 => self.t7.set(timing),
+                    Bus::Isu => self.isu.set(timing),
+                }
+                true
+            }
+            Order::T7(task) => {
+                let serial = self.t7.master().timing().serial;
+                self.t7.begin(task::t7::Work::begin(&task, serial).map_err(Refusal::T7)?)
+            }
+            Order::Isu(task) => self.isu.begin(task::isu::Work::begin(&task).map_err(Refusal::Isu)?),
+            Order::Cancel(bus) => {
+                match bus {
+                    Bus::T7 => self.t7.cancel(),
+                    Bus::Isu => self.isu.cancel(),
+                }
+                true
+            }
+        };
+        if accepted { Ok(()) } else { Err(Refusal::Busy) }
+    }
+
+    /// What a task has found, or how it ended. A task waits until this has been fetched.
+    pub fn news(&mut self) -> Option<News> {
+        let news = self.t7.news().or_else(|| self.isu.news())?;
+        for (index, slot) in self.slots.iter_mut().enumerate() {
+            if slot.follow(&news) {
+                self.t7.forget(index);
+                self.isu.forget(index);
+                self.changed = true;
+            }
+        }
+        Some(news)
+    }
+
+    /// How far the task on a bus is, if there is one.
+    pub fn progress(&self, bus: Bus) -> Option<Progress> {
         match bus {
-            Bus::T7 => self.t7.poll(now, &mut self.slots).map(|frame| send(frame.as_ref())),
-            Bus::Isu => self.isu.poll(now, &mut self.slots).map(|frame| send(frame.as_ref())),
+            Bus::T7 => self.t7.progress(),
+            Bus::Isu => self.isu.progress(),
+        }
+    }
+
+    /// Lets time pass on a bus; `port` is told what it has to do, in this order.
+    pub fn poll(&mut self, bus: Bus, now: Micros, port: impl FnMut(Action<'_>)) {
+        self.changed |= match bus {
+            Bus::T7 => self.t7.poll(now, &mut self.slots, port),
+            Bus::Isu => self.isu.poll(now, &mut self.slots, port),
         };
     }
 
     /// When [`Gateway::poll`] has something to do on `bus`, if ever.
     pub fn poll_at(&self, bus: Bus) -> Option<Micros> {
         match bus {
-            Bus::T7 => self.t7.poll_at(&self.slots),
-            Bus::Isu => self.isu.poll_at(&self.slots),
+            Bus::T7 => self.t7.poll_at(),
+            Bus::Isu => self.isu.poll_at(),
         }
     }
 
     /// A reading that has changed since it was last returned here.
     pub fn next_changed(&mut self) -> Option<Reading> {
-        let (index, slot) = self.slots.iter_mut().enumerate().find(|(_, slot)| slot.changed)?;
+        if !self.changed {
+            return None;
+        }
+        let Some((index, slot)) = self.slots.iter_mut().enumerate().find(|(_, slot)| slot.changed) else {
+            self.changed = false;
+            return None;
+        };
         slot.changed = false;
         Some(slot.reading(u8::try_from(index).unwrap_or(u8::MAX)))
     }
@@ -101,6 +184,14 @@ impl Gateway {
         match bus {
             Bus::T7 => self.t7.master().counters(),
             Bus::Isu => self.isu.master().counters(),
+        }
+    }
+
+    /// How a bus is set.
+    pub fn timing(&self, bus: Bus) -> &Timing {
+        match bus {
+            Bus::T7 => self.t7.master().timing(),
+            Bus::Isu => self.isu.master().timing(),
         }
     }
 

@@ -12,25 +12,17 @@
 
 use core::fmt::{self, Write};
 
-use clino_bus::{Counters, Micros};
+pub use clino_bus::DriverEnable;
+use clino_bus::{Counters, Micros, Timing};
 
 use crate::config::{Bus, PwmInput, Source};
 use crate::value::Reading;
 
-/// Longest line this module writes, line end included: response times of 2^64 - 1 µs and the rest at 2^32 - 1.
+/// Longest line this module writes, line end (CR LF on the wire) included: response times of 2^64 - 1 µs and the rest at 2^32 - 1.
 pub const MAX_LINE: usize = 160;
 
-/// How the line driver behaved, as the hardware measured it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct DriverEnable {
-    /// Longest time from the end of a frame's last stop bit to DE low, in nanoseconds.
-    pub release_max_ns: u32,
-    /// Longest time DE was high, in microseconds.
-    pub high_max_us: u32,
-}
-
 /// Writes a reading as it stands at `now`.
-pub fn reading(out: &mut impl Write, reading: &Reading, now: Micros) -> fmt::Result {
+pub fn reading(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
     let (kind, bus, address) = name(&reading.source);
     write!(
         out,
@@ -47,7 +39,7 @@ pub fn reading(out: &mut impl Write, reading: &Reading, now: Micros) -> fmt::Res
         Some(age) => write!(out, "{}", age.as_millis())?,
         None => out.write_str("null")?,
     }
-    out.write_str("}\r\n")
+    out.write_str("}\n")
 }
 
 /// Which of a bus's statistics lines. Several short lines, so that a reading never waits for a long one.
@@ -68,7 +60,7 @@ impl Topic {
 
 /// Writes one topic of the statistics of a bus.
 pub fn statistics(
-    out: &mut impl Write,
+    out: &mut dyn Write,
     bus: Bus,
     topic: Topic,
     counters: &Counters,
@@ -76,14 +68,14 @@ pub fn statistics(
 ) -> fmt::Result {
     let bus = bus_name(bus);
     match topic {
-        Topic::Exchanges => write!(
+        Topic::Exchanges => writeln!(
             out,
-            "{{\"stats\":\"{bus}\",\"requests\":{},\"good\":{},\"no_answer\":{},\"bad_answer\":{},\"late\":{}}}\r\n",
+            "{{\"stats\":\"{bus}\",\"requests\":{},\"good\":{},\"no_answer\":{},\"bad_answer\":{},\"late\":{}}}",
             counters.requests, counters.good, counters.no_answer, counters.bad_answer, counters.late,
         ),
-        Topic::Line => write!(
+        Topic::Line => writeln!(
             out,
-            "{{\"line\":\"{bus}\",\"forced\":{},\"busy\":{},\"junk\":{},\"framing\":{},\"noise\":{},\"overrun\":{}}}\r\n",
+            "{{\"line\":\"{bus}\",\"forced\":{},\"busy\":{},\"junk\":{},\"framing\":{},\"noise\":{},\"overrun\":{}}}",
             counters.forced,
             counters.line_busy,
             counters.junk,
@@ -91,17 +83,25 @@ pub fn statistics(
             counters.noise,
             counters.overrun,
         ),
-        Topic::Times => write!(
+        Topic::Times => writeln!(
             out,
             "{{\"times\":\"{bus}\",\"response_us\":{},\"response_max_us\":{},\"de_release_max_ns\":{},\
-             \"de_high_max_us\":{}}}\r\n",
+             \"de_high_max_us\":{}}}",
             counters.response_last.0, counters.response_max.0, driver.release_max_ns, driver.high_max_us,
         ),
     }
 }
 
-fn name(source: &Source) -> (&'static str, &'static str, u8) {
+/// Writes how a bus is set.
+pub fn bus(out: &mut dyn Write, bus: Bus, timing: &Timing) -> fmt::Result {
+    let (name, baud, guard) = (bus_name(bus), timing.serial.baud, timing.guard.0);
+    writeln!(out, "{{\"bus\":\"{name}\",\"baud\":{baud},\"guard_us\":{guard}}}")
+}
+
+/// Kind, bus and address of what a slot reads.
+pub fn name(source: &Source) -> (&'static str, &'static str, u8) {
     match source {
+        Source::Off => ("off", "none", 0),
         Source::T7 { address, .. } => ("t7", bus_name(Bus::T7), address.get()),
         Source::Isu { address } => ("isu", bus_name(Bus::Isu), address.get()),
         Source::Pwm { input: PwmInput::Pwm1 } => ("pwm", "pwm1", 0),
@@ -109,7 +109,8 @@ fn name(source: &Source) -> (&'static str, &'static str, u8) {
     }
 }
 
-const fn bus_name(bus: Bus) -> &'static str {
+/// A bus in every text interface.
+pub const fn bus_name(bus: Bus) -> &'static str {
     match bus {
         Bus::T7 => "t7",
         Bus::Isu => "isu",

@@ -22,12 +22,15 @@ extern crate std;
 pub mod config;
 mod gateway;
 pub mod json;
+pub mod order;
 mod polling;
 mod reporter;
 mod slot;
+pub mod task;
+mod traffic;
 mod value;
 
 pub use config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
-pub use gateway::{Capture, Gateway};
+pub use gateway::{Action, Capture, Gateway};
 pub use reporter::Reporter;
 pub use value::{Reading, Status};

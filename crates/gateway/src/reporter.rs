@@ -59,7 +59,7 @@ impl Default for Reporter {
 fn deadline(reading: &Reading, printed: &Printed, now: Micros) -> Option<Micros> {
     let status = reading.status(now);
     if printed.status != Some(status) {
-        return (status != Status::NeverRead).then_some(Micros::ZERO);
+        return (!matches!(status, Status::NeverRead | Status::Disabled)).then_some(Micros::ZERO);
     }
     let due = printed.at + reading.report_every;
     let interval = reading.report_every.max(reading.period);

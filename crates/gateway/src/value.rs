@@ -32,6 +32,8 @@ pub enum Status {
     StuckHigh,
     /// The PWM period is not that of an ISU.
     BadPeriod,
+    /// The slot is switched off.
+    Disabled,
 }
 
 impl Status {
@@ -49,6 +51,7 @@ impl Status {
             Status::StuckLow => "stuck_low",
             Status::StuckHigh => "stuck_high",
             Status::BadPeriod => "bad_period",
+            Status::Disabled => "disabled",
         }
     }
 }

@@ -5,9 +5,11 @@ use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Answer, DecodeError, Request, Response};
 
 use super::Poll;
-use crate::{Source, Status};
+use crate::{Bus, Source, Status};
 
 impl Poll for Isu {
+    const BUS: Bus = Bus::Isu;
+
     fn request(source: &Source) -> Option<(Address, Request)> {
         match *source {
             Source::Isu { address } => Some((address, Request::READ_ANGLE)),

@@ -5,9 +5,11 @@ use clino_codec::angle::Angle;
 use clino_codec::t7::{Address, Answer, DecodeError, Field, Request, Response};
 
 use super::Poll;
-use crate::{Source, Status};
+use crate::{Bus, Source, Status};
 
 impl Poll for T7 {
+    const BUS: Bus = Bus::T7;
+
     fn request(source: &Source) -> Option<(Address, Request)> {
         match *source {
             Source::T7 { address, axis } => Some((address, Request::GetAngle(axis))),

@@ -1,0 +1,148 @@
+//! A console on a desk: a gateway core behind it, a string in front of it.
+
+use std::cell::RefCell;
+use std::convert::Infallible;
+use std::rc::Rc;
+
+use clino_bus::{Micros, Serial, Timing};
+use clino_codec::{isu, pwm, t7};
+use clino_console::{BusState, Host, Shell};
+use clino_gateway::order::{Order, Refusal};
+use clino_gateway::task::News;
+use clino_gateway::{Bus, Gateway, Reading, SlotConfig, Source};
+use embedded_io::{ErrorType, Write};
+
+/// What the far end reads.
+#[derive(Clone, Default)]
+pub struct Port(Rc<RefCell<Vec<u8>>>);
+
+impl ErrorType for Port {
+    type Error = Infallible;
+}
+
+impl Write for Port {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        self.0.borrow_mut().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// The rest of the gateway.
+pub struct Rest {
+    pub gateway: Gateway,
+    pub readings: Vec<Reading>,
+    pub orders: Vec<Order>,
+    pub now: Micros,
+}
+
+impl Host for Rest {
+    fn now(&self) -> Micros {
+        self.now
+    }
+
+    fn reading(&self, slot: usize) -> Option<Reading> {
+        self.readings.get(slot).copied()
+    }
+
+    fn bus(&self, bus: Bus) -> Option<BusState> {
+        let driver = Default::default();
+        let progress = self.gateway.progress(bus);
+        Some(BusState {
+            timing: *self.gateway.timing(bus),
+            counters: *self.gateway.counters(bus),
+            driver,
+            progress,
+        })
+    }
+
+    fn news(&mut self) -> Option<News> {
+        self.gateway.news()
+    }
+
+    fn order(&mut self, order: Order) -> Result<(), Refusal> {
+        order.check()?;
+        self.orders.push(order);
+        self.gateway.carry_out(order)?;
+        for bus in [Bus::T7, Bus::Isu] {
+            self.gateway.poll(bus, self.now, |_| {});
+        }
+        self.publish();
+        Ok(())
+    }
+
+    fn lost_characters(&self) -> u32 {
+        7
+    }
+
+    fn version(&self) -> &'static str {
+        "9.8.7"
+    }
+}
+
+impl Rest {
+    fn publish(&mut self) {
+        while let Some(reading) = self.gateway.next_changed() {
+            let place = usize::from(reading.slot);
+            match self.readings.get_mut(place) {
+                Some(old) => *old = reading,
+                None => self.readings.push(reading),
+            }
+        }
+    }
+}
+
+/// A console after power-up, streaming.
+pub struct Desk {
+    shell: Shell<Port>,
+    port: Port,
+    pub rest: Rest,
+}
+
+impl Desk {
+    pub fn new() -> Desk {
+        let table = [
+            SlotConfig::usual(Source::T7 { address: t7::Address::new(5).unwrap(), axis: t7::Axis::Two }),
+            SlotConfig::usual(Source::Isu { address: isu::Address::new(3).unwrap() }),
+        ];
+        let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
+        let gateway = Gateway::new(&table, t7, isu, pwm::Limits::new(84_000_000));
+        let mut rest = Rest { gateway, readings: Vec::new(), orders: Vec::new(), now: Micros::ZERO };
+        rest.publish();
+        let port = Port::default();
+        Desk { shell: Shell::new(port.clone()), port, rest }
+    }
+
+    /// A console with a person at it.
+    pub fn with_person() -> Desk {
+        let mut desk = Desk::new();
+        desk.type_in("\r");
+        desk
+    }
+
+    /// Types this and returns what is printed meanwhile.
+    pub fn type_in(&mut self, text: &str) -> String {
+        self.type_bytes(text.as_bytes())
+    }
+
+    /// Types these bytes and returns what is printed meanwhile.
+    pub fn type_bytes(&mut self, bytes: &[u8]) -> String {
+        for &byte in bytes {
+            self.shell.input(byte, &mut self.rest);
+        }
+        self.printed()
+    }
+
+    /// What a stream prints now.
+    pub fn stream(&mut self) -> String {
+        while self.shell.poll(&mut self.rest) {}
+        self.printed()
+    }
+
+    fn printed(&mut self) -> String {
+        String::from_utf8(std::mem::take(&mut *self.port.0.borrow_mut())).expect("text")
+    }
+}

@@ -1,0 +1,5 @@
+//! What is typed, and what comes back.
+
+mod desk;
+mod people;
+mod programs;

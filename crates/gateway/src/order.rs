@@ -1,0 +1,122 @@
+//! What people and programs may ask of the running gateway.
+//!
+//! [`Order::check`] says what is wrong with an order, with the limit that it breaks; an order that passes is carried
+//! out whole.
+
+use clino_bus::{Micros, Serial, Timing};
+use clino_codec::t7;
+
+use crate::task;
+
+use crate::config::{Bus, MAX_SLOTS, SlotConfig, Source};
+
+/// Something to be done by the bus level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// From now on the slot reads this. Its last value is forgotten.
+    Slot {
+        /// Number of the slot.
+        slot: u8,
+        /// What it reads.
+        config: SlotConfig,
+    },
+    /// As soon as no exchange is in hand, the bus runs like this.
+    Bus {
+        /// The bus.
+        bus: Bus,
+        /// Bit rate and waits.
+        timing: Timing,
+    },
+    /// A task on the T7 bus.
+    T7(task::t7::Task),
+    /// A task on the ISU bus.
+    Isu(task::isu::Task),
+    /// The task on this bus shall stop at its next consistent point.
+    Cancel(Bus),
+}
+
+/// Why an order is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// A number is out of its range.
+    Range {
+        /// Which one, with its unit.
+        what: &'static str,
+        /// What was asked for.
+        value: u64,
+        /// Smallest allowed.
+        least: u64,
+        /// Largest allowed.
+        most: u64,
+    },
+    /// The sensors of the bus do not have this bit rate.
+    BitRate {
+        /// What was asked for, bit/s.
+        value: u32,
+        /// What they have, bit/s.
+        allowed: &'static [u32],
+    },
+    /// A T7 cannot be told this.
+    T7(t7::EncodeError),
+    /// An ISU cannot be told this.
+    Isu(clino_commissioning::isu::Cause),
+    /// The bus has a task already, or the gateway more orders in hand than it can take; ask again.
+    Busy,
+}
+
+/// Bit rates of a T7 (T7 guide section 2.7.2), bit/s.
+pub const T7_BIT_RATES: [u32; 5] = [115_200, 57_600, 38_400, 19_200, 9_600];
+/// The bit rate of an ISU (AN #201 section 4), bit/s.
+pub const ISU_BIT_RATES: [u32; 1] = [9_600];
+/// Longest period and longest age of a good value: an hour.
+pub const LONGEST_PERIOD: Micros = Micros::from_millis(3_600_000);
+/// Shortest age at which a value may be called stale: a slower T7 answers within 25 ms.
+pub const SHORTEST_STALE: Micros = Micros::from_millis(10);
+/// Most tries of one reading after the first.
+pub const MOST_RETRIES: u8 = 10;
+/// Longest turnaround guard.
+pub const LONGEST_GUARD: Micros = Micros::from_millis(20);
+
+impl Order {
+    /// Whether it can be carried out.
+    pub fn check(&self) -> Result<(), Refusal> {
+        match self {
+            Order::Slot { slot, config } => {
+                range("slot", u64::from(*slot), 0, MAX_SLOTS.saturating_sub(1) as u64)?;
+                if config.source == Source::Off {
+                    return Ok(());
+                }
+                range("period_us", config.period.0, 0, LONGEST_PERIOD.0)?;
+                range("stale_us", config.stale_after.0, SHORTEST_STALE.0, LONGEST_PERIOD.times(3).0)?;
+                range("retries", u64::from(config.retries), 0, u64::from(MOST_RETRIES))
+            }
+            Order::Bus { bus, timing } => {
+                bit_rate(*bus, timing.serial)?;
+                range("guard_us", timing.guard.0, 0, LONGEST_GUARD.0)
+            }
+            Order::T7(task) => {
+                task::t7::Work::begin(task, Serial::T7_DEFAULT).map(|_| ()).map_err(Refusal::T7)
+            }
+            Order::Isu(task) => task::isu::Work::begin(task).map(|_| ()).map_err(Refusal::Isu),
+            Order::Cancel(_) => Ok(()),
+        }
+    }
+}
+
+fn range(what: &'static str, value: u64, least: u64, most: u64) -> Result<(), Refusal> {
+    match (least..=most).contains(&value) {
+        true => Ok(()),
+        false => Err(Refusal::Range { what, value, least, most }),
+    }
+}
+
+fn bit_rate(bus: Bus, serial: Serial) -> Result<(), Refusal> {
+    let allowed: &'static [u32] = match bus {
+        Bus::T7 => &T7_BIT_RATES,
+        Bus::Isu => &ISU_BIT_RATES,
+    };
+    match allowed.contains(&serial.baud) {
+        true => Ok(()),
+        false => Err(Refusal::BitRate { value: serial.baud, allowed }),
+    }
+}

@@ -1,0 +1,96 @@
+//! Commissioning tasks: what can be asked for, and how it is led while the bus goes on polling.
+//!
+//! One task at a time on each bus. It takes turns with the polling, one exchange each, except while it has the line at
+//! a bit rate of its own. What it finds and how it ends is [`News`]; the task waits until its news has been fetched, so
+//! that none is lost to a slow reader.
+
+use crate::order::Refusal;
+use clino_bus::{Master, Micros, Outcome, Protocol, Serial};
+use clino_commissioning::{Action, Commissionable, Operation, Progress, Runner};
+
+pub mod isu;
+pub mod t7;
+
+/// What is told of a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum News {
+    /// Of a task on the T7 bus.
+    T7(t7::News),
+    /// Of a task on the ISU bus.
+    Isu(isu::News),
+    /// The order could not be carried out after all.
+    Refused(Refusal),
+}
+
+impl News {
+    /// Whether it is the last of its task.
+    pub fn is_end(&self) -> bool {
+        !matches!(self, News::T7(t7::News::Found(_)))
+    }
+}
+
+/// What a task wants of its bus.
+pub(crate) enum Lead<P: Protocol> {
+    /// Nothing now.
+    Idle,
+    /// This frame out.
+    Send(P::Frame),
+    /// Another bit rate.
+    Serial(Serial),
+    /// It has ended.
+    Done(News),
+}
+
+/// A task under way, whatever it does.
+pub(crate) trait Led<P: Protocol> {
+    fn poll(&mut self, master: &mut Master<P>, now: Micros) -> Lead<P>;
+    fn settle(&mut self, outcome: Outcome<P>) -> Option<News>;
+    fn poll_at(&self) -> Option<Micros>;
+    fn is_asking(&self) -> bool;
+    fn is_exclusive(&self) -> bool;
+    fn progress(&self) -> Progress;
+    fn cancel(&mut self);
+}
+
+impl<P, O> Led<P> for Runner<O>
+where
+    P: Commissionable,
+    O: Operation<Protocol = P>,
+    O::Event: Into<News>,
+    O::Report: Into<News>,
+    O::Error: Into<News>,
+{
+    fn poll(&mut self, master: &mut Master<P>, now: Micros) -> Lead<P> {
+        match self.poll(master, now) {
+            Action::Idle => Lead::Idle,
+            Action::Send(frame) => Lead::Send(frame),
+            Action::Serial(serial) => Lead::Serial(serial),
+            Action::Done(Ok(report)) => Lead::Done(report.into()),
+            Action::Done(Err(error)) => Lead::Done(error.into()),
+        }
+    }
+
+    fn settle(&mut self, outcome: Outcome<P>) -> Option<News> {
+        self.settle(outcome).map(Into::into)
+    }
+
+    fn poll_at(&self) -> Option<Micros> {
+        self.poll_at()
+    }
+
+    fn is_asking(&self) -> bool {
+        self.is_asking()
+    }
+
+    fn is_exclusive(&self) -> bool {
+        self.is_exclusive()
+    }
+
+    fn progress(&self) -> Progress {
+        self.progress()
+    }
+
+    fn cancel(&mut self) {
+        self.cancel();
+    }
+}

@@ -1,0 +1,115 @@
+//! Tasks on the ISU bus.
+
+use clino_bus::{Isu, Serial, Timing};
+use clino_codec::isu::eeprom::Change;
+use clino_commissioning::isu::{
+    Alive, Cause, Failure, Identify, Identity, Module, Nulled, Program, Repair, Repaired, Reset, ResetNull,
+};
+use clino_commissioning::{Report, Runner};
+
+use super::Led;
+use crate::traffic::Serve;
+
+/// What can be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Who it is and how it is set up.
+    Identify(Module),
+    /// The module starts again.
+    Reset(Module),
+    /// The module reads zero as it stands.
+    ResetNull(Module),
+    /// A word of its EEPROM changes.
+    Program(Module, Change),
+    /// Its EEPROM's checksum is made right.
+    Repair(Module),
+}
+
+/// What is told of a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum News {
+    /// Who a module is and how it is set up.
+    Identity(Identity),
+    /// A module came up again.
+    Alive(Alive),
+    /// What a module read before and after it was set to zero.
+    Nulled(Nulled),
+    /// What became of a setting.
+    Programmed(Report<Change>),
+    /// A module works again.
+    Repaired(Repaired),
+    /// It did not work.
+    Failed(Failure),
+}
+
+/// A task under way.
+pub(crate) enum Work {
+    Identify(Runner<Identify>),
+    Reset(Runner<Reset>),
+    ResetNull(Runner<ResetNull>),
+    Program(Runner<Program>),
+    Repair(Runner<Repair>),
+}
+
+impl Work {
+    /// Begins a task.
+    ///
+    /// # Errors
+    /// An address that no single module can have.
+    pub fn begin(task: &Task) -> Result<Work, Cause> {
+        Ok(match *task {
+            Task::Identify(module) => Work::Identify(Runner::new(Identify::new(module))),
+            Task::Reset(module) => Work::Reset(Runner::new(Reset::new(module))),
+            Task::ResetNull(module) => Work::ResetNull(Runner::new(ResetNull::new(module))),
+            Task::Program(module, change) => Work::Program(Runner::new(Program::new(module, change)?)),
+            Task::Repair(module) => Work::Repair(Runner::new(Repair::new(module))),
+        })
+    }
+}
+
+impl Serve for Isu {
+    type Work = Work;
+
+    fn led(work: &mut Work) -> &mut dyn Led<Isu> {
+        match work {
+            Work::Identify(runner) => runner,
+            Work::Reset(runner) => runner,
+            Work::ResetNull(runner) => runner,
+            Work::Program(runner) => runner,
+            Work::Repair(runner) => runner,
+        }
+    }
+
+    fn led_ref(work: &Work) -> &dyn Led<Isu> {
+        match work {
+            Work::Identify(runner) => runner,
+            Work::Reset(runner) => runner,
+            Work::ResetNull(runner) => runner,
+            Work::Program(runner) => runner,
+            Work::Repair(runner) => runner,
+        }
+    }
+
+    fn timing(serial: Serial) -> Timing {
+        Timing { serial, ..Timing::isu() }
+    }
+}
+
+macro_rules! news {
+    ($($from:ty => $variant:ident),* $(,)?) => {$(
+        impl From<$from> for super::News {
+            fn from(news: $from) -> Self {
+                super::News::Isu(News::$variant(news))
+            }
+        }
+    )*};
+}
+
+news! {
+    Identity => Identity,
+    Alive => Alive,
+    Nulled => Nulled,
+    Report<Change> => Programmed,
+    Repaired => Repaired,
+    Failure => Failed,
+}

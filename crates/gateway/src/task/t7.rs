@@ -1,0 +1,143 @@
+//! Tasks on the T7 bus.
+
+use core::convert::Infallible;
+
+use clino_bus::{Serial, T7, Timing};
+use clino_codec::t7::{Address, Axis, BaudRate, EncodeError};
+use clino_commissioning::t7::{
+    ChangeAddress, ChangeBaud, Device, Failure, Found, Identify, Identity, Rates, Set, SetZero, Setting,
+    Sweep, Swept, Zeroed,
+};
+use clino_commissioning::{Report, Runner};
+
+use super::Led;
+use crate::traffic::Serve;
+
+/// What can be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Who it is and how it is set up.
+    Identify(Device),
+    /// Every address at these bit rates.
+    Sweep(Rates),
+    /// The axis reads zero as it stands.
+    Zero(Device, Axis),
+    /// A setting gets a value.
+    Set(Device, Setting),
+    /// The device moves from one address to another.
+    Address {
+        /// Where it is.
+        from: Address,
+        /// Where it goes.
+        to: Address,
+    },
+    /// The device, and the line with it, changes its bit rate.
+    Baud(Device, BaudRate),
+}
+
+/// What is told of a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum News {
+    /// A sweep has found something. More follows.
+    Found(Found),
+    /// A sweep is over.
+    Swept(Swept),
+    /// Who a device is and how it is set up.
+    Identity(Identity),
+    /// What an axis read before and after it was set to zero.
+    Zeroed(Zeroed),
+    /// What became of a setting.
+    Set(Report<Setting>),
+    /// What became of an address.
+    Address(Report<Address>),
+    /// What became of a bit rate.
+    Baud(Report<BaudRate>),
+    /// It did not work.
+    Failed(Failure),
+}
+
+/// A task under way.
+pub(crate) enum Work {
+    Identify(Runner<Identify>),
+    Sweep(Runner<Sweep>),
+    Zero(Runner<SetZero>),
+    Set(Runner<Set>),
+    Address(Runner<ChangeAddress>),
+    Baud(Runner<ChangeBaud>),
+}
+
+impl Work {
+    /// Begins a task on a line that runs like this.
+    ///
+    /// # Errors
+    /// A parameter out of its range, or a command that must not go to all.
+    pub fn begin(task: &Task, serial: Serial) -> Result<Work, EncodeError> {
+        // The line has no other rate than those of a T7: orders for others are refused.
+        let line = BaudRate::from_bits_per_second(serial.baud).unwrap_or(BaudRate::B115200);
+        Ok(match *task {
+            Task::Identify(device) => Work::Identify(Runner::new(Identify::new(device)?)),
+            Task::Sweep(rates) => Work::Sweep(Runner::new(Sweep::new(serial, rates))),
+            Task::Zero(device, axis) => Work::Zero(Runner::new(SetZero::new(device, axis))),
+            Task::Set(device, setting) => Work::Set(Runner::new(Set::new(device, setting)?)),
+            Task::Address { from, to } => Work::Address(Runner::new(ChangeAddress::new(from, to)?)),
+            Task::Baud(device, rate) => Work::Baud(Runner::new(ChangeBaud::new(device, line, rate)?)),
+        })
+    }
+}
+
+impl Serve for T7 {
+    type Work = Work;
+
+    fn led(work: &mut Work) -> &mut dyn Led<T7> {
+        match work {
+            Work::Identify(runner) => runner,
+            Work::Sweep(runner) => runner,
+            Work::Zero(runner) => runner,
+            Work::Set(runner) => runner,
+            Work::Address(runner) => runner,
+            Work::Baud(runner) => runner,
+        }
+    }
+
+    fn led_ref(work: &Work) -> &dyn Led<T7> {
+        match work {
+            Work::Identify(runner) => runner,
+            Work::Sweep(runner) => runner,
+            Work::Zero(runner) => runner,
+            Work::Set(runner) => runner,
+            Work::Address(runner) => runner,
+            Work::Baud(runner) => runner,
+        }
+    }
+
+    fn timing(serial: Serial) -> Timing {
+        Timing::t7(serial)
+    }
+}
+
+impl From<Infallible> for super::News {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
+}
+
+macro_rules! news {
+    ($($from:ty => $variant:ident),* $(,)?) => {$(
+        impl From<$from> for super::News {
+            fn from(news: $from) -> Self {
+                super::News::T7(News::$variant(news))
+            }
+        }
+    )*};
+}
+
+news! {
+    Found => Found,
+    Swept => Swept,
+    Identity => Identity,
+    Zeroed => Zeroed,
+    Report<Setting> => Set,
+    Report<Address> => Address,
+    Report<BaudRate> => Baud,
+    Failure => Failed,
+}

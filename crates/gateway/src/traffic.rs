@@ -1,0 +1,185 @@
+//! Who has a bus next: the polling of slots, or a commissioning task.
+//!
+//! They take turns, one exchange each, so that neither waits for more than one exchange of the other. A task that has
+//! the line at a bit rate of its own has it alone. A change of settings waits for the end of both.
+
+use clino_bus::{Event, Master, Micros, Outcome, Serial, Timing, earliest};
+use clino_commissioning::{Commissionable, Progress};
+
+use crate::gateway::Action;
+use crate::polling::{Poll, Polling};
+use crate::slot::Slot;
+use crate::task::{Lead, Led, News};
+
+/// A task changes the bit rate once and asks; more often in a row is a mistake of the task.
+const RATES_AT_ONCE: usize = 4;
+
+/// A protocol with tasks of its own.
+pub(crate) trait Serve: Poll + Commissionable {
+    type Work;
+    fn led(work: &mut Self::Work) -> &mut dyn Led<Self>;
+    fn led_ref(work: &Self::Work) -> &dyn Led<Self>;
+    /// The usual waits at a bit rate.
+    fn timing(serial: Serial) -> Timing;
+}
+
+pub(crate) struct Traffic<P: Serve> {
+    master: Master<P>,
+    polling: Polling<P>,
+    work: Option<P::Work>,
+    /// Not fetched yet; the task waits until it is.
+    news: Option<News>,
+    /// How the bus is to run as soon as nothing is under way.
+    pending: Option<Timing>,
+    /// How it ran before the task.
+    home: Timing,
+    task_is_next: bool,
+}
+
+impl<P: Serve> Traffic<P> {
+    pub fn new(timing: Timing) -> Self {
+        Traffic {
+            master: Master::new(timing),
+            polling: Polling::new(),
+            work: None,
+            news: None,
+            pending: None,
+            home: timing,
+            task_is_next: false,
+        }
+    }
+
+    pub fn master(&self) -> &Master<P> {
+        &self.master
+    }
+
+    /// The bus is to run like this.
+    pub fn set(&mut self, timing: Timing) {
+        self.pending = Some(timing);
+    }
+
+    /// Begins a task, unless there is one.
+    pub fn begin(&mut self, work: P::Work) -> bool {
+        let idle = self.work.is_none() && self.news.is_none();
+        if idle {
+            self.home = *self.master.timing();
+            self.work = Some(work);
+        }
+        idle
+    }
+
+    /// The task shall stop at its next consistent point.
+    pub fn cancel(&mut self) {
+        if let Some(work) = &mut self.work {
+            P::led(work).cancel();
+        }
+    }
+
+    /// How far the task is.
+    pub fn progress(&self) -> Option<Progress> {
+        self.work.as_ref().map(|work| P::led_ref(work).progress())
+    }
+
+    /// What the task has to say.
+    pub fn news(&mut self) -> Option<News> {
+        self.news.take()
+    }
+
+    /// The slot means something else now: what is still to come for it is nobody's.
+    pub fn forget(&mut self, slot: usize) {
+        self.polling.forget(slot);
+    }
+
+    /// Takes an event of the line. Returns whether an exchange has ended.
+    pub fn on(&mut self, event: Event, slots: &mut [Slot]) -> bool {
+        let outcome = self.master.on(event);
+        self.polling.look_again();
+        self.settle(outcome, slots)
+    }
+
+    /// Lets time pass. Returns whether an exchange has ended.
+    pub fn poll(&mut self, now: Micros, slots: &mut [Slot], mut port: impl FnMut(Action<'_>)) -> bool {
+        let outcome = self.master.poll(now);
+        let ended = self.settle(outcome, slots);
+        if !self.master.is_asking() {
+            self.begin_next(now, slots, &mut port);
+        }
+        ended
+    }
+
+    /// Whoever's turn it is may begin an exchange.
+    fn begin_next(&mut self, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
+        if self.work.is_none()
+            && let Some(timing) = self.pending.take()
+        {
+            self.run(timing, port);
+        }
+        let task_first = self.task_is_next;
+        for task in [task_first, !task_first] {
+            let frame = match task {
+                true => self.lead(now, port),
+                false if self.is_exclusive() => None,
+                false => self.polling.next(&mut self.master, now, slots),
+            };
+            if let Some(frame) = frame {
+                self.task_is_next = !task;
+                port(Action::Send(frame.as_ref()));
+                return;
+            }
+        }
+    }
+
+    /// When [`Traffic::poll`] has something to do, if ever.
+    pub fn poll_at(&self) -> Option<Micros> {
+        let master = self.master.poll_at();
+        if self.master.is_asking() {
+            return master;
+        }
+        let task = match (&self.work, &self.news) {
+            (Some(work), None) => P::led_ref(work).poll_at(),
+            _ => None,
+        };
+        let polling = if self.is_exclusive() { None } else { self.polling.poll_at() };
+        let pending = self.pending.filter(|_| self.work.is_none()).map(|_| Micros::ZERO);
+        earliest(earliest(master, task), earliest(polling, pending))
+    }
+
+    fn is_exclusive(&self) -> bool {
+        self.work.as_ref().is_some_and(|work| P::led_ref(work).is_exclusive())
+    }
+
+    fn settle(&mut self, outcome: Option<Outcome<P>>, slots: &mut [Slot]) -> bool {
+        let Some(outcome) = outcome else { return false };
+        match &mut self.work {
+            Some(work) if P::led_ref(work).is_asking() => self.news = P::led(work).settle(outcome),
+            _ => self.polling.settle(&self.master, outcome, slots),
+        }
+        true
+    }
+
+    /// Leads the task on: its next frame, if it has one.
+    fn lead(&mut self, now: Micros, port: &mut impl FnMut(Action<'_>)) -> Option<P::Frame> {
+        if self.news.is_some() {
+            return None;
+        }
+        for _ in 0..RATES_AT_ONCE {
+            match P::led(self.work.as_mut()?).poll(&mut self.master, now) {
+                Lead::Idle => return None,
+                Lead::Send(frame) => return Some(frame),
+                Lead::Serial(serial) if serial == self.home.serial => self.run(self.home, port),
+                Lead::Serial(serial) => self.run(P::timing(serial), port),
+                Lead::Done(news) => {
+                    self.work = None;
+                    self.news = Some(news);
+                    return None;
+                }
+            }
+        }
+        None
+    }
+
+    fn run(&mut self, timing: Timing, port: &mut impl FnMut(Action<'_>)) {
+        self.master.set_timing(timing);
+        port(Action::Run(timing));
+    }
+}
