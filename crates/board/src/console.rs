@@ -44,7 +44,8 @@ pub struct Terminal {
     partial: Vec<u8>,
     partial_began: Ns,
     unreadable: u64,
-    typed: VecDeque<u8>,
+    /// What is to be typed, each character with its earliest start bit.
+    typed: VecDeque<(Ns, u8)>,
 }
 
 impl Terminal {
@@ -63,9 +64,10 @@ impl Terminal {
         self.unreadable
     }
 
-    /// Types these bytes, as soon as the line is free.
-    pub fn type_bytes(&mut self, bytes: &[u8]) {
-        self.typed.extend(bytes);
+    /// Types these bytes at `at`, or as soon as the line is free. `at` must not be in the board's past, and not be
+    /// before what was typed earlier.
+    pub fn type_bytes(&mut self, at: Ns, bytes: &[u8]) {
+        self.typed.extend(bytes.iter().map(|&byte| (at, byte)));
     }
 }
 
@@ -84,7 +86,6 @@ impl SharedTerminal {
 #[derive(Debug, Default)]
 pub struct Console {
     terminal: SharedTerminal,
-    now: Ns,
     receiver: Option<Format>,
     /// The byte on its way to the gateway, and the centre of its stop bit.
     arriving: Option<(u8, Ns)>,
@@ -104,21 +105,29 @@ impl Console {
         self.terminal.clone()
     }
 
-    /// Starts the next typed byte at `start`, if there is one and somebody to hear it.
-    fn type_next(&mut self, start: Ns) -> bool {
-        let typed = if self.receiver.is_some() { self.terminal.lock().typed.pop_front() } else { None };
-        if let Some(byte) = typed {
+    /// When the next typed byte starts, if there is one and somebody to hear it.
+    fn next_start(&self) -> Option<Ns> {
+        self.receiver?;
+        let at = self.terminal.lock().typed.front().map(|&(at, _)| at)?;
+        Some(at.max(self.busy_until))
+    }
+
+    /// Starts the next typed byte at `start`.
+    fn type_next(&mut self, start: Ns) {
+        let typed = self.terminal.lock().typed.pop_front();
+        if let Some((_, byte)) = typed {
             let after = |half_bits: u64| start + (half_bits * BIT_PS / 2).div_ceil(1_000);
             self.arriving = Some((byte, after(2 * FRAME_BITS - 1)));
             self.busy_until = after(2 * FRAME_BITS);
         }
-        typed.is_some()
     }
 }
 
 impl Wire for Console {
     fn set_receiver(&mut self, now: Ns, format: Option<Format>) {
         self.advance(now);
+        // Nobody hears what began before.
+        self.busy_until = self.busy_until.max(now);
         self.receiver = format;
     }
 
@@ -151,8 +160,7 @@ impl Wire for Console {
     fn next_event(&self) -> Option<Ns> {
         match self.arriving {
             Some((_, centre)) => Some(centre),
-            None if self.receiver.is_none() || self.terminal.lock().typed.is_empty() => None,
-            None => Some(self.busy_until.max(self.now + 1)),
+            None => self.next_start(),
         }
     }
 
@@ -168,15 +176,12 @@ impl Wire for Console {
                         self.received.push_back(Received { at, word, framing_error, noise: false });
                     }
                 }
-                None => {
-                    let start = self.busy_until.max(self.now);
-                    if start > now || !self.type_next(start) {
-                        break;
-                    }
-                }
+                None => match self.next_start() {
+                    Some(start) if start <= now => self.type_next(start),
+                    _ => break,
+                },
             }
         }
-        self.now = self.now.max(now);
     }
 
     fn take_received(&mut self) -> Option<Received> {
@@ -241,7 +246,7 @@ mod tests {
     #[test]
     fn typed_bytes_arrive_one_after_the_other_once_the_receiver_is_on() {
         let mut console = Console::new();
-        console.terminal().lock().type_bytes(b"hi");
+        console.terminal().lock().type_bytes(0, b"hi");
         assert_eq!(console.next_event(), None);
         console.set_receiver(5_000, Some(format(BIT_PS)));
         let mut got = Vec::new();
@@ -258,15 +263,14 @@ mod tests {
     }
 
     #[test]
-    fn bytes_typed_later_go_out_when_the_board_next_looks() {
+    fn bytes_wait_for_their_time() {
         let mut console = Console::new();
         console.set_receiver(0, Some(format(BIT_PS)));
+        console.terminal().lock().type_bytes(1_000_000, b"x");
+        assert_eq!(console.next_event(), Some(1_000_000));
+        console.advance(999_999);
+        assert_eq!(console.next_event(), Some(1_000_000));
         console.advance(1_000_000);
-        console.terminal().lock().type_bytes(b"x");
-        let next = console.next_event();
-        assert_eq!(next, Some(1_000_001));
-        console.advance(1_000_001);
-        let arrives = 1_000_000 + (19 * BIT_PS / 2).div_ceil(1_000);
-        assert_eq!(console.next_event(), Some(arrives));
+        assert_eq!(console.next_event(), Some(1_000_000 + (19 * BIT_PS / 2).div_ceil(1_000)));
     }
 }

@@ -45,6 +45,9 @@ impl Run {
         let Bench { t7, isu, pwm, truths } = scenario.build();
         let console = Console::new();
         let terminal = console.terminal();
+        for (at, line) in scenario.typed() {
+            terminal.lock().type_bytes(at, format!("{line}\r").as_bytes());
+        }
         let buses = [
             Bus { name: "t7", protocol: Protocol::T7, log: t7.log() },
             Bus { name: "isu", protocol: Protocol::Isu, log: isu.log() },

@@ -146,6 +146,13 @@ impl Scenario {
         self.file.duration.get_ref().0
     }
 
+    /// What is typed at the console, and when, in order.
+    pub fn typed(&self) -> impl Iterator<Item = (Ns, &str)> {
+        let mut typed: Vec<_> = self.file.typed.iter().map(|typed| (typed.at.0, typed.line.as_str())).collect();
+        typed.sort_by_key(|&(at, _)| at);
+        typed.into_iter()
+    }
+
     /// Makes the sensors, for a run of this scenario from time 0.
     pub fn build(&self) -> Bench {
         build::bench(&self.file)

@@ -115,6 +115,8 @@ impl Usart {
         let result = change(&mut state);
         self.follow_settings(&mut state, now);
         self.start_next(&mut state, now * PS_PER_NS);
+        // A character we begin may be what brings the wire to the end of one that comes in.
+        self.receive_all(&mut state);
         let irq = state.registers.interrupt();
         drop(state);
         self.drive_irq(irq);
@@ -187,6 +189,12 @@ impl Usart {
         }
     }
 
+    fn receive_all(&self, state: &mut State) {
+        while let Some(received) = state.wire.take_received() {
+            self.receive(state, received);
+        }
+    }
+
     fn receive(&self, state: &mut State, received: Received) {
         let Some(format) = state.listening else { return };
         if !self.connected(state.rx) {
@@ -219,9 +227,7 @@ impl Actor for Usart {
         self.change(now, |state| {
             self.shift(state, now);
             state.wire.advance(now);
-            while let Some(received) = state.wire.take_received() {
-                self.receive(state, received);
-            }
+            self.receive_all(state);
             if state.idle_check.is_some_and(|(at, _)| at <= now) {
                 state.idle_check = None;
                 state.registers.raise(sr::IDLE);

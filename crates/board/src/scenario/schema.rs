@@ -37,6 +37,19 @@ pub struct File {
     /// PWM sources.
     #[serde(default)]
     pub pwm: Vec<Pwm>,
+    /// What somebody types at the console.
+    #[serde(default)]
+    pub typed: Vec<Typed>,
+}
+
+/// A line that somebody types at the console.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Typed {
+    /// Its first start bit, unless the line before is still being typed.
+    pub at: Time,
+    /// The line without its end.
+    pub line: String,
 }
 
 fn default_duration() -> Spanned<Time> {
