@@ -25,6 +25,11 @@ const CHECKS: &[Check] = &[
         "crates/codec/checks/targets.sh",
         "the codec builds for Cortex-M0, Cortex-M4F and RISC-V",
     ),
+    codec(
+        "drivers",
+        "crates/drivers/checks/targets.sh",
+        "bus, commissioning and drivers build for Cortex-M0 and Cortex-M4F",
+    ),
     codec("nopanic", "crates/codec/checks/nopanic.sh", "no panic is reachable in the codec"),
     codec("instructions", "crates/codec/checks/instructions.sh", "instructions of a decode, under callgrind"),
     Check {

@@ -3,9 +3,17 @@
 use crate::command::{self, Outcome};
 use crate::{firmware, size};
 
-/// Portable tests, then the virtual board's own, then the firmware image (built, sized) on it.
+/// The drivers' examples; each checks the angle it reads against the simulated sensor's.
+const EXAMPLES: [&str; 6] = ["t7_blocking", "t7_nb", "t7_async", "isu_blocking", "isu_async", "rs485"];
+
+/// Portable tests and examples, then the virtual board's own, then the firmware image (built, sized) on it.
 pub fn run() -> Outcome {
     command::run(command::cargo(["test"]))?;
+    command::run(command::cargo(["test", "--package", "clino-drivers", "--all-features"]))?;
+    for example in EXAMPLES {
+        let run = ["run", "--package", "clino-drivers", "--all-features", "--example", example];
+        command::run(command::cargo(run))?;
+    }
     firmware::add_target()?;
     let selftest = ["test", "--package", "clino-board", "--test", "selftest", "--", "--include-ignored"];
     command::run(command::cargo(selftest))?;

@@ -3,8 +3,10 @@
 
 #[cfg(unix)]
 mod command_line;
+mod commissioning;
 mod faults;
 mod main_job;
 mod pwm;
+mod throughput;
 mod timing;
 mod unplugging;
