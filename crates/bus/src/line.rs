@@ -60,6 +60,8 @@ enum State {
 #[derive(Debug)]
 pub struct Line {
     settings: Settings,
+    /// Half a bit: a division that is not done for each character that comes in.
+    half_bit: Micros,
     state: State,
     frame: Vec<u8, MAX_FRAME>,
     /// No DE before this instant: the end of the last thing heard or sent, plus the guard.
@@ -76,6 +78,7 @@ impl Line {
         let clear_at = started + settings.guard.max(settings.serial.characters(1));
         Line {
             settings,
+            half_bit: settings.serial.half_bit(),
             state: State::Listening,
             frame: Vec::new(),
             clear_at,
@@ -98,6 +101,7 @@ impl Line {
             self.echo = Echo::new(settings.echo);
         }
         self.settings = settings;
+        self.half_bit = settings.serial.half_bit();
         self.clear_at = self.clear_at.max(now + settings.guard);
         Ok(())
     }
@@ -219,7 +223,7 @@ impl Line {
 
     /// A character was received; `at` is the centre of its stop bit. Whose it is, is in the event.
     pub fn heard(&mut self, character: Character, at: Micros) -> Event {
-        let end_of_stop_bit = at + self.settings.serial.half_bit();
+        let end_of_stop_bit = at + self.half_bit;
         self.clear_at = self.clear_at.max(end_of_stop_bit + self.settings.guard);
         let sent = match self.state {
             State::PreDelay { .. } | State::Turnaround { .. } => 0,

@@ -55,19 +55,18 @@ pub struct Outcome<P: Protocol> {
     pub at: Micros,
 }
 
-enum State<P: Protocol> {
+/// Where the exchange in hand is.
+#[derive(Clone, Copy)]
+enum State {
     Idle,
     Sending {
-        exchange: Exchange<P>,
         give_up: Micros,
     },
     Waiting {
-        exchange: Exchange<P>,
         deadline: Micros,
         give_up: Micros,
     },
     Quiet {
-        exchange: Exchange<P>,
         /// Nobody is asked before this.
         clear: Micros,
         give_up: Micros,
@@ -79,7 +78,11 @@ enum State<P: Protocol> {
 /// Master of one bus that speaks `P`. Frames go out through a [`Line`](crate::Line), whose events come in here.
 pub struct Master<P: Protocol> {
     timing: Timing,
-    state: State<P>,
+    /// One character: a division that is not done for each one that comes in.
+    character: Micros,
+    state: State,
+    /// The exchange in hand, or the last one: it is taken up again for the next, which is cheaper than a new one.
+    exchange: Option<Exchange<P>>,
     doubts: Doubts<P>,
     habits: Habits,
     slack: Slack,
@@ -91,7 +94,9 @@ impl<P: Protocol> Master<P> {
     pub fn new(timing: Timing) -> Self {
         Master {
             timing,
+            character: timing.serial.characters(1),
             state: State::Idle,
+            exchange: None,
             doubts: Doubts::new(),
             habits: Habits::default(),
             slack: Slack::default(),
@@ -123,6 +128,7 @@ impl<P: Protocol> Master<P> {
     /// during one.
     pub fn set_timing(&mut self, timing: Timing) {
         self.timing = timing;
+        self.character = timing.serial.characters(1);
     }
 
     /// Takes an event of the line. A collecting exchange has more than one outcome.
@@ -146,17 +152,12 @@ impl<P: Protocol> Master<P> {
 
     /// Lets time pass. To be called again while it returns an outcome.
     pub fn poll(&mut self, now: Micros) -> Option<Outcome<P>> {
-        match &mut self.state {
-            State::Idle => None,
-            State::Sending { give_up, .. } if now >= *give_up => self.fail(Fault::NotSent, now),
-            State::Waiting { exchange, deadline, .. } if now >= *deadline => {
-                let (deadline, last) = (*deadline, exchange.last);
+        match self.state {
+            State::Sending { give_up } if now >= give_up => self.fail(Fault::NotSent, now),
+            State::Waiting { deadline, .. } if now >= deadline => {
                 // What the decoder has held back until now; each report takes at least a character, so this ends.
-                loop {
-                    let progress = match &mut self.state {
-                        State::Waiting { exchange, .. } => P::idle(&mut exchange.decoder),
-                        _ => return None,
-                    };
+                while let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) {
+                    let (progress, last) = (P::idle(&mut exchange.decoder), exchange.last);
                     if matches!(progress, Progress::More) {
                         return self.missed(deadline, now);
                     }
@@ -165,8 +166,9 @@ impl<P: Protocol> Master<P> {
                         return outcome;
                     }
                 }
+                None
             }
-            State::Quiet { clear, doubt, .. } if now >= doubt.map_or(*clear, |until| until.max(*clear)) => {
+            State::Quiet { clear, doubt, .. } if now >= doubt.map_or(clear, |until| until.max(clear)) => {
                 self.leave_quiet(now);
                 None
             }
@@ -176,11 +178,11 @@ impl<P: Protocol> Master<P> {
 
     /// When [`Master::poll`] has something to do, if ever.
     pub fn poll_at(&self) -> Option<Micros> {
-        match &self.state {
+        match self.state {
             State::Idle => None,
-            State::Sending { give_up, .. } => Some(*give_up),
-            State::Waiting { deadline, .. } => Some(*deadline),
-            State::Quiet { clear, doubt, .. } => Some(doubt.map_or(*clear, |until| until.max(*clear))),
+            State::Sending { give_up } => Some(give_up),
+            State::Waiting { deadline, .. } => Some(deadline),
+            State::Quiet { clear, doubt, .. } => Some(doubt.map_or(clear, |until| until.max(clear))),
         }
     }
 }

@@ -52,6 +52,9 @@ pub trait Protocol {
     /// A decoder that waits for that answer and nothing else.
     fn decoder(expected: Self::Expected) -> Self::Decoder;
 
+    /// Makes a decoder wait for that answer; what it holds is forgotten.
+    fn restart(decoder: &mut Self::Decoder, expected: Self::Expected);
+
     /// Feeds the decoder.
     fn push(decoder: &mut Self::Decoder, character: Character) -> Progress<Self::Answer, Self::DecodeError>;
 

@@ -52,10 +52,18 @@ struct State {
     look_at: usize,
 }
 
+impl State {
+    const NEW: Self = Self { length: 0, reported: 0, junk: 0, dirty: false, look_at: 0 };
+}
+
 impl<const N: usize> Stream<N> {
     pub(crate) const fn new() -> Self {
-        let state = State { length: 0, reported: 0, junk: 0, dirty: false, look_at: 0 };
-        Self { bytes: [0; N], errors: [LineErrors::NONE; N], state }
+        Self { bytes: [0; N], errors: [LineErrors::NONE; N], state: State::NEW }
+    }
+
+    /// Forgets everything.
+    pub(crate) const fn restart(&mut self) {
+        self.state = State::NEW;
     }
 
     /// Bytes that belonged to no frame, good or reported.

@@ -199,3 +199,18 @@ fn asked_any_everybody_is_heard() {
     let senders: Vec<u8> = seen.iter().map(|answer| answer.unwrap().address.get()).collect();
     assert_eq!(senders, [0, 1, 14]);
 }
+
+#[test]
+fn a_restarted_decoder_is_as_good_as_new() {
+    let address = Address::new(0).unwrap();
+    let mut decoder =
+        AnswerDecoder::new(Request::ReadEeprom { start: 0, count: 8 }.expected(address), Layers::ALL);
+    for byte in [0x12, 0x09, 0x00] {
+        assert!(matches!(decoder.push(Character::clean(byte)), Progress::More));
+    }
+    decoder.restart(Request::READ_ANGLE.expected(address));
+    assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+    let answer = [0x04, 0x05, 0x58, 0x80, 0x00, 0xDD];
+    let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), Progress::Frame(_)));
+    assert_eq!(found, [false, false, false, false, false, true]);
+}

@@ -338,3 +338,17 @@ fn a_sniffer_reports_damage_and_goes_on() {
     let seen = sniff(&mut sniffer, &t7_frame(5, 0x89, &[3, 0], true));
     assert!(matches!(seen[..], [Err(DecodeError::Value { .. })]), "{seen:?}");
 }
+
+#[test]
+fn a_restarted_decoder_is_as_good_as_new() {
+    let address = Address::new(5).unwrap();
+    let mut decoder = AnswerDecoder::new(Request::GetDamping.expected(address), Layers::ALL);
+    for byte in [0x05, 0x04, 0x8A, 0x03] {
+        assert!(matches!(decoder.push(Character::clean(byte)), Progress::More));
+    }
+    decoder.restart(Request::GetAngle(Axis::Two).expected(address));
+    assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+    let answer = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
+    let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), Progress::Frame(_)));
+    assert_eq!(found, [false, false, false, false, false, false, false, true]);
+}

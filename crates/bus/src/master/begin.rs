@@ -11,12 +11,14 @@ impl<P: Protocol> Master<P> {
     pub fn ask_at(&self, address: P::Address, request: &P::Request) -> Option<Micros> {
         let expected = P::expected(address, request);
         let on_the_list = self.doubts.clear_at(&expected);
-        match &self.state {
+        match self.state {
             State::Idle => Some(on_the_list),
             State::Sending { .. } | State::Waiting { .. } => None,
-            State::Quiet { exchange, clear, doubt, .. } => {
-                let last = doubt.filter(|_| P::confusable(&expected, &exchange.expected));
-                Some(on_the_list.max(*clear).max(last.unwrap_or(Micros::ZERO)))
+            State::Quiet { clear, doubt, .. } => {
+                let failed = self.exchange.as_ref().map(|exchange| &exchange.expected);
+                let confusable = failed.is_some_and(|failed| P::confusable(&expected, failed));
+                let last = doubt.filter(|_| confusable).unwrap_or(Micros::ZERO);
+                Some(on_the_list.max(clear).max(last))
             }
         }
     }
@@ -94,16 +96,22 @@ impl<P: Protocol> Master<P> {
         };
         let latency = P::latency(request, &self.timing);
         let retry = matches!(kind, Kind::Retry);
-        let exchange = Exchange::new(P::expected(address, request), latency, retry, collecting, now);
+        let expected = P::expected(address, request);
+        match &mut self.exchange {
+            Some(exchange) => exchange.restart(expected, latency, retry, collecting, now),
+            None => self.exchange = Some(Exchange::new(expected, latency, retry, collecting, now)),
+        }
         // The line reports how the frame ended; this deadline, twice what it may take, covers one that does not.
-        let longest = self.timing.line_busy + self.timing.serial.characters(frame.as_ref().len() as u64);
-        self.state = State::Sending { exchange, give_up: now + longest.times(2) };
+        let longest = self.timing.line_busy + self.character.times(frame.as_ref().len() as u64);
+        self.state = State::Sending { give_up: now + longest.times(2) };
         Ok(frame)
     }
 
     /// Leaves the state at hand for a new exchange.
     fn leave(&mut self, now: Micros) {
-        if let State::Sending { exchange, .. } | State::Waiting { exchange, .. } = &self.state {
+        if self.is_asking()
+            && let Some(exchange) = &self.exchange
+        {
             let until = now + exchange.latency + self.timing.late;
             self.doubts.add(exchange.doubt(until), now);
         }

@@ -3,16 +3,15 @@
 use clino_codec::Progress;
 use clino_codec::layers::Layer;
 
-use super::exchange::Exchange;
 use super::late::Doubt;
-use super::{Fault, LONGEST_ANSWER, Master, Outcome, State};
+use super::{Fault, Master, Outcome, State};
 use crate::counters::bump;
 use crate::{Micros, Protocol, Refusal};
 
 impl<P: Protocol> Master<P> {
     /// The deadline has passed, and the decoder holds nothing more.
     pub(super) fn missed(&mut self, deadline: Micros, now: Micros) -> Option<Outcome<P>> {
-        let State::Waiting { exchange, .. } = &mut self.state else { return None };
+        let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
         if exchange.collecting.is_none() {
             let fault = exchange.fault(deadline);
             return self.fail(fault, now);
@@ -31,18 +30,14 @@ impl<P: Protocol> Master<P> {
             Fault::NotSent | Fault::LineBusy | Fault::Contention | Fault::Over { .. } => {}
         }
         let doubt = self.is_answer_to_come(&fault).then(|| at + self.timing.late);
-        match core::mem::replace(&mut self.state, State::Idle) {
-            State::Sending { exchange, .. } | State::Waiting { exchange, .. } => {
-                let clear = at + self.patience(&exchange, &fault);
-                let give_up = clear + self.longest_wait(&exchange);
-                self.state = State::Quiet { exchange, clear, give_up, doubt };
-                Some(Outcome { result: Err(fault), at })
-            }
-            other => {
-                self.state = other;
-                None
-            }
+        if !self.is_asking() {
+            return None;
         }
+        let exchange = self.exchange.as_ref()?;
+        let (node, longest) = (P::node(&exchange.expected), exchange.longest_wait(&self.timing));
+        let clear = at + self.patience(node, &fault);
+        self.state = State::Quiet { clear, give_up: clear + longest, doubt };
+        Some(Outcome { result: Err(fault), at })
     }
 
     /// Whether the node may still answer the request that ended so. It does not if it was not asked, and not if it has
@@ -56,9 +51,9 @@ impl<P: Protocol> Master<P> {
     }
 
     /// For how long nobody is asked after a failure.
-    fn patience(&mut self, exchange: &Exchange<P>, fault: &Fault<P::DecodeError>) -> Micros {
+    fn patience(&mut self, node: u8, fault: &Fault<P::DecodeError>) -> Micros {
         match fault {
-            Fault::NoAnswer { .. } => self.habits.missed(P::node(&exchange.expected), &self.timing),
+            Fault::NoAnswer { .. } => self.habits.missed(node, &self.timing),
             _ => self.timing.quiet,
         }
     }
@@ -79,7 +74,9 @@ impl<P: Protocol> Master<P> {
 
     /// The answer to the request that has just failed ended at `at`: no other is to come.
     pub(super) fn came_late_in_quiet(&mut self, at: Micros) {
-        let State::Quiet { exchange, clear, doubt, .. } = &mut self.state else { return };
+        let (State::Quiet { clear, doubt, .. }, Some(exchange)) = (&mut self.state, &self.exchange) else {
+            return;
+        };
         (*clear, *doubt) = (at, None);
         let late = exchange.doubt(at);
         self.came_late(&late, at);
@@ -87,10 +84,8 @@ impl<P: Protocol> Master<P> {
 
     /// Nothing more is heard of the exchange that failed; a late answer that may still come goes on the list.
     pub(super) fn leave_quiet(&mut self, now: Micros) {
-        let State::Quiet { mut exchange, mut doubt, .. } = core::mem::replace(&mut self.state, State::Idle)
-        else {
-            return;
-        };
+        let State::Quiet { mut doubt, .. } = core::mem::replace(&mut self.state, State::Idle) else { return };
+        let Some(exchange) = &mut self.exchange else { return };
         loop {
             match P::idle(&mut exchange.decoder) {
                 Progress::More => break,
@@ -105,10 +100,5 @@ impl<P: Protocol> Master<P> {
         if let Some(until) = doubt.filter(|&until| until > now) {
             self.doubts.add(exchange.doubt(until), now);
         }
-    }
-
-    pub(super) fn longest_wait(&self, exchange: &Exchange<P>) -> Micros {
-        let twice = (P::size(&exchange.expected) as u64).saturating_mul(2);
-        self.timing.serial.characters(LONGEST_ANSWER.max(twice)) + self.timing.gap
     }
 }

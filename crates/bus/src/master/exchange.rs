@@ -3,10 +3,10 @@
 use clino_codec::Progress;
 use clino_codec::character::Character;
 
-use super::Fault;
 use super::late::Doubt;
+use super::{Fault, LONGEST_ANSWER};
 use crate::counters::bump;
-use crate::{Micros, Protocol};
+use crate::{Micros, Protocol, Timing};
 
 /// A question that is on its way, waits for its answer, or has waited in vain.
 pub(super) struct Exchange<P: Protocol> {
@@ -81,6 +81,27 @@ impl<P: Protocol> Exchange<P> {
         }
     }
 
+    /// Begins another one, in place.
+    pub fn restart(
+        &mut self,
+        expected: P::Expected,
+        latency: Micros,
+        retry: bool,
+        collecting: Option<Collecting>,
+        now: Micros,
+    ) {
+        P::restart(&mut self.decoder, expected);
+        (self.expected, self.latency, self.retry, self.collecting) = (expected, latency, retry, collecting);
+        (self.asked, self.released, self.first, self.last) = (now, now, now, now);
+        (self.characters, self.bad, self.contended) = (0, None, false);
+    }
+
+    /// How much longer than its deadline it may be waited for at most: the longest answer, twice over.
+    pub fn longest_wait(&self, timing: &Timing) -> Micros {
+        let twice = (P::size(&self.expected) as u64).saturating_mul(2);
+        timing.serial.characters(LONGEST_ANSWER.max(twice)) + timing.gap
+    }
+
     /// This request, if its answer may come as late as `until`.
     pub fn doubt(&self, until: Micros) -> Doubt<P::Expected> {
         Doubt { expected: self.expected, due: self.released + self.latency, until }
@@ -91,7 +112,7 @@ impl<P: Protocol> Exchange<P> {
     pub fn release(&mut self, at: Micros) -> u32 {
         let junk = self.finish();
         (self.released, self.first, self.last) = (at, at, at);
-        self.decoder = P::decoder(self.expected);
+        P::restart(&mut self.decoder, self.expected);
         junk
     }
 

@@ -10,23 +10,20 @@ use crate::{Micros, Protocol, Refusal};
 
 impl<P: Protocol> Master<P> {
     pub(super) fn released(&mut self, at: Micros) {
-        self.state = match core::mem::replace(&mut self.state, State::Idle) {
-            State::Sending { mut exchange, .. } => {
-                self.counters.junk = self.counters.junk.wrapping_add(exchange.release(at));
-                let wait = match &exchange.collecting {
-                    Some(collecting) => collecting.window(),
-                    None => self.timing.first_character(exchange.latency) + self.slack.granted(),
-                };
-                let deadline = at + wait;
-                let give_up = deadline + self.longest_wait(&exchange);
-                State::Waiting { exchange, deadline, give_up }
-            }
-            other => other,
+        let (State::Sending { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return };
+        self.counters.junk = self.counters.junk.wrapping_add(exchange.release(at));
+        let wait = match &exchange.collecting {
+            Some(collecting) => collecting.window(),
+            None => self.timing.first_character(exchange.latency) + self.slack.granted(),
         };
+        let deadline = at + wait;
+        let give_up = deadline + exchange.longest_wait(&self.timing);
+        self.state = State::Waiting { deadline, give_up };
     }
 
     pub(super) fn contended(&mut self) {
-        if let State::Sending { exchange, .. } | State::Waiting { exchange, .. } = &mut self.state
+        if self.is_asking()
+            && let Some(exchange) = &mut self.exchange
             && !core::mem::replace(&mut exchange.contended, true)
         {
             bump(&mut self.counters.contention);
@@ -35,20 +32,20 @@ impl<P: Protocol> Master<P> {
 
     pub(super) fn heard(&mut self, character: Character, at: Micros) -> Option<Outcome<P>> {
         self.counters.character(character.errors);
-        let gap = self.timing.gap + self.timing.serial.characters(1);
-        let progress = match &mut self.state {
+        let gap = self.timing.gap + self.character;
+        let progress = match (&mut self.state, &mut self.exchange) {
             // Nobody was asked.
-            State::Idle => {
+            (State::Idle, _) | (_, None) => {
                 bump(&mut self.counters.junk);
                 return None;
             }
             // A late answer, or a node out of turn.
-            State::Sending { exchange, .. } => P::push(&mut exchange.decoder, character),
-            State::Waiting { exchange, deadline, give_up } => {
+            (State::Sending { .. }, Some(exchange)) => P::push(&mut exchange.decoder, character),
+            (State::Waiting { deadline, give_up }, Some(exchange)) => {
                 *deadline = (*deadline).max(at + gap).min(*give_up);
                 exchange.hear(character, at)
             }
-            State::Quiet { exchange, clear, give_up, .. } => {
+            (State::Quiet { clear, give_up, .. }, Some(exchange)) => {
                 *clear = (*clear).max(at + gap).min(*give_up);
                 exchange.hear(character, at)
             }
@@ -79,7 +76,7 @@ impl<P: Protocol> Master<P> {
                     return None;
                 }
                 let doubt = self.doubts.claim(asked, |earlier| P::answers(&answer, earlier));
-                match (&mut self.state, doubt) {
+                match (self.state, doubt) {
                     (_, Some(doubt)) => {
                         self.came_late(&doubt, at);
                         self.pass_over();
@@ -98,7 +95,7 @@ impl<P: Protocol> Master<P> {
 
     /// A frame was refused while its answer is awaited.
     fn refused(&mut self, error: P::DecodeError, at: Micros) -> Option<Outcome<P>> {
-        let State::Waiting { exchange, .. } = &mut self.state else { return None };
+        let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
         match &mut exchange.collecting {
             None => {
                 exchange.bad = Some(error);
@@ -114,7 +111,7 @@ impl<P: Protocol> Master<P> {
     /// The answer is here: the end of the exchange, unless it collects.
     fn answered(&mut self, answer: P::Answer, at: Micros) -> Option<Outcome<P>> {
         bump(&mut self.counters.good);
-        let State::Waiting { exchange, .. } = &mut self.state else { return None };
+        let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
         self.habits.answered(P::node(&exchange.expected));
         if !exchange.retry {
             bump(&mut self.counters.first_try);
@@ -124,8 +121,7 @@ impl<P: Protocol> Master<P> {
         }
         if let Some(response) = exchange.response() {
             self.counters.response(response);
-            self.slack
-                .note(response.since(exchange.latency + self.timing.serial.characters(1)), &self.timing);
+            self.slack.note(response.since(exchange.latency + self.character), &self.timing);
         }
         self.counters.junk = self.counters.junk.wrapping_add(exchange.finish());
         self.state = State::Idle;
@@ -134,17 +130,13 @@ impl<P: Protocol> Master<P> {
 
     /// What was heard of this exchange so far was a late answer to another one.
     fn pass_over(&mut self) {
-        if let State::Waiting { exchange, .. } = &mut self.state {
+        if let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) {
             exchange.characters = 0;
         }
     }
 
-    pub(super) fn exchange(&self) -> Option<&Exchange<P>> {
-        match &self.state {
-            State::Idle => None,
-            State::Sending { exchange, .. }
-            | State::Waiting { exchange, .. }
-            | State::Quiet { exchange, .. } => Some(exchange),
-        }
+    /// The exchange in hand.
+    fn exchange(&self) -> Option<&Exchange<P>> {
+        self.exchange.as_ref().filter(|_| !matches!(self.state, State::Idle))
     }
 }

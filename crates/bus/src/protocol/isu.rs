@@ -49,6 +49,10 @@ impl Protocol for Isu {
         AnswerDecoder::new(expected, Layers::ALL)
     }
 
+    fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
+        decoder.restart(expected);
+    }
+
     fn push(decoder: &mut AnswerDecoder, character: Character) -> Progress<Answer, DecodeError> {
         decoder.push(character)
     }

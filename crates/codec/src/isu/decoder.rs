@@ -53,6 +53,12 @@ impl AnswerDecoder {
         Self { answers: Answers { expected, layers }, stream: Stream::new() }
     }
 
+    /// Waits for something else from now on. What is held and counted is forgotten.
+    pub const fn restart(&mut self, expected: Expected) {
+        self.answers.expected = expected;
+        self.stream.restart();
+    }
+
     /// What the decoder waits for.
     pub const fn expected(&self) -> Expected {
         self.answers.expected

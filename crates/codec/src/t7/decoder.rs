@@ -48,9 +48,13 @@ impl AnswerDecoder {
     /// With the command check off, a damaged length or command byte can make the decoder wait for a longer
     /// frame; [`idle`](Self::idle) then releases a good frame that was received meanwhile.
     pub const fn new(expected: Expected, layers: Layers) -> Self {
-        let Expected { address, opcode } = expected;
-        let header = [address.get(), opcode.response_length(), opcode.get()];
-        Self { answers: Answers { expected, layers, header, size: size(opcode) }, stream: Stream::new() }
+        Self { answers: Answers::new(expected, layers), stream: Stream::new() }
+    }
+
+    /// Waits for something else from now on. What is held and counted is forgotten.
+    pub const fn restart(&mut self, expected: Expected) {
+        self.answers = Answers::new(expected, self.answers.layers);
+        self.stream.restart();
     }
 
     /// What the decoder waits for.
@@ -116,6 +120,12 @@ struct Answers {
 }
 
 impl Answers {
+    const fn new(expected: Expected, layers: Layers) -> Self {
+        let Expected { address, opcode } = expected;
+        let header = [address.get(), opcode.response_length(), opcode.get()];
+        Self { expected, layers, header, size: size(opcode) }
+    }
+
     /// What starts with these bytes.
     fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut Progress) -> Verdict {
         let Some(&[address, length, command]) = bytes.first_chunk() else {

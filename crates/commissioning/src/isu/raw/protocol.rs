@@ -49,6 +49,10 @@ impl Protocol for UnprotectedIsu {
         Isu::decoder(expected)
     }
 
+    fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
+        Isu::restart(decoder, expected);
+    }
+
     fn push(decoder: &mut AnswerDecoder, character: Character) -> Progress<Answer, DecodeError> {
         Isu::push(decoder, character)
     }
