@@ -71,7 +71,7 @@ impl BusLevel {
         for bus in shared::BUSES {
             self.gateway.poll(bus, now, |action| match action {
                 Action::Send(frame) => ports::submit(bus, frame),
-                Action::Run(timing) => ports::run(bus, &timing),
+                Action::Run(timing, line) => ports::run(bus, &timing, line),
             });
         }
         let ports_at = ports::poll(now);
@@ -126,9 +126,9 @@ impl BusLevel {
             self.statistics_due = now + params::PUBLISH_EVERY;
             for bus in shared::BUSES {
                 let (timing, counters) = (*self.gateway.timing(bus), *self.gateway.counters(bus));
-                let driver = ports::driver_enable(bus);
+                let (line, driver) = (*self.gateway.line_settings(bus), ports::driver_enable(bus));
                 let progress = self.gateway.progress(bus);
-                shared::publish_bus(bus, BusState { timing, counters, driver, progress });
+                shared::publish_bus(bus, BusState { timing, line, counters, driver, progress });
             }
         }
     }

@@ -4,7 +4,7 @@
 
 use core::cell::RefCell;
 
-use clino_bus::{DriverEnable, Micros, Timing, earliest};
+use clino_bus::{DriverEnable, Micros, Timing, earliest, line};
 use clino_gateway::Bus;
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
@@ -67,10 +67,10 @@ pub fn submit(bus: Bus, frame: &[u8]) {
 }
 
 /// Runs a bus with another bit rate and other waits. Only between two exchanges.
-pub fn run(bus: Bus, timing: &Timing) {
+pub fn run(bus: Bus, timing: &Timing, line: line::Settings) {
     with(|ports| match bus {
-        Bus::T7 => ports.t7.run(timing),
-        Bus::Isu => ports.isu.run(timing),
+        Bus::T7 => ports.t7.run(timing, line),
+        Bus::Isu => ports.isu.run(timing, line),
     });
 }
 

@@ -94,8 +94,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
     }
 
     /// Runs with another bit rate and other waits. A frame in hand is lost; its exchange ends by its deadline.
-    pub fn run(&mut self, timing: &Timing) {
-        let settings = Settings { serial: timing.serial, guard: timing.guard, ..*self.line.settings() };
+    pub fn run(&mut self, timing: &Timing, settings: Settings) {
         let now = clock::now();
         if self.line.set(settings, now).is_err() {
             self.stop();

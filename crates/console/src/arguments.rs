@@ -1,5 +1,6 @@
 //! Words with a meaning of their own. A word that is none of them is refused with the list of those that are.
 
+use clino_bus::line::EchoMode;
 use clino_codec::angle::Range;
 use clino_codec::t7::Direction;
 use clino_gateway::Bus;
@@ -26,7 +27,7 @@ macro_rules! words {
     )*};
 }
 
-words!(Switch, Kind, BusName, Sense, OutputRange, T7Verb, IsuVerb);
+words!(Switch, Kind, BusName, Echo, Sense, OutputRange, T7Verb, IsuVerb);
 
 /// On or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +64,19 @@ pub struct BusName(pub Bus);
 impl Words for BusName {
     const EXPECTED: &'static str = "t7 or isu";
     const WORDS: &'static [(&'static str, Self)] = &[("t7", BusName(Bus::T7)), ("isu", BusName(Bus::Isu))];
+}
+
+/// Whether our own characters come back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Echo(pub EchoMode);
+
+impl Words for Echo {
+    const EXPECTED: &'static str = "off, expected or detect";
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("off", Echo(EchoMode::Off)),
+        ("expected", Echo(EchoMode::Expected)),
+        ("detect", Echo(EchoMode::Detect)),
+    ];
 }
 
 /// What is to be done with T7s.

@@ -2,7 +2,7 @@
 
 use embedded_cli::Command;
 
-use crate::arguments::{BusName, IsuVerb, Kind, Switch, T7Verb};
+use crate::arguments::{BusName, Echo, IsuVerb, Kind, Switch, T7Verb};
 
 /// Everything that can be typed.
 #[derive(Debug, Command)]
@@ -52,11 +52,20 @@ pub enum Typed<'a> {
         /// Silence before our driver is switched on, us
         #[arg(short = 'g', long)]
         guard: Option<u32>,
+        /// From DE high to the first start bit, us
+        #[arg(long)]
+        pre: Option<u32>,
+        /// From the last stop bit to DE low, us
+        #[arg(long)]
+        post: Option<u32>,
+        /// Whether our own characters come back: off, expected or detect
+        #[arg(short = 'e', long)]
+        echo: Option<Echo>,
     },
     /// Find and set up T7s: scan, scan all, info, zero, offset, direction, damping, range, address, baud
     #[command(name = "t7")]
     T7 {
-        /// scan [all]; info A; zero A; offset A MDEG; direction A normal|reversed; damping A MS; range A
+        /// scan, scan all; info A; zero A; offset A MDEG; direction A normal|reversed; damping A MS; range A
         /// bidirectional|unidirectional; address A NEW; baud A RATE
         verb: T7Verb,
         /// Address of the device

@@ -5,9 +5,9 @@ use core::fmt::{self, Write};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source, json};
 
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Micros, Serial, Timing, line};
 
-use crate::arguments::{BusName, Kind, Switch};
+use crate::arguments::{BusName, Echo, Kind, Switch};
 use crate::command::Typed;
 use crate::error::Error;
 use crate::fields::{Value, line};
@@ -69,23 +69,31 @@ pub fn execute<'a>(
             host.order(Order::Slot { slot, config })?;
             done(audience, out)?;
         }
-        Typed::Bus { bus: BusName(bus), baud: None, guard: None } => {
+        Typed::Bus { bus: BusName(bus), baud: None, guard: None, pre: None, post: None, echo: None } => {
             if let Some(state) = host.bus(bus) {
                 match audience {
                     Audience::People => table::bus(out, bus, &state)?,
-                    Audience::Programs => json::bus(out, bus, &state.timing)?,
+                    Audience::Programs => json::bus(out, bus, &state.line)?,
                 }
             }
         }
-        Typed::Bus { bus: BusName(bus), baud, guard } => {
+        Typed::Bus { bus: BusName(bus), baud, guard, pre, post, echo } => {
             let Some(state) = host.bus(bus) else { return Ok(Next::Stay) };
             let serial = baud.map_or(state.timing.serial, |baud| Serial { baud });
             let mut timing = match bus {
+                _ if baud.is_none() => state.timing,
                 Bus::T7 => Timing::t7(serial),
                 Bus::Isu => Timing { serial, ..Timing::isu() },
             };
             timing.guard = guard.map_or(timing.guard, |us| Micros(u64::from(us)));
-            host.order(Order::Bus { bus, timing })?;
+            let micros = |us: u32| Micros(u64::from(us));
+            let line = line::Settings {
+                pre_delay: pre.map_or(state.line.pre_delay, micros),
+                post_delay: post.map_or(state.line.post_delay, micros),
+                echo: echo.map_or(state.line.echo, |Echo(mode)| mode),
+                ..timing.line()
+            };
+            host.order(Order::Bus { bus, timing, line })?;
             done(audience, out)?;
         }
         Typed::T7 { verb, address, value, axis } => {

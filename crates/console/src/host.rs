@@ -1,6 +1,6 @@
 //! What the console needs of the rest of the gateway.
 
-use clino_bus::{Counters, Micros, Timing};
+use clino_bus::{Counters, Micros, Timing, line};
 use clino_commissioning::Progress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
@@ -36,6 +36,8 @@ pub trait Host {
 pub struct BusState {
     /// Bit rate and waits.
     pub timing: Timing,
+    /// Its line.
+    pub line: line::Settings,
     /// What happened since reset.
     pub counters: Counters,
     /// How the line driver behaved.

@@ -3,7 +3,7 @@
 use core::fmt::{self, Write};
 
 use clino_bus::Micros;
-use clino_gateway::json::{bus_name, name};
+use clino_gateway::json::{bus_name, echo_name, name};
 use clino_gateway::{Bus, Reading};
 
 use crate::fields::DECIMALS;
@@ -35,8 +35,16 @@ pub fn row(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
 
 /// How a bus is set.
 pub fn bus(out: &mut dyn Write, bus: Bus, state: &BusState) -> fmt::Result {
-    let (name, timing) = (bus_name(bus), &state.timing);
-    writeln!(out, "{name}: {} bit/s, guard {} us", timing.serial.baud, timing.guard.0)
+    let (name, line) = (bus_name(bus), &state.line);
+    writeln!(
+        out,
+        "{name}: {} bit/s, guard {} us, DE {} us before and {} us after a frame, echo {}",
+        line.serial.baud,
+        line.guard.0,
+        line.pre_delay.0,
+        line.post_delay.0,
+        echo_name(line.echo)
+    )
 }
 
 /// What happened on a bus since reset.
@@ -49,6 +57,9 @@ pub fn counters(out: &mut dyn Write, bus: Bus, state: &BusState) -> fmt::Result 
         ("no answer", counters.no_answer),
         ("bad answer", counters.bad_answer),
         ("late", counters.late),
+        ("retries", counters.retries),
+        ("writes to sensors", counters.writes),
+        ("contentions", counters.contention),
         ("line busy", counters.line_busy),
         ("driver forced off", counters.forced),
         ("junk characters", counters.junk),

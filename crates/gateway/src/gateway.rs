@@ -1,6 +1,6 @@
 //! The slots, the two polled buses and the PWM inputs, behind one `poll`.
 
-use clino_bus::{Counters, Event, Isu, Micros, T7, Timing};
+use clino_bus::{Counters, Event, Isu, Micros, T7, Timing, line};
 use clino_codec::pwm::{self, Ticks};
 use clino_commissioning::Progress;
 use heapless::Vec;
@@ -32,7 +32,7 @@ pub enum Action<'a> {
     /// Send this frame.
     Send(&'a [u8]),
     /// Run with this bit rate and these waits from now on.
-    Run(Timing),
+    Run(Timing, line::Settings),
 }
 
 /// The gateway. See the crate documentation.
@@ -106,10 +106,10 @@ impl Gateway {
                 }
                 true
             }
-            Order::Bus { bus, timing } => {
+            Order::Bus { bus, timing, line } => {
                 match bus {
-                    Bus::T7 => self.t7.set(timing),
-                    Bus::Isu => self.isu.set(timing),
+                    Bus::T7 => self.t7.set(timing, line),
+                    Bus::Isu => self.isu.set(timing, line),
                 }
                 true
             }
@@ -192,6 +192,14 @@ impl Gateway {
         match bus {
             Bus::T7 => self.t7.master().timing(),
             Bus::Isu => self.isu.master().timing(),
+        }
+    }
+
+    /// How a bus's line is set.
+    pub fn line_settings(&self, bus: Bus) -> &line::Settings {
+        match bus {
+            Bus::T7 => self.t7.line(),
+            Bus::Isu => self.isu.line(),
         }
     }
 

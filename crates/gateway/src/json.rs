@@ -13,7 +13,8 @@
 use core::fmt::{self, Write};
 
 pub use clino_bus::DriverEnable;
-use clino_bus::{Counters, Micros, Timing};
+use clino_bus::line::{self, EchoMode};
+use clino_bus::{Counters, Micros};
 
 use crate::config::{Bus, PwmInput, Source};
 use crate::value::Reading;
@@ -93,9 +94,22 @@ pub fn statistics(
 }
 
 /// Writes how a bus is set.
-pub fn bus(out: &mut dyn Write, bus: Bus, timing: &Timing) -> fmt::Result {
-    let (name, baud, guard) = (bus_name(bus), timing.serial.baud, timing.guard.0);
-    writeln!(out, "{{\"bus\":\"{name}\",\"baud\":{baud},\"guard_us\":{guard}}}")
+pub fn bus(out: &mut dyn Write, bus: Bus, line: &line::Settings) -> fmt::Result {
+    let (name, baud, guard) = (bus_name(bus), line.serial.baud, line.guard.0);
+    let (pre, post, echo) = (line.pre_delay.0, line.post_delay.0, echo_name(line.echo));
+    writeln!(
+        out,
+        "{{\"bus\":\"{name}\",\"baud\":{baud},\"guard_us\":{guard},\"pre_us\":{pre},\"post_us\":{post},\"echo\":\"{echo}\"}}"
+    )
+}
+
+/// An echo mode in every text interface.
+pub const fn echo_name(echo: EchoMode) -> &'static str {
+    match echo {
+        EchoMode::Off => "off",
+        EchoMode::Expected => "expected",
+        EchoMode::Detect => "detect",
+    }
 }
 
 /// Kind, bus and address of what a slot reads.

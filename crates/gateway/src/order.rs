@@ -3,7 +3,7 @@
 //! [`Order::check`] says what is wrong with an order, with the limit that it breaks; an order that passes is carried
 //! out whole.
 
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Micros, Serial, Timing, line};
 use clino_codec::t7;
 
 use crate::task;
@@ -26,6 +26,8 @@ pub enum Order {
         bus: Bus,
         /// Bit rate and waits.
         timing: Timing,
+        /// The line to go with them.
+        line: line::Settings,
     },
     /// A task on the T7 bus.
     T7(task::t7::Task),
@@ -77,6 +79,9 @@ pub const MOST_RETRIES: u8 = 10;
 /// Longest turnaround guard.
 pub const LONGEST_GUARD: Micros = Micros::from_millis(20);
 
+/// Longest driver-enable delay, before and after a frame.
+pub const LONGEST_DELAY: Micros = Micros::from_millis(5);
+
 impl Order {
     /// Whether it can be carried out.
     pub fn check(&self) -> Result<(), Refusal> {
@@ -90,9 +95,11 @@ impl Order {
                 range("stale_us", config.stale_after.0, SHORTEST_STALE.0, LONGEST_PERIOD.times(3).0)?;
                 range("retries", u64::from(config.retries), 0, u64::from(MOST_RETRIES))
             }
-            Order::Bus { bus, timing } => {
+            Order::Bus { bus, timing, line } => {
                 bit_rate(*bus, timing.serial)?;
-                range("guard_us", timing.guard.0, 0, LONGEST_GUARD.0)
+                range("guard_us", timing.guard.0, 0, LONGEST_GUARD.0)?;
+                range("pre_us", line.pre_delay.0, 0, LONGEST_DELAY.0)?;
+                range("post_us", line.post_delay.0, 0, LONGEST_DELAY.0)
             }
             Order::T7(task) => {
                 task::t7::Work::begin(task, Serial::T7_DEFAULT).map(|_| ()).map_err(Refusal::T7)

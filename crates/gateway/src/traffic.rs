@@ -3,7 +3,7 @@
 //! They take turns, one exchange each, so that neither waits for more than one exchange of the other. A task that has
 //! the line at a bit rate of its own has it alone. A change of settings waits for the end of both.
 
-use clino_bus::{Event, Master, Micros, Outcome, Serial, Timing, earliest};
+use clino_bus::{Event, Master, Micros, Outcome, Serial, Timing, earliest, line};
 use clino_commissioning::{Commissionable, Progress};
 
 use crate::gateway::Action;
@@ -30,7 +30,8 @@ pub(crate) struct Traffic<P: Serve> {
     /// Not fetched yet; the task waits until it is.
     news: Option<News>,
     /// How the bus is to run as soon as nothing is under way.
-    pending: Option<Timing>,
+    pending: Option<(Timing, line::Settings)>,
+    line: line::Settings,
     /// How it ran before the task.
     home: Timing,
     task_is_next: bool,
@@ -44,6 +45,7 @@ impl<P: Serve> Traffic<P> {
             work: None,
             news: None,
             pending: None,
+            line: timing.line(),
             home: timing,
             task_is_next: false,
         }
@@ -53,9 +55,14 @@ impl<P: Serve> Traffic<P> {
         &self.master
     }
 
+    /// How the line is set.
+    pub fn line(&self) -> &line::Settings {
+        &self.line
+    }
+
     /// The bus is to run like this.
-    pub fn set(&mut self, timing: Timing) {
-        self.pending = Some(timing);
+    pub fn set(&mut self, timing: Timing, line: line::Settings) {
+        self.pending = Some((timing, line));
     }
 
     /// Begins a task, unless there is one.
@@ -110,8 +117,9 @@ impl<P: Serve> Traffic<P> {
     /// Whoever's turn it is may begin an exchange.
     fn begin_next(&mut self, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
         if self.work.is_none()
-            && let Some(timing) = self.pending.take()
+            && let Some((timing, line)) = self.pending.take()
         {
+            self.line = line;
             self.run(timing, port);
         }
         let task_first = self.task_is_next;
@@ -180,6 +188,7 @@ impl<P: Serve> Traffic<P> {
 
     fn run(&mut self, timing: Timing, port: &mut impl FnMut(Action<'_>)) {
         self.master.set_timing(timing);
-        port(Action::Run(timing));
+        self.line = line::Settings { serial: timing.serial, guard: timing.guard, ..self.line };
+        port(Action::Run(timing, self.line));
     }
 }

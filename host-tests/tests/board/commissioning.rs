@@ -128,3 +128,34 @@ fn an_isu_moves_to_another_address_and_its_eeprom_stays_sound() {
     let last = ran.slot(3).last().expect("slot 3 is read");
     assert_eq!((last.reading.address, last.reading.angle_deg), (9, Some(90.0)));
 }
+
+#[test]
+fn an_echo_is_removed_and_the_delays_of_the_driver_are_kept() {
+    // The gateway's receiver is always on, and the line is told so, with 50 us before and 20 us after each frame.
+    let ran = run(r#"
+        seed = 1
+        duration = "3s"
+        segments.t7.echo = true
+        t7 = [
+            { address = 1, motion.constant = 12.5 },
+            { address = 2, motion.constant = -12.5 },
+            { address = 3, motion.constant = 0.5 },
+        ]
+        typed = [
+            { at = "500ms", line = "bus t7 --pre 50 --post 20 -e detect" },
+            { at = "2900ms", line = "counters" },
+        ]
+    "#);
+    let total = ran.t7.total();
+    assert_eq!(total.good, total.polls, "{}", ran.summary);
+    let set = ran.t7.polls.iter().filter(|poll| poll.de_high > 600 * MS);
+    let set: Vec<_> = set.collect();
+    assert!(set.len() >= 300);
+    for poll in set {
+        let lead = poll.first_start - poll.de_high;
+        // The microsecond in which DE rises is not counted.
+        assert!((48_000..60_000).contains(&lead), "{lead} ns before the frame");
+        assert!(poll.tail().is_none_or(|tail| (20_000..30_000).contains(&tail)), "{poll:?}");
+    }
+    assert!(ran.slot(0).all(|spoken| spoken.reading.angle_deg == Some(12.5)));
+}

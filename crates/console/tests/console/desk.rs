@@ -53,6 +53,7 @@ impl Host for Rest {
         let progress = self.gateway.progress(bus);
         Some(BusState {
             timing: *self.gateway.timing(bus),
+            line: *self.gateway.line_settings(bus),
             counters: *self.gateway.counters(bus),
             driver,
             progress,
