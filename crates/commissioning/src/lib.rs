@@ -25,7 +25,8 @@
 //! # Limits
 //!
 //! One byte of an answer changed is always noticed; several can cancel out in an 8-bit sum (one in 256). Words of an
-//! ISU's EEPROM are therefore written only after two readings of them have agreed.
+//! ISU's EEPROM are therefore written only after two readings of them have agreed, and a T7's setting is believed to be as
+//! wished only after two readings in a row.
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(

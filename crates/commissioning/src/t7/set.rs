@@ -1,11 +1,14 @@
 //! Offset, direction, damping, output range: read, compare, write only a difference, read back.
 //!
 //! ```text
-//!  (Range ──▶) Read ── as wished ──────────────▶ done
+//!  (Range ──▶) Read ── as wished, twice in a row ──▶ done
 //!                │ ▲
 //!   differs      ▼ │ whatever was answered
 //!              Write
 //! ```
+//! Two errors in one answer can cancel in its 8-bit sum; the same two in the next answer are another matter. So it takes
+//! two readings to believe that a setting is as wished.
+//!
 //! Source: T7 guide sections 2.2, 2.4, 2.5, 2.6.
 
 use clino_bus::{Micros, Outcome, Protocol, T7};
@@ -23,6 +26,8 @@ pub struct Set {
     state: State,
     /// As read before anything was written.
     before: Option<Setting>,
+    /// The last reading was as wished.
+    as_wished: bool,
     /// What the device said to the last write, if that was a refusal.
     refused: Option<Status>,
     writes: u8,
@@ -48,7 +53,16 @@ impl Set {
         T7::encode(device.address(), &wanted.set())?;
         T7::encode(device.address(), &wanted.get())?;
         let state = if matches!(wanted, Setting::Offset { .. }) { State::Range } else { State::Read };
-        Ok(Set { device, wanted, state, before: None, refused: None, writes: 0, cancelled: false })
+        Ok(Set {
+            device,
+            wanted,
+            state,
+            before: None,
+            as_wished: false,
+            refused: None,
+            writes: 0,
+            cancelled: false,
+        })
     }
 
     fn fail(&mut self, cause: Cause) {
@@ -70,9 +84,16 @@ impl Set {
     }
 
     fn on_reading(&mut self, seen: Setting) {
-        let before = *self.before.get_or_insert(seen);
+        if self.writes == 0 {
+            self.before = Some(seen);
+        }
+        let before = self.before.unwrap_or(seen);
+        let confirmed = core::mem::replace(&mut self.as_wished, seen == self.wanted);
         if seen == self.wanted {
-            self.state = State::Ended(Ok(Report::new(before, seen, self.writes)));
+            // Still State::Read until then.
+            if confirmed {
+                self.state = State::Ended(Ok(Report::new(before, seen, self.writes)));
+            }
         } else if let Some(status) = self.refused {
             self.fail(Cause::Status { opcode: self.wanted.set().opcode(), status });
         } else if self.cancelled {

@@ -1,7 +1,7 @@
 //! Set zero: waits out the damping, then makes an axis read zero as it stands.
 //!
 //! ```text
-//!  Damping ──▶ Settle ──▶ Read ── zero ──▶ done
+//!  Damping ──▶ Settle ──▶ Read ── zero, twice in a row ──▶ done
 //!                          │ ▲
 //!                  not     ▼ │ whatever was answered
 //!                         Write
@@ -31,6 +31,8 @@ pub struct SetZero {
     axis: Axis,
     state: State,
     before: Option<Millidegrees>,
+    /// The last reading was zero: two errors can cancel in the sum of one answer, so it takes two.
+    was_zero: bool,
     refused: Option<Status>,
     writes: u8,
     cancelled: bool,
@@ -65,6 +67,7 @@ impl SetZero {
             axis,
             state: State::Damping,
             before: None,
+            was_zero: false,
             refused: None,
             writes: 0,
             cancelled: false,
@@ -84,10 +87,17 @@ impl SetZero {
     }
 
     fn on_angle(&mut self, seen: Millidegrees) {
-        let before = *self.before.get_or_insert(seen);
+        if self.writes == 0 {
+            self.before = Some(seen);
+        }
+        let before = self.before.unwrap_or(seen);
         let is_zero = if self.writes == 0 { seen.0 == 0 } else { is_nearly_zero(seen) };
+        let confirmed = core::mem::replace(&mut self.was_zero, is_zero);
         if is_zero {
-            self.state = State::Ended(Ok(Zeroed { before, after: seen, writes: self.writes }));
+            // Still State::Read until then.
+            if confirmed {
+                self.state = State::Ended(Ok(Zeroed { before, after: seen, writes: self.writes }));
+            }
         } else if let Some(status) = self.refused {
             self.fail(Cause::Status { opcode: Opcode::SetAngle, status });
         } else if self.cancelled {
