@@ -1,9 +1,11 @@
 //! The polling of one bus: earliest deadline first, retries, dead nodes, and what an outcome means for the slot.
 //!
 //! A slot is asked when it is due and the master can tell its answer from a late one; while it cannot, others are
-//! asked. A failed reading is tried again if that can be done soon. A node that has not answered [`DEAD_AFTER`] readings in a row is taken for dead. Dead nodes are probed one
-//! after another, without retries, and together get [one part](PROBE_SHARE) of the bus: however many there are, the
-//! others keep the rest.
+//! asked. A failed reading is tried again if that can be done soon.
+//!
+//! A node that has not answered [`DEAD_AFTER`] readings in a row, and not for [`GONE_AFTER`], is taken for dead. Dead
+//! nodes are probed one after another, without retries, and together get [one part](PROBE_SHARE) of the bus: however
+//! many there are, the others keep the rest.
 
 use core::marker::PhantomData;
 
@@ -27,6 +29,9 @@ pub(crate) trait Poll: Protocol {
 
 /// Readings in a row without any answer after which a node is taken for dead.
 const DEAD_AFTER: u8 = 3;
+/// A node that has answered within this time is not dead, but has perhaps taken noise for the beginning of a long
+/// command: it then takes what is asked for the rest of that, and the more often it is asked the sooner it is back.
+const GONE_AFTER: Micros = Micros::from_millis(1_000);
 /// Dead nodes together get one part in so many of the bus: 7 %. A dead T7, 2.5 ms a probe, is probed every 37 ms if it
 /// is alone, every 1.2 s if it is one of 31.
 const PROBE_SHARE: u64 = 15;
@@ -124,7 +129,7 @@ impl<P: Poll> Polling<P> {
 
     /// When the slot may be asked: when it is due, and there is time for dead nodes if it is one.
     fn free(&self, slot: &Slot) -> Micros {
-        if is_dead(slot) { due(slot).max(self.probe_at) } else { due(slot) }
+        if slot.dead { due(slot).max(self.probe_at) } else { due(slot) }
     }
 
     /// Takes the outcome of an exchange that was begun here.
@@ -133,7 +138,7 @@ impl<P: Poll> Polling<P> {
         self.look_again();
         let Some(Asked { slot, since }) = self.asked.take() else { return };
         let Some(slot) = slots.get_mut(slot) else { return };
-        let dead = is_dead(slot);
+        let dead = slot.dead;
         let result = match &result {
             Ok(answer) => P::angle(answer),
             Err(fault) => {
@@ -153,7 +158,9 @@ impl<P: Poll> Polling<P> {
         };
         slot.tried = 0;
         slot.silent = if result == Err(Status::NoAnswer) { slot.silent.saturating_add(1) } else { 0 };
-        if dead && is_dead(slot) {
+        slot.dead =
+            slot.silent >= DEAD_AFTER && slot.last_read().is_none_or(|read| at.since(read) >= GONE_AFTER);
+        if dead && slot.dead {
             self.probe_at = at + at.since(since).times(PROBE_SHARE.saturating_sub(1));
         }
         slot.settle(result, at);
@@ -174,10 +181,6 @@ fn ask_at<P: Poll>(master: &Master<P>, slot: &Slot) -> Option<Micros> {
 
 fn half(span: Micros) -> Micros {
     Micros(span.0 / 2)
-}
-
-fn is_dead(slot: &Slot) -> bool {
-    slot.silent >= DEAD_AFTER
 }
 
 fn pollable<P: Poll>(slots: &[Slot]) -> impl Iterator<Item = (usize, &Slot)> {

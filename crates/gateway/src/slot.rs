@@ -17,6 +17,8 @@ pub(crate) struct Slot {
     pub tried: u8,
     /// Readings in a row to which there was no answer.
     pub silent: u8,
+    /// The node is taken for dead.
+    pub dead: bool,
     status: Status,
     angle: Angle,
     measured: Option<Micros>,
@@ -31,6 +33,7 @@ impl Slot {
             changed: true,
             tried: 0,
             silent: 0,
+            dead: false,
             status: match config.source {
                 Source::Off => Status::Disabled,
                 _ => Status::NeverRead,
@@ -72,6 +75,11 @@ impl Slot {
     pub fn book_next(&mut self, now: Micros) {
         let next = self.due + self.config.period;
         self.due = if next > now { next } else { now + self.config.period };
+    }
+
+    /// When the last angle was measured.
+    pub fn last_read(&self) -> Option<Micros> {
+        self.measured
     }
 
     /// A reading ended: with an angle measured at `at`, or with the reason why there is none.
