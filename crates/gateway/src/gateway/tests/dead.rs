@@ -140,6 +140,23 @@ fn dead_nodes_take_turns() {
 }
 
 #[test]
+fn a_node_that_was_there_a_moment_ago_is_asked_on_for_a_second() {
+    // Node 7 always, node 8 until 3 s.
+    let mut world = World::new(T7_PERIOD, |address, at| address == 7 || (address == 8 && at < 3_000_000));
+    let mut probes = |from: u64, until: u64| {
+        world.run(from);
+        let before = world.asked[8];
+        world.run(until);
+        world.asked[8] - before
+    };
+    // Every reading and its retry, no sooner than the late answer allows: every 27 ms.
+    let asked = probes(3_000_000, 4_000_000);
+    assert!(asked >= 30, "{asked}");
+    let probed = probes(4_100_000, 6_500_000);
+    assert!(probed <= 3, "{probed}");
+}
+
+#[test]
 fn a_node_that_comes_back_is_noticed() {
     // All are dead but node 7 until 5 s, then all are there; the bus can serve them all.
     let mut world = World::new(Micros::from_millis(200), |address, at| address == 7 || at > 5_000_000);
