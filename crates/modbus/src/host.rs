@@ -175,8 +175,8 @@ pub struct SlotDetail {
     pub kind: Kind,
     /// Where: address on the bus, or number of the PWM input.
     pub address: u8,
-    /// What happened to its requests, if it makes any.
-    pub counters: Option<SlotCounters>,
+    /// What happened to its requests.
+    pub counters: SlotCounters,
 }
 
 /// The bits of [`SlotDetail::flags`].

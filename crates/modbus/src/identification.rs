@@ -11,22 +11,22 @@
 use crate::exception::Exception;
 use crate::frame::{Frame, MAX_FRAME};
 
-/// Who this is. ASCII.
+/// Who this is: the objects 0 to 5 in ASCII.
+///
+/// | object | |
+/// |---|---|
+/// | 0 | vendor |
+/// | 1 | product code |
+/// | 2 | version of the firmware |
+/// | 3 | address of the vendor on the web |
+/// | 4 | product name |
+/// | 5 | model name |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Identification {
-    /// Object 0.
-    pub vendor: &'static str,
-    /// Object 1.
-    pub product_code: &'static str,
-    /// Object 2: version of the firmware.
-    pub revision: &'static str,
-    /// Object 3.
-    pub vendor_url: &'static str,
-    /// Object 4.
-    pub product_name: &'static str,
-    /// Object 5.
-    pub model_name: &'static str,
-}
+pub struct Identification(pub [&'static str; OBJECTS]);
+
+const OBJECTS: usize = 6;
+/// Of these, basic ones.
+const BASIC_OBJECTS: usize = 3;
 
 /// MEI type 14.
 const READ_IDENTIFICATION: u8 = 0x0E;
@@ -49,10 +49,6 @@ mod code {
 }
 
 impl Identification {
-    fn objects(&self) -> [&'static str; 6] {
-        [self.vendor, self.product_code, self.revision, self.vendor_url, self.product_name, self.model_name]
-    }
-
     /// Makes the answer of the request.
     pub(crate) fn answer(&self, frame: &mut Frame) -> Result<(), Exception> {
         let (code, object) = match *frame.bytes() {
@@ -60,12 +56,11 @@ impl Identification {
             [_, _, READ_IDENTIFICATION, ..] => return Err(Exception::IllegalDataValue),
             _ => return Err(Exception::IllegalFunction),
         };
-        let objects = self.objects();
         let asked = match code {
-            code::BASIC => 0..3,
+            code::BASIC => 0..BASIC_OBJECTS,
             // Who asks for more than there is gets what there is.
-            code::REGULAR | code::EXTENDED => 0..objects.len(),
-            code::ONE if usize::from(object) < objects.len() => {
+            code::REGULAR | code::EXTENDED => 0..OBJECTS,
+            code::ONE if usize::from(object) < OBJECTS => {
                 let one = usize::from(object);
                 one..one.saturating_add(1)
             }
@@ -77,7 +72,8 @@ impl Identification {
         frame.truncate(HEAD / 2);
         frame.extend(&[CONFORMITY, 0, 0, 0]);
         let mut count = 0_u8;
-        for (number, text) in objects.iter().enumerate().take(asked.end).skip(first) {
+        for number in first..asked.end {
+            let Some(text) = self.0.get(number) else { break };
             let text = text.as_bytes().get(..text.len().min(LONGEST_TEXT)).unwrap_or_default();
             let room = MAX_FRAME.saturating_sub(4).saturating_sub(frame.bytes().len());
             if text.len() > room {

@@ -125,6 +125,24 @@ impl Entry {
         Entry { limits: Some((least, most)), ..self }
     }
 
+    /// Whether there may be none, which is told as its form's [sentinel](Form::sentinel).
+    pub const fn is_optional(&self) -> bool {
+        match self.item {
+            Item::Reading(item) => !matches!(item, ReadingItem::Status),
+            Item::Gateway(item) => matches!(item, GatewayItem::OldestAge),
+            Item::Detail(item) => matches!(
+                item,
+                DetailItem::Temperature
+                    | DetailItem::Raw
+                    | DetailItem::Unwrapped
+                    | DetailItem::LastError
+                    | DetailItem::DeviceStatus
+                    | DetailItem::Serial
+            ),
+            _ => false,
+        }
+    }
+
     /// Registers that it takes.
     pub const fn registers(&self) -> u16 {
         self.form.registers().saturating_mul(self.count as u16)

@@ -1,15 +1,15 @@
 //! Angles in the three number formats of the map, in integer arithmetic.
 
 /// Millidegrees per degree.
-const PER_DEGREE: u64 = 1_000;
+const PER_DEGREE: u32 = 1_000;
 /// Millidegrees per turn, and per half turn.
 const TURN: i32 = 360_000;
 const HALF_TURN: i32 = 180_000;
 /// Millidegrees per hundredth of a degree.
 const PER_CENTIDEGREE: i32 = 10;
 
-/// IEEE 754 binary32: bits of the fraction, the leading one included; bias of the exponent.
-const SIGNIFICAND_BITS: u32 = 24;
+/// IEEE 754 binary32: bits of the fraction; bias of the exponent.
+const FRACTION_BITS: u32 = 23;
 const BIAS: u32 = 127;
 
 /// The quiet NaN without a payload.
@@ -22,27 +22,28 @@ pub const NAN: u32 = 0x7FC0_0000;
 /// ```
 pub const fn degrees(mdeg: i32) -> u32 {
     let sign = (mdeg as u32) & (1 << 31);
-    let magnitude = mdeg.unsigned_abs() as u64;
+    let magnitude = mdeg.unsigned_abs();
     if magnitude == 0 {
         return 0;
     }
-    // As many binary places as fit: the quotient has 54 or 55 bits, and whatever the division leaves over is noted in
-    // its lowest.
-    let places = magnitude.leading_zeros();
-    let scaled = magnitude.wrapping_shl(places);
-    let quotient = (scaled / PER_DEGREE) | !scaled.is_multiple_of(PER_DEGREE) as u64;
-    let excess = u64::BITS.wrapping_sub(SIGNIFICAND_BITS).wrapping_sub(quotient.leading_zeros());
-    let significand = quotient.wrapping_shr(excess) as u32;
-    let rest = quotient.wrapping_shl(u64::BITS.wrapping_sub(excess));
-    let half = 1 << 63;
-    let up = rest > half || (rest == half && significand & 1 == 1);
-    // The leading one of the significand adds one to the exponent field, and so does a carry out of the fraction.
-    let exponent =
-        BIAS.wrapping_add(SIGNIFICAND_BITS).wrapping_add(excess).wrapping_sub(places).wrapping_sub(2);
-    sign | exponent
-        .wrapping_shl(SIGNIFICAND_BITS.wrapping_sub(1))
-        .wrapping_add(significand)
-        .wrapping_add(up as u32)
+    // Long division: one binary place after the other, until the leading one is where it belongs. There are fewer than
+    // 2^22 whole degrees, so that it always comes from the right.
+    let mut significand = magnitude / PER_DEGREE;
+    let mut rest = magnitude % PER_DEGREE;
+    let mut exponent = BIAS.wrapping_add(FRACTION_BITS);
+    while significand < 1 << FRACTION_BITS {
+        rest = rest.wrapping_mul(2);
+        significand = significand.wrapping_mul(2);
+        if rest >= PER_DEGREE {
+            rest = rest.wrapping_sub(PER_DEGREE);
+            significand |= 1;
+        }
+        exponent = exponent.wrapping_sub(1);
+    }
+    let up = rest > PER_DEGREE / 2 || (rest == PER_DEGREE / 2 && significand & 1 == 1);
+    // The leading one adds one to the exponent field, and so does a carry out of the fraction.
+    let exponent = exponent.wrapping_sub(1) << FRACTION_BITS;
+    sign | exponent.wrapping_add(significand).wrapping_add(up as u32)
 }
 
 /// The same direction in hundredths of a degree, −18000 to +18000, rounded half away from zero.

@@ -17,8 +17,11 @@ use crate::status::Status;
 
 /// Ages from here on are told as "none".
 const LONGEST_AGE_MS: u32 = 0xFFFF;
+const MICROS_PER_SECOND: u64 = 1_000_000;
 /// Unit of response times of slots, µs.
 const RESPONSE_UNIT: u32 = 10;
+/// Longer ones are told as this, in that unit.
+const LONGEST_RESPONSE: u32 = 0xFFFF;
 
 /// Reads registers for one request. Remembers what was asked of the host for the register before.
 pub struct Reader<'a, H> {
@@ -100,7 +103,7 @@ impl<'a, H: Host> Reader<'a, H> {
                 u32::from(u16::from_be_bytes([major, minor]))
             }
             GatewayItem::Patch => u32::from(self.host.gateway().version.2),
-            GatewayItem::Uptime => (self.host.gateway().uptime.as_millis() / 1_000) as u32,
+            GatewayItem::Uptime => (self.host.gateway().uptime.0 / MICROS_PER_SECOND) as u32,
             GatewayItem::Status => u32::from(self.host.gateway().status),
             GatewayItem::Sequence => u32::from(self.host.gateway().sequence),
             GatewayItem::Online => bits(self.summary().online),
@@ -139,21 +142,18 @@ impl<'a, H: Host> Reader<'a, H> {
             Some((known, detail)) if known == slot => detail,
             _ => self.detail.insert((slot, self.host.detail(slot))).1,
         };
-        match item {
-            DetailItem::Flags => return Some(u32::from(detail.flags)),
+        let counters = &detail.counters;
+        Some(match item {
+            DetailItem::Flags => u32::from(detail.flags),
             DetailItem::Temperature => return detail.temperature.map(|value| value as u16 as u32),
-            DetailItem::Sequence => return Some(u32::from(detail.sequence)),
+            DetailItem::Sequence => u32::from(detail.sequence),
             DetailItem::Raw => return detail.raw.map(|value| value as u32),
             DetailItem::Unwrapped => return detail.unwrapped.map(|value| value as u32),
             DetailItem::LastError => return detail.last_error.map(|status| status as u32),
             DetailItem::DeviceStatus => return detail.device_status.map(u32::from),
             DetailItem::Serial => return detail.serial,
-            DetailItem::Kind => return Some(detail.kind as u32),
-            DetailItem::Address => return Some(u32::from(detail.address)),
-            _ => {}
-        }
-        let counters = detail.counters?;
-        Some(match item {
+            DetailItem::Kind => detail.kind as u32,
+            DetailItem::Address => u32::from(detail.address),
             DetailItem::Requests => counters.requests,
             DetailItem::FirstTry => counters.first_try,
             DetailItem::Retries => u32::from(counters.retries),
@@ -164,7 +164,6 @@ impl<'a, H: Host> Reader<'a, H> {
             DetailItem::Writes => u32::from(counters.writes),
             DetailItem::ResponseLast => response(counters.response_last),
             DetailItem::ResponseMax => response(counters.response_max),
-            _ => return None,
         })
     }
 
@@ -279,7 +278,7 @@ fn port_setting(settings: &Settings, item: PortSetting) -> u32 {
 }
 
 fn response(time: Micros) -> u32 {
-    (micros(time) / RESPONSE_UNIT).min(0xFFFE)
+    (micros(time) / RESPONSE_UNIT).min(LONGEST_RESPONSE)
 }
 
 /// 32 bits of microseconds; more is told as the most.

@@ -18,12 +18,26 @@ use crate::settings::Settings;
 #[derive(Debug)]
 pub struct Receiver {
     pub frame: Frame,
+    waits: Waits,
     crc: u16,
     /// Centre of the last stop bit, while its silence of t3.5 is awaited.
     last: Option<Micros>,
     errors: LineErrors,
     /// A pause in it, or too many characters: no frame.
     broken: bool,
+}
+
+/// What the settings mean for time, computed once.
+#[derive(Clone, Copy, Debug)]
+struct Waits {
+    /// A character.
+    character: Micros,
+    /// The longest pause that is none.
+    pause: Micros,
+    /// The silence that ends a frame.
+    silence: Micros,
+    /// The same from the centre of a stop bit.
+    end: Micros,
 }
 
 /// What there was between two silences.
@@ -43,35 +57,30 @@ pub enum Ended {
 /// Shortest frame: address, function, checksum.
 const MIN_FRAME: usize = 4;
 
-/// How much later than it should a character may be stamped: interrupts of the same rank come first at times.
-const STAMP_DELAY: Micros = Micros(50);
+/// How much later than it should a character may be stamped: interrupts of the same rank come first at times; µs.
+const STAMP_DELAY: u64 = 50;
 
 impl Receiver {
     /// A receiver that was switched on at `now`: what it hears in the next t3.5 may be the rest of something.
-    pub const fn new(now: Micros) -> Receiver {
-        Receiver {
-            frame: Frame::new(),
-            crc: crc::EMPTY,
-            last: Some(now),
-            errors: LineErrors::NONE,
-            broken: false,
-        }
+    pub const fn new(settings: &Settings, now: Micros) -> Receiver {
+        let waits = Waits::new(settings);
+        let frame = Frame::new();
+        Receiver { frame, waits, crc: crc::EMPTY, last: Some(now), errors: LineErrors::NONE, broken: false }
     }
 
     /// Takes a character; `at` is the centre of its stop bit. Says whether a frame before it was over and is lost,
     /// because nobody has fetched it.
-    pub fn heard(&mut self, character: Character, at: Micros, settings: &Settings) -> bool {
+    pub fn heard(&mut self, character: Character, at: Micros) -> bool {
         // From stop bit to stop bit there is a character in between.
-        let silence = self.last.map(|last| at.since(last).since(settings.characters(1)));
+        let silence = self.last.map(|last| at.since(last).since(self.waits.character));
+        let empty = self.frame.bytes().is_empty();
         let mut lost = false;
         match silence {
-            Some(silence) if silence < settings.t3_5() => {
-                // One bit for two clocks that are not the same.
-                let longest = settings.t1_5() + settings.bits(1) + STAMP_DELAY;
-                self.broken |= silence > longest || self.frame.bytes().is_empty();
+            Some(silence) if silence < self.waits.silence => {
+                self.broken |= silence > self.waits.pause || empty
             }
             _ => {
-                lost = silence.is_some() && !self.frame.bytes().is_empty();
+                lost = silence.is_some() && !empty;
                 self.begin();
             }
         }
@@ -83,9 +92,8 @@ impl Receiver {
     }
 
     /// When t3.5 is over after the last character, if there was one.
-    pub fn ends_at(&self, settings: &Settings) -> Option<Micros> {
-        // The centre of a stop bit is half a bit before its end.
-        self.last.map(|last| last + Micros(settings.bits(1).0.div_ceil(2)) + settings.t3_5())
+    pub fn ends_at(&self) -> Option<Micros> {
+        self.last.map(|last| last + self.waits.end)
     }
 
     /// The silence is over.
@@ -114,5 +122,19 @@ impl Receiver {
         self.crc = crc::EMPTY;
         self.errors = LineErrors::NONE;
         self.broken = false;
+    }
+}
+
+impl Waits {
+    const fn new(settings: &Settings) -> Waits {
+        let (bit, silence) = (settings.bits(1).0, settings.t3_5());
+        Waits {
+            character: settings.characters(1),
+            // One bit for two clocks that are not the same.
+            pause: Micros(settings.t1_5().0.saturating_add(bit).saturating_add(STAMP_DELAY)),
+            silence,
+            // The centre of a stop bit is half a bit before its end.
+            end: Micros(bit.div_ceil(2).saturating_add(silence.0)),
+        }
     }
 }

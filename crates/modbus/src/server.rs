@@ -25,7 +25,7 @@ const BROADCAST: u8 = 0;
 const EXCEPTION: u8 = 0x80;
 
 /// Until so many bits after our last stop bit a character is our own, coming back: no master can have sent a whole one.
-const ECHO_BITS: u64 = 5;
+const ECHO_BITS: u32 = 5;
 /// An answer takes its own time; this times that, and the port has forgotten it.
 const SENDING_TIMES: u64 = 2;
 /// And that: the port may keep a pause before it.
@@ -46,7 +46,7 @@ pub struct Server {
 #[derive(Debug)]
 pub(crate) struct Inner {
     pub settings: Settings,
-    pub identification: Identification,
+    pub identification: &'static Identification,
     pub counters: Counters,
     /// The port is to run like this as soon as the answer is out.
     pub next: Option<Settings>,
@@ -60,11 +60,11 @@ enum State {
 
 impl Server {
     /// A server whose port listens since `now`.
-    pub const fn new(settings: Settings, identification: Identification, now: Micros) -> Server {
+    pub const fn new(settings: Settings, identification: &'static Identification, now: Micros) -> Server {
         let counters =
             Counters { messages: 0, errors: 0, exceptions: 0, requests: 0, unanswered: 0, overruns: 0 };
         Server {
-            receiver: Receiver::new(now),
+            receiver: Receiver::new(&settings, now),
             state: State::Listening,
             deaf_until: Micros::ZERO,
             changed: false,
@@ -77,7 +77,7 @@ impl Server {
         if self.state != State::Listening || at < self.deaf_until {
             return;
         }
-        if self.receiver.heard(character, at, &self.inner.settings) {
+        if self.receiver.heard(character, at) {
             bump(&mut self.inner.counters.unanswered);
         }
     }
@@ -98,7 +98,7 @@ impl Server {
             return None;
         }
         let bytes = self.receiver.frame.bytes();
-        let time = self.inner.settings.characters(bytes.len() as u64);
+        let time = self.inner.settings.characters(bytes.len() as u32);
         self.state = State::Sending { give_up: now + time.times(SENDING_TIMES) + SENDING_MORE };
         Some(bytes)
     }
@@ -106,7 +106,7 @@ impl Server {
     /// When [`Server::poll`] has something to do, if ever.
     pub fn poll_at(&self) -> Option<Micros> {
         match self.state {
-            State::Listening => self.receiver.ends_at(&self.inner.settings),
+            State::Listening => self.receiver.ends_at(),
             State::Sending { give_up } => Some(give_up),
         }
     }
@@ -131,7 +131,7 @@ impl Server {
         self.inner.next = None;
         self.changed = true;
         self.state = State::Listening;
-        self.receiver = Receiver::new(now);
+        self.receiver = Receiver::new(&settings, now);
     }
 
     /// The settings in force.

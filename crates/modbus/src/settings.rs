@@ -13,7 +13,7 @@ const FIXED_T1_5: Micros = Micros(750);
 /// t3.5 above that.
 const FIXED_T3_5: Micros = Micros(1_750);
 
-const MICROS_PER_SECOND: u64 = 1_000_000;
+const MICROS_PER_SECOND: u32 = 1_000_000;
 
 /// How the port runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,23 +63,23 @@ impl Settings {
         Settings { address: 1, baud: 19_200, parity: Parity::Even, stop_bits: StopBits::One };
 
     /// Bits of a character on the line: start bit, eight data bits, parity, stop bits.
-    pub const fn bits_per_character(&self) -> u64 {
+    pub const fn bits_per_character(&self) -> u32 {
         let parity = match self.parity {
-            Parity::None => 0_u64,
+            Parity::None => 0_u32,
             Parity::Even | Parity::Odd => 1,
         };
-        parity.saturating_add(9).saturating_add(self.stop_bits as u64)
+        parity.saturating_add(9).saturating_add(self.stop_bits as u32)
     }
 
-    /// Time of `bits` bits, rounded up to a microsecond.
-    pub const fn bits(&self, bits: u64) -> Micros {
-        let baud = if self.baud == 0 { 1 } else { self.baud as u64 };
-        Micros(bits.saturating_mul(MICROS_PER_SECOND).div_ceil(baud))
+    /// Time of at most 4294 bits, a third more than the longest frame has, rounded up to a microsecond.
+    pub const fn bits(&self, bits: u32) -> Micros {
+        let baud = if self.baud == 0 { 1 } else { self.baud };
+        Micros(bits.wrapping_mul(MICROS_PER_SECOND).div_ceil(baud) as u64)
     }
 
-    /// Time of `n` characters sent back to back, rounded up to a microsecond.
-    pub const fn characters(&self, n: u64) -> Micros {
-        self.bits(n.saturating_mul(self.bits_per_character()))
+    /// Time of at most 357 characters sent back to back, rounded up to a microsecond.
+    pub const fn characters(&self, n: u32) -> Micros {
+        self.bits(n.wrapping_mul(self.bits_per_character()))
     }
 
     /// The longest silence within a frame.

@@ -361,12 +361,9 @@ fn identification_in_parts() {
     let long: &'static str = Box::leak("x".repeat(122).into_boxed_str());
     let longest: &'static str = Box::leak("y".repeat(300).into_boxed_str());
     let mut bench = Bench::new();
-    let identification = clino_modbus::Identification {
-        vendor: long,
-        product_code: long,
-        revision: longest,
-        ..common::IDENTIFICATION
-    };
+    let mut objects = common::IDENTIFICATION.0;
+    [objects[0], objects[1], objects[2]] = [long, long, longest];
+    let identification = Box::leak(Box::new(clino_modbus::Identification(objects)));
     bench.server = clino_modbus::Server::new(common::SETTINGS, identification, clino_bus::Micros(bench.now));
     bench.pause(10_000);
     let first = bench.ask(&[43, 14, 1, 0]);

@@ -204,7 +204,7 @@ const fn reading(
 }
 
 const ANGLE: &str = "angle";
-const AGE: &str = "time since the last good value; 0xFFFF: 65.535 s or more, or none since reset";
+const AGE: &str = "time since the last good value; none at 65.535 s, or if there was none since reset";
 
 const FAST: &[Entry] = &[
     reading(0x00, Form::I32, R::Angle, "angle", "mdeg", ANGLE).times(0, FIRST),
@@ -214,7 +214,7 @@ const FAST: &[Entry] = &[
 const FAST2: &[Entry] = &[
     reading(0x00, Form::I32, R::Angle, "angle", "mdeg", ANGLE).times(FIRST, OTHERS),
     reading(0x20, Form::U16, R::Age, "age", "ms", AGE).times(FIRST, OTHERS),
-    reading(0x30, Form::U16, R::Status, "status", "code", "see *status of a slot*").times(0, ALL),
+    reading(0x30, Form::U16, R::Status, "status", "code", "status, see *status of a slot*").times(0, ALL),
 ];
 
 const MIRRORS: &[Entry] = &[
@@ -240,7 +240,7 @@ const fn detail(
 }
 
 const SLOT: &[Entry] = &[
-    reading(0, Form::U16, R::Status, "status", "code", "see *status of a slot*"),
+    reading(0, Form::U16, R::Status, "status", "code", "status, see *status of a slot*"),
     detail(1, Form::U16, D::Flags, "flags", "bits", "see *flags of a slot*"),
     reading(2, Form::I32, R::Angle, "angle_mdeg", "mdeg", ANGLE),
     reading(4, Form::F32, R::Degrees, "angle_deg", "deg", ANGLE),
@@ -274,7 +274,14 @@ const SLOT: &[Entry] = &[
     detail(23, Form::U16, D::Length, "length", "", "answers of a wrong length, address or command"),
     detail(24, Form::U16, D::Late, "late", "", "good answers that came too late"),
     detail(25, Form::U16, D::Writes, "nv_writes", "", "writes to the sensor's non-volatile memory"),
-    detail(26, Form::U16, D::ResponseLast, "response_last", "10 us", "response time of the last good answer"),
+    detail(
+        26,
+        Form::U16,
+        D::ResponseLast,
+        "response_last",
+        "10 us",
+        "response time of the last good answer; 0: none yet",
+    ),
     detail(27, Form::U16, D::ResponseMax, "response_max", "10 us", "longest response time"),
     detail(28, Form::U32, D::Serial, "serial", "", "serial number of the device"),
     detail(30, Form::U16, D::Kind, "kind", "code", "see *kinds*"),
@@ -327,8 +334,15 @@ const fn setting(
 const SLOT_SETTINGS: &[Entry] = &[
     setting(0, Form::U16, S::Enabled, "enabled", "", "1: the slot is read").writable(0, 1),
     setting(1, Form::U16, S::Kind, "set_kind", "code", "what it reads; see *kinds*").writable(0, 3),
-    setting(2, Form::U16, S::Address, "set_address", "", "T7: 1 to 126; ISU: 1 to 15; PWM: input 1 or 2")
-        .writable(0, 127),
+    setting(
+        2,
+        Form::U16,
+        S::Address,
+        "set_address",
+        "",
+        "T7: 1 to 100, 127; ISU: 1 to 14, 0 if it is alone; PWM: input 1 or 2",
+    )
+    .writable(0, 127),
     setting(3, Form::U16, S::Axis, "axis", "", "T7: a single-axis device measures axis 2").writable(0, 2),
     setting(
         4,

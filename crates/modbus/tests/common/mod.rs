@@ -14,14 +14,8 @@ pub const ADDRESS: u8 = 17;
 pub const SETTINGS: Settings =
     Settings { address: ADDRESS, baud: 19_200, parity: Parity::Even, stop_bits: StopBits::One };
 
-pub const IDENTIFICATION: Identification = Identification {
-    vendor: "Vendor",
-    product_code: "P-1",
-    revision: "1.2.3",
-    vendor_url: "https://example.org",
-    product_name: "Gateway",
-    model_name: "Model",
-};
+pub const IDENTIFICATION: &Identification =
+    &Identification(["Vendor", "P-1", "1.2.3", "https://example.org", "Gateway", "Model"]);
 
 /// CRC-16 as textbooks have it, most significant bit first with 0x8005: bytes and result are mirrored.
 pub fn crc(bytes: &[u8]) -> u16 {

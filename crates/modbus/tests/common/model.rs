@@ -191,7 +191,7 @@ impl Host for Model {
             serial: Some(0x3000_0000 + slot as u32),
             kind: Kind::Isu,
             address: slot as u8 + 1,
-            counters: Some(counters),
+            counters,
         }
     }
 
