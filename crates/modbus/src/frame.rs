@@ -36,7 +36,8 @@ impl Frame {
 
     /// Puts a register at the end, high byte first.
     pub fn word(&mut self, word: u16) {
-        self.extend(&word.to_be_bytes());
+        let [high, low] = word.to_be_bytes();
+        _ = self.byte(high) && self.byte(low);
     }
 
     /// Changes a byte that is there.

@@ -6,7 +6,7 @@ use crate::config::{SlotConfig, echo_code};
 use crate::exception::Exception;
 use crate::frame::Frame;
 use crate::host::{Bus, Host, SLOTS, SlotDetail, SlotReading};
-use crate::map::lookup::{self, Register};
+use crate::map::lookup::{self, Number, Register};
 use crate::map::{
     BusItem, BusSetting, CommandItem, DetailItem, GatewayItem, Item, MAGIC, PortSetting, ReadingItem,
     SLOT_BASE, SLOT_STRIDE, SlotSetting, TEST_ANGLE, TEST_NUMBER, VERSION,
@@ -50,24 +50,28 @@ impl<'a, H: Host> Reader<'a, H> {
     pub fn read(&mut self, first: u16, quantity: u16, frame: &mut Frame) -> Result<(), Exception> {
         let end = u32::from(first).saturating_add(u32::from(quantity));
         let mut next = u32::from(first);
+        let mut following: Option<Number> = None;
         while next < end {
             let address = u16::try_from(next).map_err(|_| Exception::IllegalDataAddress)?;
-            let (high, low) = match lookup::find(address).ok_or(Exception::IllegalDataAddress)? {
-                Register::Unused => (None, 0),
-                Register::Of(number) => {
-                    let value = self.value(number.item, number.index).unwrap_or(number.form.sentinel());
-                    let (high, low) = ((value >> 16) as u16, value as u16);
-                    let (first, second) = if number.form.is_swapped() { (low, high) } else { (high, low) };
-                    match (number.form.registers(), number.word) {
-                        (2, 0) if next.wrapping_add(1) < end => (Some(first), second),
-                        (2, 0) => (None, first),
-                        (2, _) => (None, second),
-                        _ => (None, low),
-                    }
-                }
+            let register = match following {
+                Some(number) => Register::Of(number),
+                None => lookup::find(address).ok_or(Exception::IllegalDataAddress)?,
             };
-            for word in high.into_iter().chain([low]) {
-                frame.word(word);
+            let Register::Of(number) = register else {
+                frame.word(0);
+                next = next.wrapping_add(1);
+                continue;
+            };
+            following = number.next();
+            let value = self.value(number.item, number.index).unwrap_or(number.form.sentinel());
+            let value = if number.form.is_swapped() { value.rotate_left(16) } else { value };
+            // The high word, if it is asked for; the low one, if the request does not end before it.
+            if number.form.registers() == 2 && number.word == 0 {
+                frame.word((value >> 16) as u16);
+                next = next.wrapping_add(1);
+            }
+            if next < end {
+                frame.word(value as u16);
                 next = next.wrapping_add(1);
             }
         }

@@ -68,6 +68,13 @@ impl Receiver {
         Receiver { frame, waits, crc: crc::EMPTY, last: Some(now), errors: LineErrors::NONE, broken: false }
     }
 
+    /// The same for a receiver that was switched to other settings.
+    pub fn restart(&mut self, settings: &Settings, now: Micros) {
+        self.waits = Waits::new(settings);
+        self.begin();
+        self.last = Some(now);
+    }
+
     /// Takes a character; `at` is the centre of its stop bit. Says whether a frame before it was over and is lost,
     /// because nobody has fetched it.
     pub fn heard(&mut self, character: Character, at: Micros) -> bool {

@@ -131,7 +131,7 @@ impl Server {
         self.inner.next = None;
         self.changed = true;
         self.state = State::Listening;
-        self.receiver = Receiver::new(&settings, now);
+        self.receiver.restart(&settings, now);
     }
 
     /// The settings in force.

@@ -72,6 +72,7 @@ impl Settings {
     }
 
     /// Time of at most 4294 bits, a third more than the longest frame has, rounded up to a microsecond.
+    #[inline(never)]
     pub const fn bits(&self, bits: u32) -> Micros {
         let baud = if self.baud == 0 { 1 } else { self.baud };
         Micros(bits.wrapping_mul(MICROS_PER_SECOND).div_ceil(baud) as u64)

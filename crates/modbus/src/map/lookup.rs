@@ -42,11 +42,19 @@ pub struct Number {
     pub index: usize,
     /// Which of its registers was looked for; the first is 0.
     pub word: u16,
+    /// How many of its array come after it.
+    more: u16,
     /// Which of [`LIMITS`] tells what can be written.
     limits: u8,
 }
 
 impl Number {
+    /// The next one of its array, in the next registers.
+    pub fn next(&self) -> Option<Number> {
+        let more = self.more.checked_sub(1)?;
+        Some(Number { index: self.index.wrapping_add(1), word: 0, more, ..*self })
+    }
+
     /// Smallest and largest value that can be written; `None` if it cannot be written.
     pub fn limits(&self) -> Option<(i32, i32)> {
         LIMITS.get(usize::from(self.limits)).copied()
@@ -70,12 +78,12 @@ pub fn find(address: u16) -> Option<Register> {
     let within = offset.wrapping_sub(row.offset);
     let wide = row.form.registers() == 2;
     let (element, word) = if wide { (within >> 1, within & 1) } else { (within, 0) };
-    if element >= u16::from(row.count) {
+    let Some(more) = u16::from(row.count).checked_sub(element).and_then(|rest| rest.checked_sub(1)) else {
         return Some(Register::Unused);
-    }
+    };
     // A number is one of its block's instances, or one of its array: never both.
     let index = usize::from(instance).wrapping_add(usize::from(element)).wrapping_add(usize::from(row.first));
-    Some(Register::Of(Number { item: row.item, form: row.form, index, word, limits: row.limits }))
+    Some(Register::Of(Number { item: row.item, form: row.form, index, word, more, limits: row.limits }))
 }
 
 /// In place of the number of its limits: it cannot be written.
