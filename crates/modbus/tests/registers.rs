@@ -265,6 +265,23 @@ fn holding_and_input_registers_are_the_same() {
     }
 }
 
+/// As many registers as a request can have, wherever it begins: the same as one by one.
+#[test]
+fn long_reads_are_short_reads() {
+    // Every bench begins with the same state, and its first request is answered from that.
+    let read = |first: u16, quantity| Bench::new().read(first, quantity);
+    for range in [0x0000..0x00E0_u16, 0x0100..0x0790, 0x0800..0x08C0, 0x0900..0x0980, 0x1000..0x1600] {
+        let single: Vec<u16> =
+            range.clone().map(|address| read(address, 1).expect("a register")[0]).collect();
+        for first in range.clone().step_by(7) {
+            let quantity = (range.end - first).min(125);
+            let offset = usize::from(first - range.start);
+            let expected = &single[offset..offset + usize::from(quantity)];
+            assert_eq!(read(first, quantity).as_deref(), Ok(expected), "{first:04X}");
+        }
+    }
+}
+
 /// 96 registers in one request, and the header, from one state: the model moves with every look.
 #[test]
 fn one_request_is_one_state() {

@@ -159,7 +159,9 @@ fn lengths() {
     for length in 0..=1 {
         let bytes = &[ADDRESS, 3][..length];
         let crc = crc(bytes);
+        let errors = bench.server.counters().errors;
         assert_eq!(bench.raw(&[bytes, &crc.to_le_bytes()].concat()), None);
+        assert_eq!(bench.server.counters().errors, errors + 1);
     }
 }
 
