@@ -1,0 +1,101 @@
+//! What the functions do with a request. The answer takes its place in the frame.
+//!
+//! Source: MODBUS Application Protocol V1.1b3, sections 6.3, 6.4, 6.6, 6.8, 6.12, 6.21. A request that is not as long as
+//! it says is a fault of its values (section 7, code 03).
+
+use crate::diagnostics;
+use crate::exception::Exception;
+use crate::frame::Frame;
+use crate::host::{Host, Write};
+use crate::read::Reader;
+use crate::server::Inner;
+use crate::write;
+
+/// Most registers of one reading request.
+const MOST_READ: u16 = 125;
+/// Most registers of one writing request.
+const MOST_WRITTEN: u16 = 123;
+
+pub mod function {
+    pub const READ_HOLDING: u8 = 3;
+    pub const READ_INPUT: u8 = 4;
+    pub const WRITE_ONE: u8 = 6;
+    pub const DIAGNOSTICS: u8 = 8;
+    pub const WRITE_MANY: u8 = 16;
+    pub const IDENTIFICATION: u8 = 43;
+}
+
+/// Address and function; the same, address and quantity of registers.
+const HEAD: usize = 2;
+const WRITE_HEAD: usize = 6;
+
+/// Carries a request out that came without a fault. Broadcasts are only carried out if they write.
+pub fn execute<H: Host>(
+    inner: &mut Inner,
+    frame: &mut Frame,
+    broadcast: bool,
+    host: &mut H,
+) -> Result<(), Exception> {
+    let &[_, code, ref data @ ..] = frame.bytes() else { return Err(Exception::IllegalFunction) };
+    match code {
+        function::WRITE_ONE => {
+            let &[high, low, ref word @ ..] = data else { return Err(Exception::IllegalDataValue) };
+            let (words @ [_], []) = word.as_chunks() else { return Err(Exception::IllegalDataValue) };
+            // The answer is the request.
+            set(inner, u16::from_be_bytes([high, low]), words, host)
+        }
+        function::WRITE_MANY => {
+            let &[high, low, quantity_high, quantity_low, bytes, ref words @ ..] = data else {
+                return Err(Exception::IllegalDataValue);
+            };
+            let quantity = u16::from_be_bytes([quantity_high, quantity_low]);
+            let (words, rest) = words.as_chunks();
+            let lengths = [usize::from(bytes) / 2, words.len()];
+            if !(1..=MOST_WRITTEN).contains(&quantity)
+                || lengths != [usize::from(quantity); 2]
+                || bytes & 1 != 0
+                || !rest.is_empty()
+            {
+                return Err(Exception::IllegalDataValue);
+            }
+            set(inner, u16::from_be_bytes([high, low]), words, host)?;
+            frame.truncate(WRITE_HEAD);
+            Ok(())
+        }
+        // Nobody is told what comes of it.
+        _ if broadcast => Ok(()),
+        function::READ_HOLDING | function::READ_INPUT => {
+            let &[high, low, quantity_high, quantity_low] = data else {
+                return Err(Exception::IllegalDataValue);
+            };
+            let quantity = u16::from_be_bytes([quantity_high, quantity_low]);
+            if !(1..=MOST_READ).contains(&quantity) {
+                return Err(Exception::IllegalDataValue);
+            }
+            let first = u16::from_be_bytes([high, low]);
+            host.snapshot();
+            frame.truncate(HEAD);
+            frame.byte(quantity.wrapping_mul(2) as u8);
+            Reader::new(host, inner.settings).read(first, quantity, frame)
+        }
+        function::DIAGNOSTICS => {
+            let register = || {
+                host.snapshot();
+                host.gateway().status
+            };
+            diagnostics::answer(&mut inner.counters, register, frame)
+        }
+        function::IDENTIFICATION => inner.identification.answer(frame),
+        _ => Err(Exception::IllegalFunction),
+    }
+}
+
+fn set<H: Host>(inner: &mut Inner, first: u16, words: &[[u8; 2]], host: &mut H) -> Result<(), Exception> {
+    host.snapshot();
+    let change = write::change(host, inner.settings, first, words)?;
+    host.write(&change)?;
+    if let Write::Port(settings) = change {
+        inner.next = Some(settings);
+    }
+    Ok(())
+}

@@ -1,0 +1,150 @@
+//! The register map: the one table from which the server, the documentation and the list for SCADA systems are made.
+//!
+//! A [`Block`] is repeated `count` times at a stride, one for each slot or bus; in it, an [`Entry`] is a number, or an
+//! array of numbers, at an offset. 32-bit numbers take two registers, high word first (ABCD), unless their [`Form`] says
+//! otherwise. Registers of a block that no entry names read 0; registers of no block do not exist.
+//!
+//! The table is in `map/table.rs`. Names and texts stay out of the image: what the server looks things up in is made of
+//! the table by the compiler (`map/lookup.rs`).
+
+mod items;
+pub(crate) mod lookup;
+mod table;
+
+pub use items::{
+    BusItem, BusSetting, CommandItem, DetailItem, GatewayItem, Item, PortSetting, ReadingItem, SlotSetting,
+};
+pub use table::{BLOCKS, MAGIC, SLOT_BASE, SLOT_STRIDE, TEST_ANGLE, TEST_NUMBER, VERSION};
+
+/// Registers at equal distances.
+#[derive(Clone, Copy, Debug)]
+pub struct Block {
+    /// What it is called in the documentation and, before the number, in the names of the list.
+    pub name: &'static str,
+    /// What comes before the number of the instance in names, if there are several.
+    pub prefix: &'static str,
+    /// Address of the first instance, as on the wire: the first register of all is 0.
+    pub base: u16,
+    /// From one instance to the next, and length of each.
+    pub stride: u16,
+    /// How many there are.
+    pub count: u16,
+    /// What is in each, by offset.
+    pub entries: &'static [Entry],
+    /// What it is for.
+    pub text: &'static str,
+}
+
+/// A number, or an array of numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// From the beginning of the block, registers.
+    pub offset: u16,
+    /// How it is told.
+    pub form: Form,
+    /// What it is.
+    pub item: Item,
+    /// How many there are, one after the other.
+    pub count: u8,
+    /// Number of the first of them.
+    pub first: u8,
+    /// Smallest and largest value that can be written; `None` if it cannot be written.
+    pub limits: Option<(i32, i32)>,
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit; empty if it has none.
+    pub unit: &'static str,
+    /// What it is, in words.
+    pub text: &'static str,
+}
+
+/// How a number is told. In brackets what stands for "there is none".
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// 16 bits (0xFFFF).
+    U16,
+    /// 16 bits, two's complement (0x8000).
+    I16,
+    /// 32 bits (0xFFFFFFFF).
+    U32,
+    /// 32 bits, two's complement (0x80000000).
+    I32,
+    /// IEEE 754 binary32 (NaN, 0x7FC00000).
+    F32,
+    /// [`Form::I32`], low word first (CDAB).
+    I32Swapped,
+    /// [`Form::F32`], low word first (CDAB).
+    F32Swapped,
+}
+
+impl Form {
+    /// Registers that it takes.
+    pub const fn registers(self) -> u16 {
+        match self {
+            Form::U16 | Form::I16 => 1,
+            Form::U32 | Form::I32 | Form::F32 | Form::I32Swapped | Form::F32Swapped => 2,
+        }
+    }
+
+    /// What stands for "there is none".
+    pub const fn sentinel(self) -> u32 {
+        match self {
+            Form::U16 => 0xFFFF,
+            Form::I16 => 0x8000,
+            Form::U32 => 0xFFFF_FFFF,
+            Form::I32 | Form::I32Swapped => 0x8000_0000,
+            Form::F32 | Form::F32Swapped => crate::number::NAN,
+        }
+    }
+
+    /// Whether the low word comes first.
+    pub const fn is_swapped(self) -> bool {
+        matches!(self, Form::I32Swapped | Form::F32Swapped)
+    }
+}
+
+impl Entry {
+    const fn new(
+        offset: u16,
+        form: Form,
+        item: Item,
+        name: &'static str,
+        unit: &'static str,
+        text: &'static str,
+    ) -> Entry {
+        Entry { offset, form, item, count: 1, first: 0, limits: None, name, unit, text }
+    }
+
+    /// `count` of them, counted from `first`.
+    const fn times(self, first: u8, count: u8) -> Entry {
+        Entry { first, count, ..self }
+    }
+
+    /// It can be written.
+    const fn writable(self, least: i32, most: i32) -> Entry {
+        Entry { limits: Some((least, most)), ..self }
+    }
+
+    /// Whether there may be none, which is told as its form's [sentinel](Form::sentinel).
+    pub const fn is_optional(&self) -> bool {
+        match self.item {
+            Item::Reading(item) => !matches!(item, ReadingItem::Status),
+            Item::Gateway(item) => matches!(item, GatewayItem::OldestAge),
+            Item::Detail(item) => matches!(
+                item,
+                DetailItem::Temperature
+                    | DetailItem::Raw
+                    | DetailItem::Unwrapped
+                    | DetailItem::LastError
+                    | DetailItem::DeviceStatus
+                    | DetailItem::Serial
+            ),
+            _ => false,
+        }
+    }
+
+    /// Registers that it takes.
+    pub const fn registers(&self) -> u16 {
+        self.form.registers().saturating_mul(self.count as u16)
+    }
+}

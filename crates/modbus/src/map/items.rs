@@ -1,0 +1,262 @@
+//! What the registers of the map can be, by where it comes from.
+
+/// What a register of the map is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Item {
+    /// Of the gateway as a whole.
+    Gateway(GatewayItem),
+    /// Of the value of a slot.
+    Reading(ReadingItem),
+    /// Of what else is known of a slot.
+    Detail(DetailItem),
+    /// Of what happened on a bus.
+    Bus(BusItem),
+    /// Of how a slot is set.
+    SlotSetting(SlotSetting),
+    /// Of how a bus is set.
+    BusSetting(BusSetting),
+    /// Of how this server's port runs.
+    Port(PortSetting),
+    /// Of the command block.
+    Command(CommandItem),
+}
+
+/// Of the gateway as a whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GatewayItem {
+    /// "INCL".
+    Magic,
+    /// Version of the map.
+    MapVersion,
+    /// How many slots there are.
+    SlotCount,
+    /// Where the first is,
+    SlotBase,
+    /// and how far it is from there to the next.
+    SlotStride,
+    /// Major and minor version of the firmware, one byte each.
+    Version,
+    /// Its patch number.
+    Patch,
+    /// Time since reset.
+    Uptime,
+    /// Status bits.
+    Status,
+    /// Counts the published states.
+    Sequence,
+    /// A number that is always the same.
+    TestNumber,
+    /// An angle that is always the same.
+    TestAngle,
+    /// A bit for every slot that gives a sign of life.
+    Online,
+    /// A bit for every slot whose angle is right and fresh.
+    Valid,
+    /// Slots that are switched on.
+    Enabled,
+    /// Of these, slots whose angle is right and fresh.
+    Good,
+    /// The oldest value of a slot that is switched on.
+    OldestAge,
+}
+
+/// Of the value of a slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReadingItem {
+    /// Status code.
+    Status,
+    /// Angle in millidegrees.
+    Angle,
+    /// Angle in degrees.
+    Degrees,
+    /// Angle in hundredths of a degree, within half a turn.
+    Centidegrees,
+    /// Age in milliseconds.
+    Age,
+}
+
+/// Of what else is known of a slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DetailItem {
+    /// Flags.
+    Flags,
+    /// Temperature.
+    Temperature,
+    /// Counts the outcomes.
+    Sequence,
+    /// The angle as the sensor said it.
+    Raw,
+    /// The angle with its turns.
+    Unwrapped,
+    /// Status of the last failure.
+    LastError,
+    /// Status byte of the device.
+    DeviceStatus,
+    /// Requests.
+    Requests,
+    /// Good answers to the first try.
+    FirstTry,
+    /// Repetitions.
+    Retries,
+    /// Requests without an answer.
+    Timeouts,
+    /// Wrong checksums.
+    Checksum,
+    /// Wrong lengths, addresses, commands.
+    Length,
+    /// Late answers.
+    Late,
+    /// Writes to non-volatile memory.
+    Writes,
+    /// Last response time.
+    ResponseLast,
+    /// Longest response time.
+    ResponseMax,
+    /// Serial number.
+    Serial,
+    /// Kind of source.
+    Kind,
+    /// Address.
+    Address,
+}
+
+/// Of what happened on a bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusItem {
+    /// Requests.
+    Requests,
+    /// Repetitions.
+    Retries,
+    /// Writes to non-volatile memory.
+    Writes,
+    /// Good answers.
+    Good,
+    /// Good answers to the first try.
+    FirstTry,
+    /// Nothing came back.
+    NoAnswer,
+    /// Something else came back.
+    BadAnswer,
+    /// Wrong checksums.
+    Checksum,
+    /// Wrong lengths.
+    Length,
+    /// Answers of others.
+    Foreign,
+    /// Late answers.
+    Late,
+    /// Driver switched off by force.
+    Forced,
+    /// The line did not fall silent.
+    LineBusy,
+    /// Somebody else talked at the same time.
+    Contention,
+    /// Own characters that came back.
+    Echo,
+    /// Characters of no frame.
+    Junk,
+    /// Framing errors.
+    Framing,
+    /// Noise errors.
+    Noise,
+    /// Overruns.
+    Overrun,
+    /// Parity errors.
+    Parity,
+    /// Last response time.
+    ResponseLast,
+    /// Shortest response time.
+    ResponseMin,
+    /// Longest response time.
+    ResponseMax,
+    /// Longest driver release.
+    ReleaseMax,
+    /// Longest time the driver was on.
+    HighMax,
+}
+
+/// Of how a slot is set; see [`SlotConfig`](crate::config::SlotConfig).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlotSetting {
+    /// Whether it is read.
+    Enabled,
+    /// Kind of source.
+    Kind,
+    /// Address.
+    Address,
+    /// Axis.
+    Axis,
+    /// Period.
+    Period,
+    /// Age at which a value is stale.
+    Stale,
+    /// Longest wait.
+    Timeout,
+    /// Further tries.
+    Retries,
+    /// Soft zero.
+    Zero,
+    /// Direction.
+    Reversed,
+    /// Output range.
+    Unidirectional,
+    /// Filter.
+    Filter,
+    /// Its length.
+    FilterLength,
+    /// Confirmation by a second reading.
+    Confirm,
+    /// What is a jump.
+    Jump,
+}
+
+/// Of how a bus is set; see [`BusConfig`](crate::config::BusConfig).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusSetting {
+    /// Bit rate.
+    Baud,
+    /// Guard.
+    Guard,
+    /// Delay after DE rises.
+    PreDelay,
+    /// Delay before DE falls.
+    PostDelay,
+    /// Echo mode.
+    Echo,
+}
+
+/// Of how this server's port runs; see [`Settings`](crate::settings::Settings).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PortSetting {
+    /// Address.
+    Address,
+    /// Bit rate.
+    Baud,
+    /// Parity.
+    Parity,
+    /// Stop bits.
+    StopBits,
+}
+
+/// Of the command block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CommandItem {
+    /// The command.
+    Command,
+    /// What it is about.
+    Target,
+    /// Its value.
+    Value,
+    /// The arm key.
+    Key,
+    /// The last command accepted.
+    Last,
+    /// What has become of it.
+    Outcome,
+    /// Counts the accepted commands.
+    Sequence,
+    /// Steps done.
+    Done,
+    /// Of so many.
+    Of,
+}

@@ -1,0 +1,477 @@
+//! The table. Addresses as on the wire.
+
+use super::{
+    Block, BusItem as B, BusSetting as P, CommandItem as C, DetailItem as D, Entry, Form, GatewayItem as G,
+    Item, PortSetting as M, ReadingItem as R, SlotSetting as S,
+};
+use crate::host::SLOTS;
+
+/// What the first four bytes say: "INCL".
+pub const MAGIC: u32 = 0x494E_434C;
+/// Version of the map. Whatever changes the meaning of a register changes it.
+pub const VERSION: u16 = 1;
+/// A number to find out with in which order a client takes bytes and words.
+pub const TEST_NUMBER: u32 = 0x1234_5678;
+/// The same for floating point, in millidegrees: 123.456.
+pub const TEST_ANGLE: i32 = 123_456;
+/// Address of the block of slot 0.
+pub const SLOT_BASE: u16 = 0x0100;
+/// From the block of a slot to that of the next.
+pub const SLOT_STRIDE: u16 = 0x20;
+
+const COUNT: u16 = SLOTS as u16;
+const ALL: u8 = SLOTS as u8;
+/// Slots of the first block of angles and ages; the others are in the second.
+const FIRST: u8 = 32;
+const OTHERS: u8 = ALL - FIRST;
+
+/// An hour in milliseconds: the longest period.
+const HOUR_MS: i32 = 3_600_000;
+
+/// The register map.
+pub const BLOCKS: &[Block] = &[
+    Block {
+        name: "gateway",
+        prefix: "",
+        base: 0x0000,
+        stride: 0x20,
+        count: 1,
+        entries: GATEWAY,
+        text: "What this is, where things are, and how it is doing as a whole.",
+    },
+    Block {
+        name: "fast",
+        prefix: "",
+        base: 0x0020,
+        stride: 0x60,
+        count: 1,
+        entries: FAST,
+        text: "Angles and ages of the first 32 slots: 96 registers, one read, one state.",
+    },
+    Block {
+        name: "fast2",
+        prefix: "",
+        base: 0x0080,
+        stride: 0x60,
+        count: 1,
+        entries: FAST2,
+        text: "Angles and ages of the other slots and the status of all: 96 registers, one read, one state.",
+    },
+    Block {
+        name: "slot",
+        prefix: "slot",
+        base: SLOT_BASE,
+        stride: SLOT_STRIDE,
+        count: COUNT,
+        entries: SLOT,
+        text: "Everything about one slot.",
+    },
+    Block {
+        name: "mirrors",
+        prefix: "",
+        base: 0x0700,
+        stride: 0x90,
+        count: 1,
+        entries: MIRRORS,
+        text: "All angles again, as floating point and as 16-bit numbers.",
+    },
+    Block {
+        name: "swapped",
+        prefix: "",
+        base: 0x0800,
+        stride: 0xC0,
+        count: 1,
+        entries: SWAPPED,
+        text: "All angles again for clients that can only take 32-bit numbers low word first (CDAB).",
+    },
+    Block {
+        name: "bus",
+        prefix: "bus",
+        base: 0x0900,
+        stride: 0x40,
+        count: 2,
+        entries: BUS,
+        text: "What happened on a bus since reset. Bus 0 is the T7 bus, bus 1 the ISU bus. Counters wrap.",
+    },
+    Block {
+        name: "slot settings",
+        prefix: "slot",
+        base: 0x1000,
+        stride: 0x20,
+        count: COUNT,
+        entries: SLOT_SETTINGS,
+        text: "How a slot is set. In force at once; kept over a reset by the command *save*.",
+    },
+    Block {
+        name: "bus settings",
+        prefix: "bus",
+        base: 0x1800,
+        stride: 0x10,
+        count: 2,
+        entries: BUS_SETTINGS,
+        text: "How a bus is set. In force as soon as no exchange is under way.",
+    },
+    Block {
+        name: "port settings",
+        prefix: "",
+        base: 0x1840,
+        stride: 0x10,
+        count: 1,
+        entries: PORT_SETTINGS,
+        text: "How this Modbus port runs. The answer still comes as before; what follows runs like this.",
+    },
+    Block {
+        name: "command",
+        prefix: "",
+        base: 0x1F00,
+        stride: 0x10,
+        count: 1,
+        entries: COMMAND,
+        text: "Something to be done. A write begins with the command register; what it leaves out counts as zero.",
+    },
+];
+
+const fn gateway(
+    offset: u16,
+    form: Form,
+    item: G,
+    name: &'static str,
+    unit: &'static str,
+    text: &'static str,
+) -> Entry {
+    Entry::new(offset, form, Item::Gateway(item), name, unit, text)
+}
+
+const GATEWAY: &[Entry] = &[
+    gateway(0, Form::U32, G::Magic, "magic", "", "\"INCL\" in ASCII: 0x494E434C"),
+    gateway(2, Form::U16, G::MapVersion, "map_version", "", "version of this map: 1"),
+    gateway(3, Form::U16, G::SlotCount, "slot_count", "", "slots of the map: 48"),
+    gateway(4, Form::U16, G::SlotBase, "slot_base", "", "address of the block of slot 0: 0x0100"),
+    gateway(5, Form::U16, G::SlotStride, "slot_stride", "", "from one slot's block to the next: 0x20"),
+    gateway(
+        6,
+        Form::U16,
+        G::Version,
+        "firmware",
+        "",
+        "firmware version: major in the high byte, minor in the low byte",
+    ),
+    gateway(7, Form::U16, G::Patch, "firmware_patch", "", "its patch number"),
+    gateway(8, Form::U32, G::Uptime, "uptime", "s", "time since reset"),
+    gateway(
+        10,
+        Form::U16,
+        G::Status,
+        "gateway_status",
+        "bits",
+        "see *gateway status*; also FC 08, sub-function 2",
+    ),
+    gateway(11, Form::U16, G::Sequence, "sequence", "", "counts the states that were published; wraps"),
+    gateway(12, Form::U32, G::TestNumber, "test_number", "", "always 0x12345678 = 305419896"),
+    gateway(14, Form::F32, G::TestAngle, "test_angle", "deg", "always 123.456 = 0x42F6E979"),
+    gateway(
+        16,
+        Form::U32,
+        G::Online,
+        "online_0_31",
+        "bits",
+        "bit n: slot n gave a sign of life when last asked",
+    ),
+    gateway(18, Form::U32, G::Valid, "valid_0_31", "bits", "bit n: the angle of slot n is right and fresh"),
+    gateway(20, Form::U32, G::Online, "online_32_47", "bits", "bit n: the same of slot 32 + n").times(32, 1),
+    gateway(22, Form::U32, G::Valid, "valid_32_47", "bits", "bit n: the same of slot 32 + n").times(32, 1),
+    gateway(24, Form::U16, G::Enabled, "slots_enabled", "", "slots that are switched on"),
+    gateway(25, Form::U16, G::Good, "slots_ok", "", "of these, slots whose angle is right and fresh"),
+    gateway(
+        26,
+        Form::U16,
+        G::OldestAge,
+        "oldest_age",
+        "ms",
+        "greatest age of the slots that are switched on; see *age*",
+    ),
+];
+
+const fn reading(
+    offset: u16,
+    form: Form,
+    item: R,
+    name: &'static str,
+    unit: &'static str,
+    text: &'static str,
+) -> Entry {
+    Entry::new(offset, form, Item::Reading(item), name, unit, text)
+}
+
+const ANGLE: &str = "angle";
+const AGE: &str = "time since the last good value; none at 65.535 s, or if there was none since reset";
+
+const FAST: &[Entry] = &[
+    reading(0x00, Form::I32, R::Angle, "angle", "mdeg", ANGLE).times(0, FIRST),
+    reading(0x40, Form::U16, R::Age, "age", "ms", AGE).times(0, FIRST),
+];
+
+const FAST2: &[Entry] = &[
+    reading(0x00, Form::I32, R::Angle, "angle", "mdeg", ANGLE).times(FIRST, OTHERS),
+    reading(0x20, Form::U16, R::Age, "age", "ms", AGE).times(FIRST, OTHERS),
+    reading(0x30, Form::U16, R::Status, "status", "code", "status, see *status of a slot*").times(0, ALL),
+];
+
+const MIRRORS: &[Entry] = &[
+    reading(0x00, Form::F32, R::Degrees, "angle_f32", "deg", ANGLE).times(0, ALL),
+    reading(0x60, Form::I16, R::Centidegrees, "angle_i16", "0.01 deg", "angle within −180.00° to 180.00°")
+        .times(0, ALL),
+];
+
+const SWAPPED: &[Entry] = &[
+    reading(0x00, Form::I32Swapped, R::Angle, "angle_i32_cdab", "mdeg", ANGLE).times(0, ALL),
+    reading(0x60, Form::F32Swapped, R::Degrees, "angle_f32_cdab", "deg", ANGLE).times(0, ALL),
+];
+
+const fn detail(
+    offset: u16,
+    form: Form,
+    item: D,
+    name: &'static str,
+    unit: &'static str,
+    text: &'static str,
+) -> Entry {
+    Entry::new(offset, form, Item::Detail(item), name, unit, text)
+}
+
+const SLOT: &[Entry] = &[
+    reading(0, Form::U16, R::Status, "status", "code", "status, see *status of a slot*"),
+    detail(1, Form::U16, D::Flags, "flags", "bits", "see *flags of a slot*"),
+    reading(2, Form::I32, R::Angle, "angle_mdeg", "mdeg", ANGLE),
+    reading(4, Form::F32, R::Degrees, "angle_deg", "deg", ANGLE),
+    reading(6, Form::I16, R::Centidegrees, "angle_cdeg", "0.01 deg", "angle within −180.00° to 180.00°"),
+    detail(7, Form::I16, D::Temperature, "temperature", "0.01 °C", "T7, if it is polled for it"),
+    reading(8, Form::U16, R::Age, "age", "ms", AGE),
+    detail(9, Form::U16, D::Sequence, "sequence", "", "counts the readings, good or bad; wraps"),
+    detail(10, Form::I32, D::Raw, "raw_mdeg", "mdeg", "angle as the sensor said it"),
+    detail(
+        12,
+        Form::I32,
+        D::Unwrapped,
+        "unwrapped_mdeg",
+        "mdeg",
+        "angle with the turns since the first value",
+    ),
+    detail(14, Form::U16, D::LastError, "last_error", "code", "status of the last reading that failed"),
+    detail(15, Form::U16, D::DeviceStatus, "device_status", "", "status byte of the device's last answer"),
+    detail(
+        16,
+        Form::U32,
+        D::Requests,
+        "requests",
+        "",
+        "requests, retries included; wraps, as all that follow",
+    ),
+    detail(18, Form::U32, D::FirstTry, "first_try", "", "good answers to the first try"),
+    detail(20, Form::U16, D::Retries, "retries", "", "repetitions"),
+    detail(21, Form::U16, D::Timeouts, "timeouts", "", "requests without an answer in time"),
+    detail(22, Form::U16, D::Checksum, "checksum", "", "answers with a wrong checksum"),
+    detail(23, Form::U16, D::Length, "length", "", "answers of a wrong length, address or command"),
+    detail(24, Form::U16, D::Late, "late", "", "good answers that came too late"),
+    detail(25, Form::U16, D::Writes, "nv_writes", "", "writes to the sensor's non-volatile memory"),
+    detail(
+        26,
+        Form::U16,
+        D::ResponseLast,
+        "response_last",
+        "10 us",
+        "response time of the last good answer; 0: none yet",
+    ),
+    detail(27, Form::U16, D::ResponseMax, "response_max", "10 us", "longest response time"),
+    detail(28, Form::U32, D::Serial, "serial", "", "serial number of the device"),
+    detail(30, Form::U16, D::Kind, "kind", "code", "see *kinds*"),
+    detail(31, Form::U16, D::Address, "address", "", "address on the bus, or number of the PWM input"),
+];
+
+const fn bus(offset: u16, item: B, name: &'static str, unit: &'static str, text: &'static str) -> Entry {
+    Entry::new(offset, Form::U32, Item::Bus(item), name, unit, text)
+}
+
+const BUS: &[Entry] = &[
+    bus(0, B::Requests, "requests", "", "requests, retries included"),
+    bus(2, B::Retries, "retries", "", "of these, repetitions"),
+    bus(4, B::Writes, "nv_writes", "", "of these, writes to non-volatile memory"),
+    bus(6, B::Good, "good", "", "answers that passed every check"),
+    bus(8, B::FirstTry, "first_try", "", "of these, to the first try"),
+    bus(10, B::NoAnswer, "no_answer", "", "nothing came back in time"),
+    bus(12, B::BadAnswer, "bad_answer", "", "something came back that was not the answer"),
+    bus(14, B::Checksum, "checksum", "", "frames with a wrong checksum"),
+    bus(16, B::Length, "length", "", "frames of a wrong length"),
+    bus(18, B::Foreign, "foreign", "", "intact answers from another address or to another command"),
+    bus(20, B::Late, "late", "", "good answers that came too late"),
+    bus(22, B::Forced, "forced", "", "the line driver had to be switched off by force"),
+    bus(24, B::LineBusy, "line_busy", "", "requests dropped because the line did not fall silent"),
+    bus(26, B::Contention, "contention", "", "requests into which somebody else talked"),
+    bus(28, B::Echo, "echo", "", "own characters that came back"),
+    bus(30, B::Junk, "junk", "", "characters that belong to no frame"),
+    bus(32, B::Framing, "framing", "", "characters with a low stop bit"),
+    bus(34, B::Noise, "noise", "", "characters whose samples disagreed"),
+    bus(36, B::Overrun, "overrun", "", "characters after which at least one was lost"),
+    bus(38, B::Parity, "parity", "", "characters with wrong parity"),
+    bus(40, B::ResponseLast, "response_last", "us", "response time of the last good answer"),
+    bus(42, B::ResponseMin, "response_min", "us", "the shortest of these; 0 while there was none"),
+    bus(44, B::ResponseMax, "response_max", "us", "the longest of these"),
+    bus(46, B::ReleaseMax, "de_release_max", "ns", "longest time from our last stop bit to DE low"),
+    bus(48, B::HighMax, "de_high_max", "us", "longest time DE was high"),
+];
+
+const fn setting(
+    offset: u16,
+    form: Form,
+    item: S,
+    name: &'static str,
+    unit: &'static str,
+    text: &'static str,
+) -> Entry {
+    Entry::new(offset, form, Item::SlotSetting(item), name, unit, text)
+}
+
+const SLOT_SETTINGS: &[Entry] = &[
+    setting(0, Form::U16, S::Enabled, "enabled", "", "1: the slot is read").writable(0, 1),
+    setting(1, Form::U16, S::Kind, "set_kind", "code", "what it reads; see *kinds*").writable(0, 3),
+    setting(
+        2,
+        Form::U16,
+        S::Address,
+        "set_address",
+        "",
+        "T7: 1 to 100, 127; ISU: 1 to 14, 0 if it is alone; PWM: input 1 or 2",
+    )
+    .writable(0, 127),
+    setting(3, Form::U16, S::Axis, "axis", "", "T7: a single-axis device measures axis 2").writable(0, 2),
+    setting(
+        4,
+        Form::U32,
+        S::Period,
+        "period",
+        "ms",
+        "from one reading to the next; 0: as often as the bus can",
+    )
+    .writable(0, HOUR_MS),
+    setting(6, Form::U32, S::Stale, "stale", "ms", "a value older than this is stale")
+        .writable(10, 3 * HOUR_MS),
+    setting(
+        8,
+        Form::U16,
+        S::Timeout,
+        "timeout",
+        "ms",
+        "longest wait for an answer; 0: as the sensor's document says",
+    )
+    .writable(0, 1_000),
+    setting(9, Form::U16, S::Retries, "set_retries", "", "further tries within one reading").writable(0, 10),
+    setting(10, Form::I32, S::Zero, "zero", "mdeg", "soft zero: subtracted from what the sensor says")
+        .writable(-360_000, 360_000),
+    setting(12, Form::U16, S::Reversed, "reversed", "", "1: the angle counts the other way").writable(0, 1),
+    setting(13, Form::U16, S::Unidirectional, "unidirectional", "", "0: −180° to 180°; 1: 0° to 360°")
+        .writable(0, 1),
+    setting(14, Form::U16, S::Filter, "filter", "code", "0: none; 1: circular mean; 2: circular median")
+        .writable(0, 2),
+    setting(15, Form::U16, S::FilterLength, "filter_length", "", "readings it goes over").writable(1, 15),
+    setting(
+        16,
+        Form::U16,
+        S::Confirm,
+        "confirm",
+        "",
+        "1: the first value, a value after an error and a jump are read twice",
+    )
+    .writable(0, 1),
+    setting(18, Form::U32, S::Jump, "jump", "mdeg/s", "faster than this is a jump; 0: nothing is")
+        .writable(0, 36_000_000),
+];
+
+const fn bus_setting(
+    offset: u16,
+    form: Form,
+    item: P,
+    name: &'static str,
+    unit: &'static str,
+    text: &'static str,
+) -> Entry {
+    Entry::new(offset, form, Item::BusSetting(item), name, unit, text)
+}
+
+const BUS_SETTINGS: &[Entry] = &[
+    bus_setting(0, Form::U32, P::Baud, "baud", "bit/s", "T7: 9600, 19200, 38400, 57600, 115200; ISU: 9600")
+        .writable(9_600, 115_200),
+    bus_setting(2, Form::U16, P::Guard, "guard", "us", "silence before our driver is switched on")
+        .writable(0, 20_000),
+    bus_setting(3, Form::U16, P::PreDelay, "pre_delay", "us", "from DE high to our first start bit")
+        .writable(0, 20_000),
+    bus_setting(4, Form::U16, P::PostDelay, "post_delay", "us", "from our last stop bit to DE low")
+        .writable(0, 20_000),
+    bus_setting(
+        5,
+        Form::U16,
+        P::Echo,
+        "echo_mode",
+        "code",
+        "own characters come back. 0: no; 1: yes; 2: find out",
+    )
+    .writable(0, 2),
+];
+
+const fn port(
+    offset: u16,
+    form: Form,
+    item: M,
+    name: &'static str,
+    unit: &'static str,
+    text: &'static str,
+) -> Entry {
+    Entry::new(offset, form, Item::Port(item), name, unit, text)
+}
+
+const PORT_SETTINGS: &[Entry] = &[
+    port(0, Form::U16, M::Address, "port_address", "", "address of this server").writable(1, 247),
+    port(1, Form::U16, M::Parity, "port_parity", "code", "0: none; 1: even; 2: odd").writable(0, 2),
+    port(2, Form::U32, M::Baud, "port_baud", "bit/s", "2400, 4800, 9600, 19200, 38400, 57600 or 115200")
+        .writable(2_400, 115_200),
+    port(4, Form::U16, M::StopBits, "port_stop_bits", "", "stop bits").writable(1, 2),
+];
+
+const fn command(
+    offset: u16,
+    form: Form,
+    item: C,
+    name: &'static str,
+    unit: &'static str,
+    text: &'static str,
+) -> Entry {
+    Entry::new(offset, form, Item::Command(item), name, unit, text)
+}
+
+const COMMAND: &[Entry] = &[
+    command(0, Form::U16, C::Command, "command", "code", "what to do, see *commands*; reads 0")
+        .writable(1, 24),
+    command(1, Form::U16, C::Target, "command_target", "", "number of the slot or bus it is about; reads 0")
+        .writable(0, 47),
+    command(2, Form::I32, C::Value, "command_value", "", "its value; reads 0").writable(i32::MIN, i32::MAX),
+    command(
+        4,
+        Form::U16,
+        C::Key,
+        "arm_key",
+        "",
+        "0x4E56 for commands that take it, in the same request; reads 0",
+    )
+    .writable(0, 0xFFFF),
+    command(
+        8,
+        Form::U16,
+        C::Last,
+        "last_command",
+        "code",
+        "the last command that was accepted; 0: none since reset",
+    ),
+    command(9, Form::U16, C::Outcome, "command_outcome", "code", "see *outcome of a command*"),
+    command(10, Form::U16, C::Sequence, "command_sequence", "", "counts the accepted commands; wraps"),
+    command(11, Form::U16, C::Done, "command_done", "", "steps done"),
+    command(12, Form::U16, C::Of, "command_of", "", "of so many; 0 if that is not known"),
+];

@@ -1,0 +1,230 @@
+//! A gateway whose numbers can be told apart, and which changes with every look at it.
+
+use std::cell::Cell;
+
+use clino_bus::line::EchoMode;
+use clino_bus::{Counters, DriverEnable, Micros};
+use clino_modbus::command::{Command, Outcome, Progress};
+use clino_modbus::config::{BusConfig, SlotConfig};
+use clino_modbus::{
+    Bus, GatewayView, Host, Kind, Refusal, SlotCounters, SlotDetail, SlotReading, Status, Write,
+};
+
+/// All slots move by this much, in millidegrees, whenever somebody looks.
+pub const STEP: i32 = 7;
+
+pub struct Model {
+    /// Looks at it so far.
+    looks: Cell<i32>,
+    /// Looks when the state was held still; `None`: nobody has asked for that yet.
+    pub held: Option<i32>,
+    pub snapshots: u32,
+    pub writes: Vec<Write>,
+    /// What the next change is answered with.
+    pub refusal: Option<Refusal>,
+    pub slots: [SlotConfig; 48],
+    pub buses: [BusConfig; 2],
+    pub counters: [Counters; 2],
+    pub progress: Progress,
+}
+
+/// Angle of a slot when nobody has looked at it.
+pub fn angle(slot: usize) -> i32 {
+    slot as i32 * 12_345 - 179_999
+}
+
+pub fn status(slot: usize) -> Status {
+    match slot {
+        3 => Status::NeverRead,
+        5 => Status::Stale,
+        7 => Status::NoAnswer,
+        9 => Status::DeviceError,
+        11 | 40 => Status::Disabled,
+        _ => Status::Ok,
+    }
+}
+
+pub fn age(slot: usize) -> Option<u64> {
+    match slot {
+        3 => None,
+        4 => Some(65_534_999),
+        5 => Some(65_535_000),
+        6 => Some(1 << 40),
+        slot => Some(slot as u64 * 1_000 + 999),
+    }
+}
+
+pub fn has_detail(slot: usize) -> bool {
+    slot.is_multiple_of(2)
+}
+
+impl Model {
+    pub fn new() -> Model {
+        let slot = |slot: usize| SlotConfig {
+            enabled: slot < 6,
+            kind: Kind::T7,
+            address: slot as u8 + 1,
+            axis: 2,
+            period_ms: 100_000 + slot as u32,
+            stale_ms: 200_000 + slot as u32,
+            timeout_ms: 300 + slot as u16,
+            retries: 1,
+            zero_mdeg: -70_000 - slot as i32,
+            reversed: slot == 1,
+            unidirectional: slot == 2,
+            filter: clino_modbus::config::Filter::Median,
+            filter_length: 3,
+            confirm: true,
+            jump_mdeg_s: 400_000 + slot as u32,
+        };
+        let bus = BusConfig {
+            baud: 115_200,
+            guard_us: 87,
+            pre_delay_us: 1,
+            post_delay_us: 2,
+            echo: EchoMode::Detect,
+        };
+        Model {
+            looks: Cell::new(0),
+            held: None,
+            snapshots: 0,
+            writes: Vec::new(),
+            refusal: None,
+            slots: std::array::from_fn(slot),
+            buses: [bus, BusConfig { baud: 9_600, echo: EchoMode::Off, ..bus }],
+            counters: [counters(1), counters(2)],
+            progress: Progress {
+                command: Some(Command::SensorZero),
+                outcome: Outcome::Running,
+                sequence: 0xFFFE,
+                done: 3,
+                of: 8,
+            },
+        }
+    }
+
+    fn look(&self) -> i32 {
+        self.looks.set(self.looks.get() + 1);
+        self.held.expect("a snapshot before the first look")
+    }
+}
+
+/// Every counter another number; `bus` in the millions.
+pub fn counters(bus: u32) -> Counters {
+    let n = bus * 1_000_000;
+    Counters {
+        requests: n + 1,
+        retries: n + 2,
+        writes: n + 3,
+        good: n + 4,
+        first_try: n + 5,
+        no_answer: n + 6,
+        bad_answer: n + 7,
+        checksum: n + 8,
+        length: n + 9,
+        foreign: n + 10,
+        late: n + 11,
+        forced: n + 12,
+        line_busy: n + 13,
+        contention: n + 14,
+        echo: n + 15,
+        junk: n + 16,
+        framing: n + 17,
+        noise: n + 18,
+        overrun: n + 19,
+        parity: n + 20,
+        response_last: Micros(u64::from(n) + 21),
+        response_min: Micros(u64::from(n) + 22),
+        response_max: Micros(1 << 33),
+    }
+}
+
+impl Host for Model {
+    fn snapshot(&mut self) {
+        self.held = Some(self.looks.get());
+        self.snapshots += 1;
+    }
+
+    fn gateway(&self) -> GatewayView {
+        self.look();
+        GatewayView {
+            version: (1, 2, 3),
+            uptime: Micros(4_000_000_999_999),
+            status: 0xA55A,
+            sequence: 0xBEEF,
+            progress: self.progress,
+        }
+    }
+
+    fn reading(&self, slot: usize) -> SlotReading {
+        let moved = self.look() * STEP;
+        // With an angle always: what it is worth is the server's to see.
+        SlotReading { status: status(slot), angle: Some(angle(slot) + moved), age: age(slot).map(Micros) }
+    }
+
+    fn detail(&self, slot: usize) -> SlotDetail {
+        self.look();
+        let n = slot as u16;
+        let counters = SlotCounters {
+            requests: 0x10_0000 + slot as u32,
+            first_try: 0x20_0000 + slot as u32,
+            retries: 0x100 + n,
+            timeouts: 0x200 + n,
+            checksum: 0x300 + n,
+            length: 0x400 + n,
+            late: 0x500 + n,
+            writes: 0x600 + n,
+            response_last: Micros(20_839),
+            response_max: Micros(655_350),
+        };
+        if !has_detail(slot) {
+            return SlotDetail { flags: 0x8000 + n, sequence: 0x700 + n, ..SlotDetail::default() };
+        }
+        SlotDetail {
+            flags: 0x8000 + n,
+            raw: Some(-5 - slot as i32),
+            unwrapped: Some(3_600_000 + slot as i32),
+            temperature: Some(-500 - slot as i16),
+            sequence: 0x700 + n,
+            last_error: Some(Status::BadAnswer),
+            device_status: Some(0x42),
+            serial: Some(0x3000_0000 + slot as u32),
+            kind: Kind::Isu,
+            address: slot as u8 + 1,
+            counters,
+        }
+    }
+
+    fn counters(&self, bus: Bus) -> &Counters {
+        self.look();
+        &self.counters[bus as usize]
+    }
+
+    fn driver_enable(&self, bus: Bus) -> DriverEnable {
+        self.look();
+        DriverEnable { release_max_ns: 1_279 + bus as u32, high_max_us: 261 + bus as u32 }
+    }
+
+    fn slot_config(&self, slot: usize) -> SlotConfig {
+        self.look();
+        self.slots[slot]
+    }
+
+    fn bus_config(&self, bus: Bus) -> BusConfig {
+        self.look();
+        self.buses[bus as usize]
+    }
+
+    fn write(&mut self, write: &Write) -> Result<(), Refusal> {
+        if let Some(refusal) = self.refusal {
+            return Err(refusal);
+        }
+        match *write {
+            Write::Slot { slot, config } => self.slots[usize::from(slot)] = config,
+            Write::Bus { bus, config } => self.buses[bus as usize] = config,
+            Write::Port(_) | Write::Command { .. } => {}
+        }
+        self.writes.push(*write);
+        Ok(())
+    }
+}

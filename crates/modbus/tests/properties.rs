@@ -1,0 +1,232 @@
+//! Any bytes at any time.
+//!
+//! The oracle is a second receiver, written from MODBUS over Serial Line V1.02 section 2.5.1: it cuts what was heard into
+//! frames by its silences and computes checksums in another way.
+
+mod common;
+
+use clino_bus::Micros;
+use clino_codec::character::{Character, LineErrors};
+use clino_modbus::Server;
+use common::model::Model;
+use common::{ADDRESS, Bench, IDENTIFICATION, SETTINGS, crc, opened, sealed, write_request};
+use proptest::prelude::*;
+
+/// A character at 19200 bit/s, 8E1: 573 µs.
+const CHARACTER: u64 = 573;
+/// Longest silence that surely belongs into a frame, and shortest that surely does not: 1.5 characters, 2 characters.
+const WITHIN: u64 = 859;
+const BROKEN: u64 = 1_146;
+/// Shortest silence that surely ends a frame.
+const BETWEEN: u64 = 2_006;
+
+/// A character and the silence before it, µs.
+#[derive(Clone, Copy, Debug)]
+struct Heard {
+    silence: u64,
+    byte: u8,
+    errors: LineErrors,
+}
+
+fn flags() -> impl Strategy<Value = LineErrors> {
+    prop_oneof![
+        20 => Just(LineErrors::NONE),
+        1 => Just(LineErrors::FRAMING),
+        1 => Just(LineErrors::PARITY),
+        1 => Just(LineErrors::OVERRUN),
+        1 => Just(LineErrors::NOISE),
+    ]
+}
+
+/// Silences that leave no doubt what they are.
+fn silence() -> impl Strategy<Value = u64> {
+    prop_oneof![40 => 0..=WITHIN, 1 => BROKEN..=1_400, 4 => BETWEEN + CHARACTER + 1..=20_000]
+}
+
+fn heard() -> impl Strategy<Value = Heard> {
+    (silence(), any::<u8>(), flags()).prop_map(|(silence, byte, errors)| Heard { silence, byte, errors })
+}
+
+/// A frame with a right checksum, mostly for us, whatever is in it.
+fn frame() -> impl Strategy<Value = Vec<Heard>> {
+    let function = prop_oneof![Just(3_u8), Just(4), Just(6), Just(8), Just(16), Just(43), any::<u8>()];
+    let address = prop_oneof![4 => Just(ADDRESS), 1 => Just(0), 1 => any::<u8>()];
+    let data = prop_oneof![
+        prop::collection::vec(any::<u8>(), 0..12),
+        prop::collection::vec(any::<u8>(), 0..252),
+        (any::<u16>(), 0..130_u16)
+            .prop_map(|(first, quantity)| { [first.to_be_bytes(), quantity.to_be_bytes()].concat() }),
+        (0x1000..0x1020_u16, prop::collection::vec(0..12_u16, 0..20))
+            .prop_map(|(first, words)| write_request(first, &words)[1..].to_vec()),
+    ];
+    (address, function, data, BETWEEN + CHARACTER + 1..30_000_u64).prop_map(
+        |(address, function, data, silence)| {
+            sealed(&[&[address, function], &data[..]].concat())
+                .into_iter()
+                .enumerate()
+                .map(|(index, byte)| Heard {
+                    silence: if index == 0 { silence } else { 0 },
+                    byte,
+                    errors: LineErrors::NONE,
+                })
+                .collect()
+        },
+    )
+}
+
+fn traffic() -> impl Strategy<Value = Vec<Heard>> {
+    let piece = prop_oneof![frame(), prop::collection::vec(heard(), 1..30)];
+    prop::collection::vec(piece, 1..12).prop_map(|pieces| pieces.concat())
+}
+
+/// Whether what was heard between two silences is a frame that has to be answered, by address and checksum.
+fn is_for_us(frame: &[Heard]) -> bool {
+    let bytes: Vec<u8> = frame.iter().map(|heard| heard.byte).collect();
+    let spoilt = |heard: &Heard| {
+        [LineErrors::FRAMING, LineErrors::PARITY, LineErrors::OVERRUN]
+            .iter()
+            .any(|&e| heard.errors.contains(e))
+    };
+    (4..=256).contains(&bytes.len())
+        && !frame.iter().any(spoilt)
+        && !frame[1..].iter().any(|heard| heard.silence > WITHIN)
+        && crc(&bytes[..bytes.len() - 2]).to_le_bytes() == bytes[bytes.len() - 2..]
+        && bytes[0] == ADDRESS
+}
+
+/// Plays traffic to a server; what was answered, by the number of the frame that it followed.
+fn play(traffic: &[Heard], bench: &mut Bench) -> Vec<(usize, Vec<u8>)> {
+    let mut answers = Vec::new();
+    let mut frame = 0;
+    for (index, heard) in traffic.iter().enumerate() {
+        if index > 0 && heard.silence > BETWEEN {
+            // The end of the silence, with time for any answer, which a master leaves, too.
+            let at = bench.now;
+            if let Some(answer) = bench.pause(heard.silence) {
+                answers.push((frame, answer));
+            }
+            bench.now = bench.now.max(at + heard.silence);
+            frame += 1;
+        } else {
+            bench.now += heard.silence;
+        }
+        bench.character(heard.byte, heard.errors);
+    }
+    if let Some(answer) = bench.pause(100_000) {
+        answers.push((frame, answer));
+    }
+    answers
+}
+
+fn frames(traffic: &[Heard]) -> Vec<Vec<Heard>> {
+    let mut frames: Vec<Vec<Heard>> = Vec::new();
+    for &heard in traffic {
+        match frames.last_mut() {
+            Some(last) if heard.silence <= BETWEEN => last.push(heard),
+            _ => frames.push(vec![heard]),
+        }
+    }
+    frames
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    /// An answer to every frame for us, and to nothing else; every answer is a right one.
+    #[test]
+    fn answers_are_to_valid_frames(traffic in traffic()) {
+        let mut bench = Bench::new();
+        let answers = play(&traffic, &mut bench);
+        let frames = frames(&traffic);
+        let expected: Vec<usize> = (0..frames.len()).filter(|&frame| is_for_us(&frames[frame])).collect();
+        // The port may have been told to run otherwise: then it has another address, and another ear.
+        let moved = bench.host.writes.iter().any(|write| matches!(write, clino_modbus::Write::Port(_)));
+        let found: Vec<usize> = answers.iter().map(|(frame, _)| *frame).collect();
+        if !moved {
+            prop_assert_eq!(found, expected);
+        }
+        for (frame, answer) in &answers {
+            let request = &frames[*frame];
+            let bytes = opened(answer);
+            prop_assert!(answer.len() <= 256);
+            prop_assert_eq!(bytes[0], request[0].byte);
+            prop_assert_eq!(bytes[1] & 0x7F, request[1].byte & 0x7F);
+            if bytes[1] != request[1].byte || bytes.len() == 3 {
+                prop_assert!(matches!(bytes[2], 1..=4 | 6), "exception {}", bytes[2]);
+            }
+        }
+    }
+
+    /// Half of a write is never done: the settings of a slot are as before, or as written.
+    #[test]
+    fn writes_are_whole(
+        first in 0x1000..0x1015_u16,
+        words in prop::collection::vec(prop_oneof![0..12_u16, any::<u16>()], 1..22),
+    ) {
+        let mut bench = Bench::new();
+        let before = bench.read(0x1000, 32).expect("settings");
+        let result = bench.write(first, &words);
+        let after = bench.read(0x1000, 32).expect("settings");
+        let mut written = before.clone();
+        for (offset, &word) in words.iter().enumerate() {
+            if let Some(place) = written.get_mut(usize::from(first - 0x1000) + offset) {
+                *place = word;
+            }
+        }
+        prop_assert_eq!(after, if result.is_ok() { written } else { before });
+        prop_assert_eq!(bench.host.writes.len(), usize::from(result.is_ok()));
+    }
+
+    /// Calls in any order at any times: no panic, no deadline that is never over.
+    #[test]
+    fn any_calls(calls in prop::collection::vec((0..5_u8, any::<u8>(), 0..10_000_u64), 0..600)) {
+        let mut server = Server::new(SETTINGS, IDENTIFICATION, Micros(0));
+        let mut host = Model::new();
+        let mut now = 0;
+        for (call, byte, later) in calls {
+            now += later;
+            match call {
+                0 | 1 => server.heard(Character::clean(byte), Micros(now)),
+                2 => server.heard(Character::clean(byte), Micros(now.saturating_sub(later * 2))),
+                3 => _ = server.poll(Micros(now), &mut host),
+                _ => server.sent(Micros(now)),
+            }
+            prop_assert!(server.poll_at().is_none_or(|at| at.0 < now + 1_000_000));
+        }
+        // Whatever it was, the server comes back.
+        let mut bench = Bench { server, host, now, character: CHARACTER, t3_5: BETWEEN };
+        bench.pause(1_000_000);
+        let request = sealed(&[bench.server.settings().address, 3, 0, 2, 0, 1]);
+        prop_assert!(bench.raw(&request).is_some());
+    }
+}
+
+/// A million characters of noise with true frames in between, each answered.
+#[test]
+fn long_run() {
+    let mut bench = Bench::new();
+    let mut state = 0x2545_F491_4F6C_DD1D_u64;
+    let mut random = move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        state
+    };
+    let (mut characters, mut asked) = (0, 0);
+    while characters < 1_000_000 {
+        let length = random() % 300;
+        for _ in 0..length {
+            let errors = if random().is_multiple_of(16) { LineErrors::FRAMING } else { LineErrors::NONE };
+            bench.character((random() >> 32) as u8, errors);
+        }
+        characters += length;
+        assert_eq!(bench.pause(4 * BETWEEN), None, "noise was answered");
+        let first = (random() % 0x700) as u16;
+        let quantity = (random() % 125 + 1) as u16;
+        _ = bench.read(first, quantity);
+        asked += 1;
+        characters += 8;
+    }
+    assert_eq!(bench.server.counters().requests, (asked % 65_536) as u16);
+    assert!(bench.host.writes.is_empty());
+}
