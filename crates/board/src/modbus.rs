@@ -58,8 +58,8 @@ pub struct Master {
     /// The answer that no silence has ended yet.
     open: Option<Answer>,
     answers: VecDeque<Answer>,
-    /// End of the last stop bit of whoever spoke last.
-    busy_until: Ns,
+    /// End of the last stop bit heard.
+    heard_until: Ns,
     /// Last rise of the gateway's DE, and the fall after it.
     de: (Option<Ns>, Option<Ns>),
     traffic: Traffic,
@@ -84,14 +84,9 @@ impl Master {
         self.outgoing.extend(bytes.iter().map(|&byte| (at, byte)));
     }
 
-    /// Whether characters wait to be sent.
-    pub fn is_sending(&self) -> bool {
-        !self.outgoing.is_empty()
-    }
-
-    /// Earliest instant at which a new frame is told from what was said last.
+    /// Earliest instant at which a request is told from what was heard last.
     pub fn free_from(&self) -> Ns {
-        self.busy_until + self.framing.silence()
+        self.heard_until + self.framing.silence()
     }
 
     /// The answers that are over, in order, since the last call.
@@ -116,7 +111,7 @@ impl Master {
         self.heard.push(byte);
         self.traffic.heard += 1;
         self.traffic.spoilt += u64::from(spoilt);
-        self.busy_until = ended;
+        self.heard_until = ended;
         let open = self.open.get_or_insert(Answer {
             began,
             ended,

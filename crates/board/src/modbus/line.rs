@@ -76,7 +76,6 @@ impl ModbusLine {
             let word = self.framing.put_together(byte);
             self.pair.send_as_guest(Sent { start: now, word, format: self.framing.format() });
             self.sending_until = Some(end);
-            master.busy_until = end;
             master.traffic.sent += 1;
         }
     }
