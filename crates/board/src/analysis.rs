@@ -211,7 +211,11 @@ impl Analysis {
             back_to_back: Extremes::of(
                 polls.iter().filter_map(Poll::turnaround).filter(|&turnaround| turnaround < BACK_TO_BACK),
             ),
-            longest_de: de.iter().map(|&(rise, fall)| fall.unwrap_or(end).saturating_sub(rise)).max().unwrap_or(0),
+            longest_de: de
+                .iter()
+                .map(|&(rise, fall)| fall.unwrap_or(end).saturating_sub(rise))
+                .max()
+                .unwrap_or(0),
             idle_de: (de.len() - polls.len()) as u64,
             broken_characters: count(|event| match event {
                 Event::Char { who: Talker::Gateway, fate, .. } => {

@@ -39,6 +39,9 @@ pub struct Run {
     attended: bool,
     oracle: Oracle,
     duration: Ns,
+    /// How much of what happened on the lines is kept, and up to when it has been forgotten.
+    remembered: Ns,
+    forgotten: Ns,
     now: Ns,
     stopped: Option<Stopped>,
 }
@@ -80,6 +83,8 @@ impl Run {
             attended: false,
             oracle: Oracle::new(truths),
             duration: scenario.duration(),
+            remembered: Ns::MAX,
+            forgotten: 0,
             now: 0,
             stopped: None,
         })
@@ -109,6 +114,7 @@ impl Run {
         }
         self.now = self.now.saturating_add(step).min(self.duration);
         self.stopped = self.board.run_until(self.now).err();
+        self.forget();
         loop {
             let taken = self.terminal.lock().take_line();
             let Some(taken) = taken else { break };
@@ -150,9 +156,18 @@ impl Run {
         self.now
     }
 
-    /// Forgets what happened on the lines before `horizon`, so that a run may be long: the bus log and the figures of
-    /// the buses begin with the last request before that.
-    pub fn forget_before(&mut self, horizon: Ns) {
+    /// Keeps only the last `span` of what happens on the lines, and up to a tenth more, so that a run may be long: the
+    /// bus log and the figures of the buses begin with the last request before that.
+    pub fn remember(&mut self, span: Ns) {
+        self.remembered = span;
+    }
+
+    fn forget(&mut self) {
+        let horizon = self.now.saturating_sub(self.remembered);
+        if horizon < self.forgotten.saturating_add(self.remembered / 10) {
+            return;
+        }
+        self.forgotten = horizon;
         for bus in &mut self.buses {
             bus.since = forget(&bus.log, horizon).unwrap_or(bus.since);
         }

@@ -150,7 +150,8 @@ impl Scenario {
 
     /// What is typed at the console, and when, in order.
     pub fn typed(&self) -> impl Iterator<Item = (Ns, &str)> {
-        let mut typed: Vec<_> = self.file.typed.iter().map(|typed| (typed.at.0, typed.line.as_str())).collect();
+        let mut typed: Vec<_> =
+            self.file.typed.iter().map(|typed| (typed.at.0, typed.line.as_str())).collect();
         typed.sort_by_key(|&(at, _)| at);
         typed.into_iter()
     }

@@ -190,13 +190,29 @@ mod tests {
         let oracle = Oracle::new(vec![]);
         let buses = [("t7", Analysis::of(&SegmentLog::default(), Protocol::T7, 0..0))];
         let core = CpuStats::default();
-        let well =
-            Summary { end: 0, oracle: &oracle, buses: &buses, pwm: &[], modbus: Traffic::default(), core, faults: &[] }.to_string();
+        let well = Summary {
+            end: 0,
+            oracle: &oracle,
+            buses: &buses,
+            pwm: &[],
+            modbus: Traffic::default(),
+            core,
+            faults: &[],
+        }
+        .to_string();
         assert!(well.contains("stop bit to DE low          -\n"), "{well}");
         assert!(well.ends_with("\nAll well.\n"), "{well}");
         let faults = ["it broke".to_owned()];
-        let ill =
-            Summary { end: 0, oracle: &oracle, buses: &buses, pwm: &[], modbus: Traffic::default(), core, faults: &faults }.to_string();
+        let ill = Summary {
+            end: 0,
+            oracle: &oracle,
+            buses: &buses,
+            pwm: &[],
+            modbus: Traffic::default(),
+            core,
+            faults: &faults,
+        }
+        .to_string();
         assert!(ill.ends_with("\nNot well:\n  - it broke\n"), "{ill}");
     }
 }

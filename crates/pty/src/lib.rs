@@ -47,6 +47,14 @@ impl Terminal {
     /// # Errors
     /// The system has no more of them.
     pub fn open(baud: u32) -> io::Result<Self> {
+        Self::open_with(Settings { baud, two_stop_bits: false, odd_parity: false })
+    }
+
+    /// A raw terminal with these settings.
+    ///
+    /// # Errors
+    /// The system has no more of them.
+    pub fn open_with(settings: Settings) -> io::Result<Self> {
         let master = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         rustix::pty::grantpt(&master)?;
         rustix::pty::unlockpt(&master)?;
@@ -57,7 +65,9 @@ impl Terminal {
         let port = terminal.port()?;
         let mut attributes = rustix::termios::tcgetattr(&port)?;
         attributes.make_raw();
-        attributes.set_speed(baud)?;
+        attributes.set_speed(settings.baud)?;
+        attributes.control_modes.set(ControlModes::CSTOPB, settings.two_stop_bits);
+        attributes.control_modes.set(ControlModes::PARODD, settings.odd_parity);
         rustix::termios::tcsetattr(&port, OptionalActions::Now, &attributes)?;
         Ok(terminal)
     }

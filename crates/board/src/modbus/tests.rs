@@ -142,7 +142,8 @@ fn a_master_at_another_bit_rate_is_not_understood() {
     master.lock().send(MS, &[0x01, 0x04, 0x00]);
     let heard = play(&mut line, 20 * MS);
     assert!(!heard.is_empty());
-    let right = |received: &Received| !received.framing_error && [0x101, 0x104, 0x000].contains(&received.word);
+    let right =
+        |received: &Received| !received.framing_error && [0x101, 0x104, 0x000].contains(&received.word);
     assert!(!heard.iter().all(right), "{heard:?}");
     // And back again.
     master.lock().set_framing(FRAMING);

@@ -14,7 +14,8 @@ impl FromStr for Hex {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let byte = |digits: &str| {
-            let byte = u8::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 2 && !digits.starts_with('+'));
+            let byte =
+                u8::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 2 && !digits.starts_with('+'));
             byte.ok_or_else(|| format!("`{digits}` is no byte, expected two hexadecimal digits such as 0f"))
         };
         text.split_whitespace().map(byte).collect::<Result<_, _>>().map(Self)
