@@ -15,8 +15,8 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 Usage: cargo xtask <command>
 
-  sim [--duration 5s] [--scenario FILE] [--bus-log FILE]
-             build the firmware and run it on the virtual board
+  sim [--duration 5s] [--scenario FILE] [--bus-log FILE] [--realtime] [--console-pty] [--modbus-pty]
+             build the firmware and run it on the virtual board; `sim --help` says more
   test       every test: portable, firmware build, firmware on the virtual board
   lint       formatting, clippy for host and target, documentation
   check [NAME ...]

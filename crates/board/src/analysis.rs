@@ -10,6 +10,7 @@ mod t7;
 mod tests;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use clino_sim::node::Ns;
 
@@ -175,13 +176,16 @@ pub struct Analysis {
     pub framing_errors: u64,
     /// Times that two drivers were on at once, and among them those that drove opposite levels.
     pub contentions: (u64, u64),
-    /// Share of the run in which somebody's character was on the line, 0…1.
+    /// Share of the time in which somebody's character was on the line, 0…1.
     pub utilisation: f64,
+    /// Beginning of the time that all this is about.
+    pub since: Ns,
 }
 
 impl Analysis {
-    /// Analyses a log that covers the time from 0 to `end`.
-    pub fn of(log: &SegmentLog, protocol: Protocol, end: Ns) -> Self {
+    /// Analyses a log that covers this time.
+    pub fn of(log: &SegmentLog, protocol: Protocol, time: Range<Ns>) -> Self {
+        let Range { start: since, end } = time;
         let events = log.in_order();
         let polls = polls(&events, protocol);
         let mut by_address: BTreeMap<u8, Tally> = BTreeMap::new();
@@ -225,8 +229,9 @@ impl Analysis {
                 count(|event| matches!(event, Event::Contention { .. })),
                 count(|event| matches!(event, Event::Contention { fought: true, .. })),
             ),
-            utilisation: utilisation(&events, end),
+            utilisation: utilisation(&events, since, end),
             polls,
+            since,
         }
     }
 
@@ -354,8 +359,8 @@ fn poll(
 }
 
 /// Share of the time in which at least one character was on the line.
-fn utilisation(events: &[&Event], end: Ns) -> f64 {
-    let (mut busy, mut until) = (0, 0);
+fn utilisation(events: &[&Event], since: Ns, end: Ns) -> f64 {
+    let (mut busy, mut until) = (0, since);
     for event in events {
         if let Event::Char { start, end: stop, fate, .. } = **event
             && fate != Fate::Undriven
@@ -365,5 +370,5 @@ fn utilisation(events: &[&Event], end: Ns) -> f64 {
             until = until.max(stop);
         }
     }
-    if end == 0 { 0.0 } else { busy as f64 / end as f64 }
+    if end == since { 0.0 } else { busy as f64 / (end - since) as f64 }
 }

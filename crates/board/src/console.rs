@@ -44,6 +44,8 @@ pub struct Terminal {
     partial: Vec<u8>,
     partial_began: Ns,
     unreadable: u64,
+    /// Every byte since the last look, if somebody wants them.
+    bytes: Option<Vec<u8>>,
     /// What is to be typed, each character with its earliest start bit.
     typed: VecDeque<(Ns, u8)>,
 }
@@ -64,6 +66,16 @@ impl Terminal {
         self.unreadable
     }
 
+    /// Keeps every byte from now on for [`Terminal::take_bytes`].
+    pub fn keep_bytes(&mut self) {
+        self.bytes.get_or_insert_default();
+    }
+
+    /// Every byte since the last call, whether or not its line is complete.
+    pub fn take_bytes(&mut self) -> Vec<u8> {
+        self.bytes.as_mut().map_or_else(Vec::new, mem::take)
+    }
+
     /// Types these bytes at `at`, or as soon as the line is free. `at` must not be in the board's past, and not be
     /// before what was typed earlier.
     pub fn type_bytes(&mut self, at: Ns, bytes: &[u8]) {
@@ -82,7 +94,7 @@ impl SharedTerminal {
     }
 }
 
-/// The console's wire. With nobody typing it also serves as the far end of a port that is not used.
+/// The console's wire.
 #[derive(Debug, Default)]
 pub struct Console {
     terminal: SharedTerminal,
@@ -138,6 +150,9 @@ impl Wire for Console {
             terminal.unreadable += 1;
             return;
         };
+        if let Some(bytes) = &mut terminal.bytes {
+            bytes.push(byte);
+        }
         if terminal.partial.is_empty() {
             terminal.partial_began = sent.start;
         }
@@ -229,6 +244,18 @@ mod tests {
         assert_eq!(line, Some(Line { began: 1_000_000, at, text: "ab".into() }));
         assert_eq!(terminal.lock().take_line(), None);
         assert_eq!(terminal.lock().partial(), "cd");
+    }
+
+    #[test]
+    fn bytes_are_there_before_their_line_ends() {
+        let mut console = Console::new();
+        send(&mut console, "a", BIT_PS);
+        let terminal = console.terminal();
+        terminal.lock().keep_bytes();
+        send(&mut console, "b\r\nc", BIT_PS);
+        assert_eq!(terminal.lock().take_bytes(), b"b\r\nc");
+        assert_eq!(terminal.lock().take_bytes(), b"");
+        assert_eq!(terminal.lock().take_line().map(|line| line.text), Some("ab".into()));
     }
 
     #[test]

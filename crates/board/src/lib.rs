@@ -3,6 +3,7 @@
 pub mod analysis;
 pub mod console;
 pub mod edges;
+pub mod modbus;
 pub mod oracle;
 pub mod run;
 pub mod scenario;

@@ -1,7 +1,7 @@
 //! A run: an image on a board with a scenario around it, from power-up until the scenario ends.
 
 use std::io;
-use std::sync::PoisonError;
+use std::sync::{Arc, MutexGuard, PoisonError};
 
 use clino_sim::node::Ns;
 
@@ -9,11 +9,12 @@ use crate::analysis::{Analysis, Protocol};
 use crate::console::{Console, Line, SharedTerminal};
 use crate::edges::Edges;
 use crate::elf::Image;
+use crate::modbus::{ModbusLine, SharedMaster};
 use crate::oracle::Oracle;
 use crate::scenario::{Bench, Scenario};
 use crate::summary::Summary;
 use crate::{Board, BuildError, Ports, Stopped};
-use clino_segment::log::{Event, SharedLog};
+use clino_segment::log::{Event, SegmentLog, SharedLog};
 
 /// How often the console is looked at, and the run may be stopped, in virtual time.
 const LOOK: Ns = 10_000_000;
@@ -23,15 +24,24 @@ struct Bus {
     name: &'static str,
     protocol: Protocol,
     log: SharedLog,
+    /// The log begins here.
+    since: Ns,
 }
 
 /// A board with a scenario on its pins.
 pub struct Run {
     board: Board,
     terminal: SharedTerminal,
+    modbus: SharedMaster,
+    modbus_log: SharedLog,
     buses: [Bus; 2],
+    /// Somebody is at the console or at the Modbus port.
+    attended: bool,
     oracle: Oracle,
     duration: Ns,
+    /// How much of what happened on the lines is kept, and up to when it has been forgotten.
+    remembered: Ns,
+    forgotten: Ns,
     now: Ns,
     stopped: Option<Stopped>,
 }
@@ -49,22 +59,32 @@ impl Run {
             terminal.lock().type_bytes(at, format!("{line}\r").as_bytes());
         }
         let buses = [
-            Bus { name: "t7", protocol: Protocol::T7, log: t7.log() },
-            Bus { name: "isu", protocol: Protocol::Isu, log: isu.log() },
+            Bus { name: "t7", protocol: Protocol::T7, log: t7.log(), since: 0 },
+            Bus { name: "isu", protocol: Protocol::Isu, log: isu.log(), since: 0 },
         ];
+        let line = ModbusLine::new(scenario.modbus());
+        let (modbus, modbus_log) = (line.master(), line.log());
+        for (at, bytes) in scenario.requests() {
+            modbus.lock().send(at, bytes);
+        }
         let ports = Ports {
             t7: Box::new(t7),
             isu: Box::new(isu),
             console: Box::new(console),
-            modbus: Box::new(Console::new()),
+            modbus: Box::new(line),
             pwm,
         };
         Ok(Self {
             board: Board::new(image, ports)?,
             terminal,
+            modbus,
+            modbus_log,
             buses,
+            attended: false,
             oracle: Oracle::new(truths),
             duration: scenario.duration(),
+            remembered: Ns::MAX,
+            forgotten: 0,
             now: 0,
             stopped: None,
         })
@@ -75,18 +95,32 @@ impl Run {
         self.duration = duration;
     }
 
+    /// Somebody is at the console or at the Modbus port. What is no JSON on the console is for people then, and the
+    /// readings are nobody's fault: it may be they who switch them off, or set a zero.
+    pub fn attend(&mut self) {
+        self.attended = true;
+    }
+
     /// Runs on by a few milliseconds, and hands over the console lines that came. Returns whether there is
     /// more to run.
-    pub fn go_on(&mut self, mut line: impl FnMut(&Line)) -> bool {
+    pub fn go_on(&mut self, line: impl FnMut(&Line)) -> bool {
+        self.go_on_by(LOOK, line)
+    }
+
+    /// As [`Run::go_on`], by `step` rounded up to whole milliseconds.
+    pub fn go_on_by(&mut self, step: Ns, mut line: impl FnMut(&Line)) -> bool {
         if self.stopped.is_some() || self.now >= self.duration {
             return false;
         }
-        self.now = (self.now + LOOK).min(self.duration);
+        self.now = self.now.saturating_add(step).min(self.duration);
         self.stopped = self.board.run_until(self.now).err();
+        self.forget();
         loop {
             let taken = self.terminal.lock().take_line();
             let Some(taken) = taken else { break };
-            self.oracle.line(&taken);
+            if !self.attended || taken.text.starts_with('{') {
+                self.oracle.line(&taken);
+            }
             line(&taken);
         }
         self.stopped.is_none() && self.now < self.duration
@@ -107,6 +141,39 @@ impl Run {
         self.terminal.clone()
     }
 
+    /// The Modbus port's far end.
+    pub fn modbus(&self) -> SharedMaster {
+        self.modbus.clone()
+    }
+
+    /// What happened on the Modbus port's pair; the master is its only node.
+    pub fn modbus_log(&self) -> SharedLog {
+        Arc::clone(&self.modbus_log)
+    }
+
+    /// Virtual time that has been run.
+    pub fn now(&self) -> Ns {
+        self.now
+    }
+
+    /// Keeps only the last `span` of what happens on the lines, and up to a tenth more, so that a run may be long: the
+    /// bus log and the figures of the buses begin with the last request before that.
+    pub fn remember(&mut self, span: Ns) {
+        self.remembered = span;
+    }
+
+    fn forget(&mut self) {
+        let horizon = self.now.saturating_sub(self.remembered);
+        if horizon < self.forgotten.saturating_add(self.remembered / 10) {
+            return;
+        }
+        self.forgotten = horizon;
+        for bus in &mut self.buses {
+            bus.since = forget(&bus.log, horizon).unwrap_or(bus.since);
+        }
+        forget(&self.modbus_log, horizon);
+    }
+
     /// The readings so far.
     pub fn oracle(&self) -> &Oracle {
         &self.oracle
@@ -115,8 +182,8 @@ impl Run {
     /// Name and figures of each bus so far.
     pub fn analyses(&self) -> Vec<(&'static str, Analysis)> {
         let analysis = |bus: &Bus| {
-            let log = bus.log.lock().unwrap_or_else(PoisonError::into_inner);
-            (bus.name, Analysis::of(&log, bus.protocol, self.now))
+            let log = lock(&bus.log);
+            (bus.name, Analysis::of(&log, bus.protocol, bus.since..self.now))
         };
         self.buses.iter().map(analysis).collect()
     }
@@ -143,30 +210,48 @@ impl Run {
         if unreadable > 0 {
             faults.push(format!("{unreadable} console characters have the wrong bit rate or format"));
         }
-        faults.extend(self.oracle.faults(self.now));
+        if !self.attended {
+            faults.extend(self.oracle.faults(self.now));
+        }
         for (name, bus) in &buses {
             faults.extend(bus.broken_rules().into_iter().map(|broken| format!("bus {name}: {broken}")));
         }
         let pwm = self.edges();
-        let summary =
-            Summary { end: self.now, oracle: &self.oracle, buses: &buses, pwm: &pwm, core, faults: &faults };
+        let modbus = self.modbus.lock().traffic();
+        let (end, oracle) = (self.now, &self.oracle);
+        let summary = Summary { end, oracle, buses: &buses, pwm: &pwm, modbus, core, faults: &faults };
         (summary.to_string(), faults.is_empty())
     }
 
-    /// Writes what happened on both buses, in order.
+    /// Writes what happened on both buses and the Modbus port, in order.
     ///
     /// # Errors
     /// Those of `out`.
     pub fn write_bus_log(&self, out: &mut impl io::Write) -> io::Result<()> {
-        let logs = self.buses.each_ref().map(|bus| bus.log.lock().unwrap_or_else(PoisonError::into_inner));
-        let mut events: Vec<(usize, &Event)> = Vec::new();
-        for (n, log) in logs.iter().enumerate() {
-            events.extend(log.in_order().into_iter().map(|event| (n, event)));
+        let buses = self.buses.iter().map(|bus| (bus.name, &bus.log));
+        let logs: Vec<_> =
+            buses.chain([("modbus", &self.modbus_log)]).map(|(name, log)| (name, lock(log))).collect();
+        let mut events: Vec<(&str, &SegmentLog, &Event)> = Vec::new();
+        for (name, log) in &logs {
+            events.extend(log.in_order().into_iter().map(|event| (*name, &**log, event)));
         }
-        events.sort_by_key(|(_, event)| event.at());
-        for (n, event) in events {
-            writeln!(out, "{}", logs[n].text(self.buses[n].name, event))?;
+        events.sort_by_key(|(.., event)| event.at());
+        for (name, log, event) in events {
+            writeln!(out, "{}", log.text(name, event))?;
         }
         Ok(())
     }
+}
+
+fn lock(log: &SharedLog) -> MutexGuard<'_, SegmentLog> {
+    log.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Drops what came before the last rise of the gateway's DE that is not after `horizon`; returns when that was.
+fn forget(log: &SharedLog, horizon: Ns) -> Option<Ns> {
+    let mut log = lock(log);
+    let is_rise = |event: &Event| matches!(*event, Event::De { at, high: true } if at <= horizon);
+    let first = log.events.iter().rposition(is_rise)?;
+    log.events.drain(..first);
+    log.events.first().map(Event::at)
 }

@@ -5,6 +5,7 @@
 
 mod build;
 mod check;
+mod hex;
 mod schema;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
 
+use crate::modbus::Framing;
 use crate::pwm::PwmWaveform;
 use clino_segment::Segment;
 
@@ -152,6 +154,20 @@ impl Scenario {
             self.file.typed.iter().map(|typed| (typed.at.0, typed.line.as_str())).collect();
         typed.sort_by_key(|&(at, _)| at);
         typed.into_iter()
+    }
+
+    /// Bit rate and framing of the master at the Modbus port.
+    pub fn modbus(&self) -> Framing {
+        self.file.modbus.framing()
+    }
+
+    /// What the master at the Modbus port sends, and when, in order.
+    pub fn requests(&self) -> impl Iterator<Item = (Ns, &[u8])> {
+        let requests = self.file.modbus.request.iter();
+        let mut requests: Vec<_> =
+            requests.map(|request| (request.at.0, request.bytes.get_ref().0.as_slice())).collect();
+        requests.sort_by_key(|&(at, _)| at);
+        requests.into_iter()
     }
 
     /// Makes the sensors, for a run of this scenario from time 0.

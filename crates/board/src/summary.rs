@@ -8,6 +8,7 @@ use clino_sim::node::Ns;
 use crate::analysis::{Analysis, Extremes, Tally};
 use crate::cpu::CpuStats;
 use crate::edges::Edges;
+use crate::modbus::Traffic;
 use crate::oracle::{Oracle, Slot};
 use clino_segment::log::PS_PER_S;
 
@@ -24,6 +25,8 @@ pub struct Summary<'a> {
     pub buses: &'a [(&'static str, Analysis)],
     /// Name and figures of each PWM input that had something to say.
     pub pwm: &'a [(String, Edges)],
+    /// What went over the Modbus port.
+    pub modbus: Traffic,
     /// What the core did.
     pub core: CpuStats,
     /// What is wrong with the run; empty if it worked.
@@ -43,6 +46,12 @@ impl fmt::Display for Summary<'_> {
             writeln!(f, "\nInput {name}, {} readings", edges.readings)?;
             figure(f, "error against true edges", format!("at most {:.4} deg", edges.max_error / 1e6))?;
             figure(f, "first edge to end of line", format!("at most {}", ms(edges.max_delay)))?;
+        }
+        if self.modbus != Traffic::default() {
+            let Traffic { sent, heard, spoilt } = self.modbus;
+            writeln!(f, "\nModbus port")?;
+            figure(f, "characters from the master", sent)?;
+            figure(f, "characters to the master", format!("{heard} ({spoilt} spoilt)"))?;
         }
         writeln!(f, "\nRun")?;
         figure(f, "virtual time", format!("{:.3} s", self.end as f64 / 1e9))?;
@@ -123,12 +132,16 @@ fn figures(bus: &Analysis) -> String {
     text
 }
 
-/// Bit rate of the gateway, as it sent.
+/// Bit rate of the gateway, as it sent, and how much of the run this is about.
 fn rate(bus: &Analysis) -> String {
-    bus.polls.last().map_or(String::new(), |poll| {
+    let mut text = bus.polls.last().map_or(String::new(), |poll| {
         let requests = bus.polls.len();
         format!(", {} bit/s, {requests} requests", PS_PER_S / poll.bit_ps)
-    })
+    });
+    if bus.since > 0 {
+        let _ = write!(text, ", since {:.3} s", bus.since as f64 / 1e9);
+    }
+    text
 }
 
 fn us(range: Extremes<i64>) -> String {
@@ -175,15 +188,31 @@ mod tests {
     #[test]
     fn an_empty_run_has_a_summary() {
         let oracle = Oracle::new(vec![]);
-        let buses = [("t7", Analysis::of(&SegmentLog::default(), Protocol::T7, 0))];
+        let buses = [("t7", Analysis::of(&SegmentLog::default(), Protocol::T7, 0..0))];
         let core = CpuStats::default();
-        let well =
-            Summary { end: 0, oracle: &oracle, buses: &buses, pwm: &[], core, faults: &[] }.to_string();
+        let well = Summary {
+            end: 0,
+            oracle: &oracle,
+            buses: &buses,
+            pwm: &[],
+            modbus: Traffic::default(),
+            core,
+            faults: &[],
+        }
+        .to_string();
         assert!(well.contains("stop bit to DE low          -\n"), "{well}");
         assert!(well.ends_with("\nAll well.\n"), "{well}");
         let faults = ["it broke".to_owned()];
-        let ill =
-            Summary { end: 0, oracle: &oracle, buses: &buses, pwm: &[], core, faults: &faults }.to_string();
+        let ill = Summary {
+            end: 0,
+            oracle: &oracle,
+            buses: &buses,
+            pwm: &[],
+            modbus: Traffic::default(),
+            core,
+            faults: &faults,
+        }
+        .to_string();
         assert!(ill.ends_with("\nNot well:\n  - it broke\n"), "{ill}");
     }
 }

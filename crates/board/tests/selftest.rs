@@ -5,6 +5,7 @@
 //! `cargo test -p clino-board --test selftest -- --ignored`.
 
 use clino_board::elf::Image;
+use clino_board::modbus::{Answer, Framing, ModbusLine};
 use clino_board::pwm::{Cycle, Pulse};
 use clino_board::{Board, Ports};
 use clino_segment::wire::{Format, Received, Sent, Wire};
@@ -38,7 +39,7 @@ struct Scripted {
 }
 
 impl Scripted {
-    fn answering(after: usize, replies: &'static [Reply]) -> (Box<dyn Wire>, Arc<Mutex<Vec<Event>>>) {
+    fn answering(after: usize, replies: &'static [Reply]) -> (Box<dyn Wire>, Log) {
         let log = Arc::new(Mutex::new(Vec::new()));
         let wire = Scripted {
             log: Arc::clone(&log),
@@ -128,9 +129,10 @@ struct Findings {
     rtt: Vec<u8>,
 }
 
-/// Runs the firmware for 400 ms, which is to its end and beyond, in slices of `slice` ns.
-fn run(slice: u64) -> Findings {
-    const END: u64 = 400 * MS;
+type Log = Arc<Mutex<Vec<Event>>>;
+
+/// What the firmware wants on its pins, and the logs of the T7, ISU, console and Modbus lines.
+fn ports() -> (Ports, [Log; 4]) {
     let (t7, t7_log) =
         Scripted::answering(3, &[(200_000, 0x11, false), (0, 0x22, true), (5_000, 0x33, false)]);
     let (isu, isu_log) =
@@ -146,6 +148,13 @@ fn run(slice: u64) -> Findings {
     };
     let pwm2 = |_| Cycle::Pulse { period: 333_333, high: 9_999 };
     let ports = Ports { t7, isu, console, modbus, pwm: [Box::new(pwm1), Box::new(pwm2)] };
+    (ports, [t7_log, isu_log, console_log, modbus_log])
+}
+
+/// Runs the firmware for 400 ms, which is to its end and beyond, in slices of `slice` ns.
+fn run(slice: u64) -> Findings {
+    const END: u64 = 400 * MS;
+    let (ports, [t7, isu, console, modbus]) = ports();
     let mut board = Board::new(image(), ports).expect("a board");
     let mut rtt = Vec::new();
     let mut until = 0;
@@ -157,13 +166,13 @@ fn run(slice: u64) -> Findings {
         rtt.extend(board.take_rtt());
     }
     let base = image().symbol("RESULTS").expect("the results' symbol");
-    let read = |log: Arc<Mutex<Vec<Event>>>| log.lock().unwrap().clone();
+    let read = |log: Log| log.lock().unwrap().clone();
     Findings {
         results: (0..68).map(|slot| board.peek32(base + 4 * slot).expect("RAM")).collect(),
-        t7: read(t7_log),
-        isu: read(isu_log),
-        console: read(console_log),
-        modbus: read(modbus_log),
+        t7: read(t7),
+        isu: read(isu),
+        console: read(console),
+        modbus: read(modbus),
         pwm: [board.pwm_log(0), board.pwm_log(1)],
         rtt,
     }
@@ -333,4 +342,33 @@ fn the_log_channel_loses_nothing() {
 #[ignore = "needs the thumb target"]
 fn the_same_run_in_other_slices_is_the_same_run() {
     assert_eq!(run(7_777_777), *findings());
+}
+
+#[test]
+#[ignore = "needs the thumb target"]
+fn a_modbus_master_gets_its_answer_with_parity_behind_de() {
+    // 8E1 at 19200: 11 bits of 52.083 µs.
+    const CHARACTER: u64 = 572_917;
+    const REQUEST: [u8; 8] = [0x01, 0x04, 0x00, 0x00, 0x00, 0x02, 0x71, 0xcb];
+    const AT: u64 = 450 * MS;
+    let line = ModbusLine::new(Framing::default());
+    let master = line.master();
+    let mut board = Board::new(image(), Ports { modbus: Box::new(line), ..ports().0 }).expect("a board");
+    board.run_until(AT - 10 * MS).unwrap();
+    assert_eq!(board.peek32(image().symbol("RESULTS").expect("the results' symbol")), Some(DONE));
+    // What the earlier stages said.
+    master.lock().take_answers();
+    master.lock().send(AT, &REQUEST);
+    board.run_until(AT + 50 * MS).unwrap();
+    let answers = master.lock().take_answers();
+    let [Answer { began, ended, bytes, spoilt, de_high: Some(high), de_low: Some(low) }] = &answers[..] else {
+        panic!("no answer behind DE: {answers:?}")
+    };
+    assert_eq!((&bytes[..], *spoilt), (&REQUEST[..], 0));
+    // The line is idle one character after the last stop bit; the flag comes up to one more later.
+    let idle = AT + 9 * CHARACTER;
+    assert!((idle..idle + CHARACTER + 20_000).contains(began), "{began} after {idle}");
+    assert!((ended - began).abs_diff(8 * CHARACTER) < 10_000, "{began}..{ended}");
+    assert!((high..=&(high + 52_083)).contains(&began), "DE at {high}, start bit at {began}");
+    assert!(low + 1_000 >= *ended && low - ended.min(low) < 5_000, "stop bit at {ended}, DE at {low}");
 }

@@ -41,6 +41,7 @@ fn a_wrong_command_line_shows_the_usage() {
         (&["--elf", "x", "--fast"], "unknown argument `--fast`"),
         (&["--elf", "x", "--duration", "5"], "--duration: `5` is no duration"),
         (&["--elf", "x", "--duration", "0s"], "--duration: 0 s"),
+        (&["--elf", "x", "--duration", "ever"], "--duration: `ever` is no duration"),
     ] {
         let complaint = refused(arguments);
         assert!(complaint.contains(words) && complaint.contains("usage: vboard"), "{complaint}");

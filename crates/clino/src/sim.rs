@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! program ── pseudo-terminal ── adapter ── pair ┬─ sensor
-//!            (terminal.rs)   (adapter.rs)       └─ sensor
+//!              (clino-pty)    (adapter.rs)       └─ sensor
 //! ```
 //! The sensors are `clino-sim`'s, the pair is `clino-segment`'s: bits on a line that everybody samples at his own rate.
 //! So a wrong bit rate, two sensors at one address, or a command sent into an answer come out as on a real pair.
@@ -19,11 +19,11 @@ mod chatter;
 mod isu;
 mod serve;
 mod t7;
-mod terminal;
 mod value;
 
 use std::io::{self, Write as _};
 
+use clino_pty::Terminal;
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, Segment, Settings, Station};
 
@@ -32,7 +32,6 @@ use adapter::Adapter;
 pub use arguments::Arguments;
 use chatter::Chatter;
 use serve::Bus;
-use terminal::Terminal;
 
 /// Parts of the run that have their own chance.
 const T7_BUS: u64 = 1;

@@ -15,6 +15,7 @@
 pub mod chance;
 mod driver;
 mod faults;
+mod guest;
 mod line;
 mod receiver;
 mod slot;
@@ -30,6 +31,7 @@ use crate::log::{Event, SegmentLog, SharedLog, Talker};
 use crate::wire::{Format, Received, Sent, Wire};
 use chance::{Chance, Topic};
 use driver::{Character, Driver};
+use guest::Guest;
 use line::{Level, Line, Ps, reached, to_ns, to_ps};
 use receiver::{Receiver, Sampled, Sampling, Shared};
 use slot::Slot;
@@ -75,10 +77,12 @@ struct OpenContention {
 pub struct Segment {
     settings: Settings,
     line: Line,
-    /// The gateway's, then the nodes'.
+    /// The gateway's, then the nodes', then the guest's.
     drivers: Vec<Driver>,
     receiver: Receiver,
     slots: Vec<Slot>,
+    /// A second UART on the pair; its driver is the last one.
+    guest: Option<Guest>,
     contention: Option<OpenContention>,
     shared: Shared,
     clock: Ps,
@@ -102,6 +106,7 @@ impl Segment {
             drivers,
             receiver: Receiver::new(Talker::Gateway, settings.chance.part(0)),
             slots,
+            guest: None,
             contention: None,
             shared: Shared::default(),
             clock: 0,
@@ -123,8 +128,13 @@ impl Segment {
     fn find_next(&self) -> Option<Ps> {
         let characters = self.drivers.iter().filter_map(Driver::next_event);
         let nodes = self.slots.iter().filter_map(Slot::next);
-        let receivers = self.slots.iter().map(Slot::receiver).chain([&self.receiver]);
-        characters.chain(nodes).chain(receivers.filter_map(Receiver::due)).min()
+        characters.chain(nodes).chain(self.receivers().filter_map(Receiver::due)).min()
+    }
+
+    /// Everybody who samples the line.
+    fn receivers(&self) -> impl Iterator<Item = &Receiver> {
+        let guest = self.guest.iter().map(Guest::receiver);
+        self.slots.iter().map(Slot::receiver).chain(guest).chain([&self.receiver])
     }
 
     /// Lets everything up to and including `now` happen.
@@ -142,9 +152,8 @@ impl Segment {
         self.settle(now);
         self.clock = now;
         self.next = self.find_next();
-        let slowest =
-            self.slots.iter().filter_map(|slot| slot.receiver().bit_ps()).chain(self.receiver.bit_ps());
-        let look_back = LOOK_BACK_BITS * slowest.max().unwrap_or(0);
+        let slowest = self.receivers().filter_map(Receiver::bit_ps).max();
+        let look_back = LOOK_BACK_BITS * slowest.unwrap_or(0);
         self.line.forget(now.saturating_sub(look_back));
         if !self.news.is_empty() {
             self.log.lock().unwrap_or_else(PoisonError::into_inner).events.append(&mut self.news);
@@ -187,6 +196,9 @@ impl Segment {
             for slot in &mut self.slots {
                 slot.line_changed(at, high, &self.settings.noise);
             }
+            if let Some(guest) = &mut self.guest {
+                guest.line_changed(at, high, &self.settings.noise);
+            }
         }
     }
 
@@ -222,6 +234,9 @@ impl Segment {
         }
         for slot in &mut self.slots {
             slot.complete(self.clock, line, noise, &mut self.shared, &mut self.news);
+        }
+        if let Some(guest) = &mut self.guest {
+            guest.complete(self.clock, line, noise, &mut self.shared, &mut self.news);
         }
     }
 

@@ -47,7 +47,7 @@ impl Story {
     }
 
     fn analysis(self, protocol: Protocol, end: Ns) -> Analysis {
-        Analysis::of(&SegmentLog { nodes: vec!["a".into()], events: self.events }, protocol, end)
+        Analysis::of(&SegmentLog { nodes: vec!["a".into()], events: self.events }, protocol, 0..end)
     }
 }
 

@@ -7,7 +7,7 @@ use clino_sim::node::Ns;
 use clino_sim::{isu, t7};
 use toml::Spanned;
 
-use super::schema::{Babble, File, Interval, Latency, Moves, Pwm, Stuck};
+use super::schema::{Babble, File, Interval, Latency, Modbus, Moves, Pwm, Stuck};
 use super::units::Time;
 
 /// Most T7s on a bus ("T7 Communication User Guide", section 1).
@@ -18,6 +18,10 @@ const ISU_ADDRESSES: RangeInclusive<u8> = 1..=14;
 const ISU_LATENCY_LIMIT: Time = Time(1_000_000_000);
 /// PWM inputs of the board.
 const PWM_CHANNELS: RangeInclusive<u8> = 1..=2;
+
+/// Bit rates of the Modbus port.
+const MODBUS_BAUD: RangeInclusive<u32> = 1_200..=1_000_000;
+const STOP_BITS: RangeInclusive<u8> = 1..=2;
 
 /// A complaint and the bytes of the file it is about.
 #[derive(Debug)]
@@ -73,12 +77,27 @@ pub fn file(file: &File) -> Checked {
         intervals(&isu.babble)?;
     }
     unique(file.isu.iter().map(|isu| &isu.address), "ISU address")?;
+    modbus(&file.modbus)?;
     file.pwm.iter().try_for_each(pwm)?;
     unique(file.pwm.iter().map(|pwm| &pwm.channel), "PWM channel")
 }
 
 fn complain<T>(at: &Spanned<T>, what: impl Into<String>) -> Checked {
     Err(Complaint { span: at.span(), what: what.into() })
+}
+
+fn modbus(modbus: &Modbus) -> Checked {
+    if let Some(baud) = modbus.baud.as_ref().filter(|baud| !MODBUS_BAUD.contains(baud.get_ref())) {
+        let (lowest, highest) = (MODBUS_BAUD.start(), MODBUS_BAUD.end());
+        return complain(baud, format!("baud rate {}, expected {lowest} to {highest}", baud.get_ref()));
+    }
+    if let Some(bits) = modbus.stop_bits.as_ref().filter(|bits| !STOP_BITS.contains(bits.get_ref())) {
+        return complain(bits, format!("{} stop bits, expected 1 or 2", bits.get_ref()));
+    }
+    match modbus.request.iter().find(|request| request.bytes.get_ref().0.is_empty()) {
+        Some(empty) => complain(&empty.bytes, "a request without bytes, expected at least one"),
+        None => Ok(()),
+    }
 }
 
 fn pwm(pwm: &Pwm) -> Checked {

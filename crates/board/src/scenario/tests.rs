@@ -65,6 +65,12 @@ fn every_mistake_names_its_line_and_what_was_expected() {
         ("[[pwm]]\nchannel = 1\nfrequency = 0\nmotion.constant = 0".into(), 3, vec!["0 is out of range", "Hz"]),
         ("[segments.t7]\nnoise = { bit_error_rate = -1 }".into(), 2, vec!["-1 is out of range", "0 to 1"]),
         ("[segments.can]\n".into(), 1, vec!["unknown field `can`", "`t7` or `isu`"]),
+        ("[modbus]\nbaud = 300".into(), 2, vec!["baud rate 300", "1200 to 1000000"]),
+        ("[modbus]\nstop_bits = 3".into(), 2, vec!["3 stop bits", "1 or 2"]),
+        ("[modbus]\nparity = \"mark\"".into(), 2, vec!["unknown variant `mark`", "`none`, `even`, `odd`"]),
+        ("[[modbus.request]]\nat = \"1s\"\nbytes = \"\"".into(), 3, vec!["without bytes"]),
+        ("[[modbus.request]]\nat = \"1s\"\nbytes = \"1 04\"".into(), 3, vec!["`1` is no byte", "two hexadecimal digits"]),
+        ("[[modbus.request]]\nat = \"1s\"\nbytes = \"+1\"".into(), 3, vec!["`+1` is no byte"]),
         ("seed = 1\nseed = 2".into(), 2, vec!["duplicate"]),
         ("a b".into(), 1, vec!["expected"]),
     ] {
@@ -75,6 +81,19 @@ fn every_mistake_names_its_line_and_what_was_expected() {
         }
         assert!(!complaint.contains('\n'), "{complaint}");
     }
+}
+
+#[test]
+fn the_masters_settings_and_requests_are_what_the_file_says() {
+    assert_eq!(parse("").unwrap().modbus().to_string(), "19200 8E1");
+    let scenario = parse(
+        "[modbus]\nbaud = 9600\nparity = \"none\"\nstop_bits = 2\n[[modbus.request]]\nat = \"2s\"\nbytes = \"0a\"\n\
+         [[modbus.request]]\nat = \"1s\"\nbytes = \"01 FF\"\n",
+    )
+    .unwrap();
+    assert_eq!(scenario.modbus().to_string(), "9600 8N2");
+    let requests: Vec<_> = scenario.requests().collect();
+    assert_eq!(requests, [(SECOND, &[0x01, 0xff][..]), (2 * SECOND, &[0x0a])]);
 }
 
 #[test]

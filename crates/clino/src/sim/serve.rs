@@ -7,6 +7,7 @@ use std::io::{self, Read as _};
 use std::os::unix::net::UnixStream;
 use std::time::Instant;
 
+use clino_pty::Terminal;
 use clino_sim::node::Ns;
 use rustix::buffer::spare_capacity;
 use rustix::event::{PollFd, PollFlags, Timespec, epoll, poll};
@@ -16,7 +17,6 @@ use signal_hook::low_level::pipe;
 
 use super::adapter::Adapter;
 use super::chatter::Chatter;
-use super::terminal::Terminal;
 
 /// Bytes taken from a terminal at once.
 const CHUNK: usize = 256;

@@ -5,6 +5,10 @@
 //! asked. That is why the terminal's own end is not held open, which would also keep a program's exclusive lock alive.
 //!
 //! The terminal is raw from the start: no echo, no translation, no signals, whether or not the program asks for it.
+//!
+//! Limits: Linux only. Its pseudo-terminals keep no parity, no character length, no break and no modem lines; of what a
+//! program sets there remain the bit rate, the number of stop bits, and whether a parity bit would be odd.
+#![cfg(target_os = "linux")]
 
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -13,11 +17,23 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use rustix::pty::OpenptFlags;
-use rustix::termios::{OptionalActions, QueueSelector};
+use rustix::termios::{ControlModes, OptionalActions, QueueSelector};
 
 const AT_ONCE: Timespec = Timespec { tv_sec: 0, tv_nsec: 0 };
 
+/// What is left of the settings that a program has made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// Bit rate in bit/s; 0 hangs up.
+    pub baud: u32,
+    /// Two stop bits instead of one.
+    pub two_stop_bits: bool,
+    /// If there is a parity bit, which cannot be told, it is odd.
+    pub odd_parity: bool,
+}
+
 /// The computer's end of a serial line.
+#[derive(Debug)]
 pub struct Terminal {
     master: OwnedFd,
     path: String,
@@ -27,7 +43,18 @@ pub struct Terminal {
 
 impl Terminal {
     /// A raw terminal at this bit rate.
+    ///
+    /// # Errors
+    /// The system has no more of them.
     pub fn open(baud: u32) -> io::Result<Self> {
+        Self::open_with(Settings { baud, two_stop_bits: false, odd_parity: false })
+    }
+
+    /// A raw terminal with these settings.
+    ///
+    /// # Errors
+    /// The system has no more of them.
+    pub fn open_with(settings: Settings) -> io::Result<Self> {
         let master = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         rustix::pty::grantpt(&master)?;
         rustix::pty::unlockpt(&master)?;
@@ -38,7 +65,9 @@ impl Terminal {
         let port = terminal.port()?;
         let mut attributes = rustix::termios::tcgetattr(&port)?;
         attributes.make_raw();
-        attributes.set_speed(baud)?;
+        attributes.set_speed(settings.baud)?;
+        attributes.control_modes.set(ControlModes::CSTOPB, settings.two_stop_bits);
+        attributes.control_modes.set(ControlModes::PARODD, settings.odd_parity);
         rustix::termios::tcsetattr(&port, OptionalActions::Now, &attributes)?;
         Ok(terminal)
     }
@@ -49,12 +78,30 @@ impl Terminal {
     }
 
     /// The bit rate that was last set, in bit/s; `None` for 0, which hangs up.
+    ///
+    /// # Errors
+    /// Those of the system.
     pub fn baud(&self) -> io::Result<Option<u32>> {
-        let baud = rustix::termios::tcgetattr(&self.master)?.output_speed();
-        Ok(Some(baud).filter(|&baud| baud > 0))
+        Ok(Some(self.settings()?.baud).filter(|&baud| baud > 0))
+    }
+
+    /// The settings that were last made.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn settings(&self) -> io::Result<Settings> {
+        let attributes = rustix::termios::tcgetattr(&self.master)?;
+        Ok(Settings {
+            baud: attributes.output_speed(),
+            two_stop_bits: attributes.control_modes.contains(ControlModes::CSTOPB),
+            odd_parity: attributes.control_modes.contains(ControlModes::PARODD),
+        })
     }
 
     /// Takes bytes that the program has written, as many as there are and fit.
+    ///
+    /// # Errors
+    /// Those of the system.
     pub fn read<'a>(&self, buffer: &'a mut [u8]) -> io::Result<&'a [u8]> {
         match rustix::io::read(&self.master, &mut *buffer) {
             Ok(count) => Ok(buffer.get(..count).unwrap_or(buffer)),
@@ -65,6 +112,9 @@ impl Terminal {
     }
 
     /// Hands bytes to the program; they are lost if it is not there, or does not read.
+    ///
+    /// # Errors
+    /// Those of the system.
     pub fn deliver(&mut self, bytes: &[u8]) -> io::Result<()> {
         if !self.is_open()? {
             return self.forget_unread();

@@ -1,0 +1,125 @@
+//! What the command line asks for.
+
+use std::path::PathBuf;
+
+use clino_board::scenario::Time;
+use clino_sim::node::Ns;
+
+pub const USAGE: &str = "\
+usage: vboard --elf FILE [--scenario FILE] [--duration TIME] [--bus-log FILE]
+              [--realtime] [--console-pty] [--modbus-pty]
+
+  --elf FILE       firmware image to run
+  --scenario FILE  sensors and what befalls them (docs/scenario.md); default: scenarios/default.toml
+  --duration TIME  virtual time to run, such as 5s or 200ms, or `forever`; default: the scenario's,
+                   in real time forever
+  --bus-log FILE   write every character and every DE edge on both RS485 buses and the Modbus port to FILE
+  --realtime       no faster than the wall clock
+  --console-pty    in real time, with the console on a pseudo-terminal
+  --modbus-pty     in real time, with the Modbus port on a pseudo-terminal
+  --help           this text
+
+Each pseudo-terminal is announced on a line of its own before the run begins: `console PATH`, `modbus PATH`.
+Ctrl-C ends the run with the summary.
+
+exit status: 0 all well, 1 ran but something is wrong, 2 wrong command line, scenario or image";
+
+/// The arguments.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Arguments {
+    /// Firmware image.
+    pub elf: PathBuf,
+    /// Scenario file, if not the default one.
+    pub scenario: Option<PathBuf>,
+    /// How long to run.
+    pub duration: Duration,
+    /// Where the bus log goes.
+    pub bus_log: Option<PathBuf>,
+    /// Virtual time keeps to the wall clock.
+    pub realtime: bool,
+    /// The console is on a pseudo-terminal.
+    pub console_pty: bool,
+    /// The Modbus port is on a pseudo-terminal.
+    pub modbus_pty: bool,
+}
+
+/// How long to run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Duration {
+    /// Nothing was said.
+    #[default]
+    Usual,
+    /// Until somebody ends it.
+    Forever,
+    /// This much virtual time.
+    Of(Ns),
+}
+
+impl Arguments {
+    /// Takes the arguments apart.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    pub fn parse(arguments: &[String]) -> Result<Self, String> {
+        let mut wanted = Self::default();
+        let mut rest = arguments.iter();
+        while let Some(flag) = rest.next() {
+            let mut value = || rest.next().ok_or_else(|| format!("{flag} needs a value"));
+            match flag.as_str() {
+                "--elf" => wanted.elf = value()?.into(),
+                "--scenario" => wanted.scenario = Some(value()?.into()),
+                "--duration" => {
+                    wanted.duration = Duration::parse(value()?).map_err(|why| format!("{flag}: {why}"))?;
+                }
+                "--bus-log" => wanted.bus_log = Some(value()?.into()),
+                "--realtime" => wanted.realtime = true,
+                "--console-pty" => wanted.console_pty = true,
+                "--modbus-pty" => wanted.modbus_pty = true,
+                other => return Err(format!("unknown argument `{other}`")),
+            }
+        }
+        // A pseudo-terminal is for programs that live by the wall clock.
+        wanted.realtime |= wanted.console_pty || wanted.modbus_pty;
+        if wanted.elf.as_os_str().is_empty() { Err("--elf FILE is missing".into()) } else { Ok(wanted) }
+    }
+
+    /// Whether it is to run until somebody ends it.
+    pub fn forever(&self) -> bool {
+        self.duration == Duration::Forever || self.realtime && self.duration == Duration::Usual
+    }
+}
+
+impl Duration {
+    fn parse(text: &str) -> Result<Self, String> {
+        if text == "forever" {
+            return Ok(Self::Forever);
+        }
+        match text.parse() {
+            Ok(Time(0)) => Err("0 s, expected more than that".into()),
+            Ok(Time(ns)) => Ok(Self::Of(ns)),
+            Err(why) => Err(why.to_string()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Arguments, String> {
+        let words: Vec<String> = text.split(' ').map(String::from).collect();
+        Arguments::parse(&words)
+    }
+
+    #[test]
+    fn a_pseudo_terminal_implies_real_time_and_real_time_has_no_end() {
+        let plain = parse("--elf x").unwrap();
+        assert!(!plain.realtime && !plain.forever());
+        for option in ["--realtime", "--console-pty", "--modbus-pty"] {
+            let wanted = parse(&format!("--elf x {option}")).unwrap();
+            assert!(wanted.realtime && wanted.forever(), "{option}");
+        }
+        assert!(!parse("--elf x --realtime --duration 2s").unwrap().forever());
+        assert!(parse("--elf x --duration forever").unwrap().forever());
+    }
+}

@@ -1,0 +1,123 @@
+//! The pair between the gateway's Modbus port and the master.
+
+use clino_segment::chance::Chance;
+use clino_segment::log::SharedLog;
+use clino_segment::wire::{Format, Received, Sent, Wire};
+use clino_segment::{Noise, Segment, Settings};
+use clino_sim::node::Ns;
+
+use super::{Framing, SharedMaster};
+
+/// Name of the master in the log.
+const NAME: &str = "master";
+
+/// The wire of the Modbus port.
+pub struct ModbusLine {
+    pair: Segment,
+    master: SharedMaster,
+    /// What the master's receiver is set to.
+    framing: Framing,
+    /// The character under way ends; the next begins, or the driver is switched off.
+    sending_until: Option<Ns>,
+    clock: Ns,
+}
+
+impl ModbusLine {
+    /// A pair with a master that listens.
+    pub fn new(framing: Framing) -> Self {
+        let settings = Settings { chance: Chance::new(0), echo: false, noise: Noise::default() };
+        let mut pair = Segment::new(settings, Vec::new()).with_guest(NAME);
+        pair.set_guest_receiver(0, Some(framing.format()));
+        let master = SharedMaster::default();
+        master.lock().set_framing(framing);
+        Self { pair, master, framing, sending_until: None, clock: 0 }
+    }
+
+    /// The host's handle.
+    pub fn master(&self) -> SharedMaster {
+        self.master.clone()
+    }
+
+    /// Everything that happens on the pair.
+    pub fn log(&self) -> SharedLog {
+        self.pair.log()
+    }
+
+    /// When the master does something by itself.
+    fn next_act(&self) -> Option<Ns> {
+        let master = self.master.lock();
+        if master.framing != self.framing {
+            return Some(self.clock);
+        }
+        let waiting = master.outgoing.front().map(|&(at, _)| at.max(self.clock));
+        [self.sending_until.or(waiting), master.answer_ends()].into_iter().flatten().min()
+    }
+
+    /// Lets the master do what is due at `now`.
+    fn act(&mut self, now: Ns) {
+        let mut master = self.master.lock();
+        if master.framing != self.framing {
+            self.framing = master.framing;
+            self.pair.set_guest_receiver(now, Some(self.framing.format()));
+        }
+        if master.answer_ends().is_some_and(|end| end <= now) {
+            master.end_answer();
+        }
+        if self.sending_until.is_some_and(|until| until > now) {
+            return;
+        }
+        let due = master.outgoing.front().is_some_and(|&(at, _)| at <= now);
+        if due != self.sending_until.is_some() {
+            self.pair.drive_as_guest(now, due);
+        }
+        self.sending_until = None;
+        if due && let Some((_, byte)) = master.outgoing.pop_front() {
+            let end = now + self.framing.character();
+            let word = self.framing.put_together(byte);
+            self.pair.send_as_guest(Sent { start: now, word, format: self.framing.format() });
+            self.sending_until = Some(end);
+            master.traffic.sent += 1;
+        }
+    }
+}
+
+impl Wire for ModbusLine {
+    fn set_receiver(&mut self, now: Ns, format: Option<Format>) {
+        self.advance(now);
+        self.pair.set_receiver(now, format);
+    }
+
+    fn send(&mut self, sent: Sent) {
+        self.advance(sent.start);
+        self.pair.send(sent);
+    }
+
+    fn drive_enable(&mut self, now: Ns, high: bool) {
+        self.advance(now);
+        self.pair.drive_enable(now, high);
+        self.master.lock().drive_enabled(now, high);
+    }
+
+    fn next_event(&self) -> Option<Ns> {
+        self.pair.next_event().into_iter().chain(self.next_act()).min()
+    }
+
+    fn advance(&mut self, now: Ns) {
+        while let Some(at) = self.next_event().filter(|at| *at <= now) {
+            self.pair.advance(at);
+            self.clock = self.clock.max(at);
+            while let Some(received) = self.pair.take_heard_by_guest() {
+                self.master.lock().hear(received);
+            }
+            if self.next_act().is_some_and(|due| due <= at) {
+                self.act(at);
+            }
+        }
+        self.pair.advance(now);
+        self.clock = now;
+    }
+
+    fn take_received(&mut self) -> Option<Received> {
+        self.pair.take_received()
+    }
+}
