@@ -209,11 +209,9 @@ impl SlotConfig {
                 tolerance: T7_TOLERANCE,
                 ..usual.every(T7_PERIOD)
             },
-            Source::Isu { .. } => SlotConfig {
-                range: Range::Unidirectional,
-                max_rate: ISU_MAX_RATE,
-                ..usual.every(ISU_PERIOD)
-            },
+            Source::Isu { .. } => {
+                SlotConfig { range: Range::Unidirectional, max_rate: ISU_MAX_RATE, ..usual.every(ISU_PERIOD) }
+            }
             Source::Pwm { .. } => SlotConfig {
                 range: Range::Unidirectional,
                 retries: 0,

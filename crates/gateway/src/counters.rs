@@ -4,7 +4,7 @@ use clino_bus::{Fault, Micros, Refusal};
 use clino_codec::layers::Layer;
 
 /// Microseconds of a count of response time.
-const RESPONSE_STEP_US: u64 = 10;
+const RESPONSE_STEP_US: u32 = 10;
 
 /// Counts of one slot. 40 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub struct SlotCounters {
     /// Requests to which nothing came back in time.
     pub no_answer: u32,
     /// Readings that were never begun, because the bus was too busy in their whole period.
-    pub skipped: u32,
+    pub skipped: u16,
     /// Answers with a wrong checksum.
     pub checksum: u16,
     /// Answers with a wrong length.
@@ -57,11 +57,13 @@ impl SlotCounters {
 
     fn response(&self, which: usize) -> Micros {
         let steps = self.response.get(which).copied().unwrap_or(0);
-        Micros(RESPONSE_STEP_US).times(steps.into())
+        Micros(RESPONSE_STEP_US.into()).times(steps.into())
     }
 
     pub(crate) fn answered(&mut self, time: Micros) {
-        let steps = u16::try_from(time.0 / RESPONSE_STEP_US).unwrap_or(u16::MAX);
+        // In 32 bits: the division is a single instruction then.
+        let us = u32::try_from(time.0).unwrap_or(u32::MAX);
+        let steps = u16::try_from(us / RESPONSE_STEP_US).unwrap_or(u16::MAX);
         let [_, min, max] = self.response;
         let min = if min == 0 { steps } else { min.min(steps) };
         self.response = [steps, min, max.max(steps)];

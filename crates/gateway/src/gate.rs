@@ -14,6 +14,9 @@
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
 
+use crate::maths::step;
+use crate::stamp::Stamp;
+
 /// Taken for the rate of a slot that has no limit: half a turn a second, 0.001°/s.
 const ANY_RATE: u32 = 180_000;
 /// Micro-degrees a microsecond, per millidegree a second: one in a thousand.
@@ -44,7 +47,7 @@ pub(crate) struct Demands {
 impl Demands {
     /// Whether an angle can have become the other within `span`.
     fn allow(&self, from: Angle, to: Angle, span: Micros, max_rate: u32) -> bool {
-        let moved = to.difference(from).udeg().unsigned_abs().saturating_sub(self.resolution);
+        let moved = step(from, to).unsigned_abs().saturating_sub(self.resolution);
         u64::from(moved).saturating_mul(PER_MDEG_PER_S) <= u64::from(max_rate).saturating_mul(span.0)
     }
 
@@ -75,17 +78,25 @@ pub(crate) struct Gate {
     /// The witness has not been asked for out of turn yet.
     hurry: bool,
     candidate: Angle,
-    at: Micros,
+    at: Stamp,
 }
 
 impl Gate {
-    /// Nothing was read yet.
+    /// Nothing was read yet, or nothing for long.
     pub const NEW: Gate =
-        Gate { state: State::Shaken, hurry: false, candidate: Angle::ZERO, at: Micros::ZERO };
+        Gate { state: State::Shaken, hurry: false, candidate: Angle::ZERO, at: Stamp::of(Micros::ZERO) };
 
     /// The witness did not come: it is not asked for out of turn again.
     pub fn relax(&mut self) {
         self.hurry = false;
+    }
+
+    /// Nothing was heard for long: the candidate confirms nothing any more.
+    pub fn forget(&mut self) {
+        self.hurry = false;
+        if self.state == State::Waiting {
+            self.state = State::Shaken;
+        }
     }
 
     /// Something was wrong with what was heard.
@@ -95,23 +106,35 @@ impl Gate {
         }
     }
 
-    /// Since when a witness is wanted out of turn, if one is.
-    pub fn hurry_since(&self) -> Option<Micros> {
-        self.hurry.then_some(self.at)
+    /// Whether a witness is wanted out of turn.
+    pub fn hurries(&self) -> bool {
+        self.hurry
+    }
+
+    /// When the value came that wants a witness, if it was not long before `now`.
+    pub fn since(&self, now: Micros) -> Micros {
+        self.at.near(now)
     }
 
     /// A value came at `at`; `last` was published before.
-    pub fn judge(&mut self, value: Angle, at: Micros, last: Option<(Angle, Micros)>, demands: &Demands) -> Verdict {
+    pub fn judge(
+        &mut self,
+        value: Angle,
+        at: Micros,
+        last: Option<(Angle, Micros)>,
+        demands: &Demands,
+    ) -> Verdict {
+        let waited = at.since(self.at.near(at));
         let verdict = match self.state {
-            State::Waiting if demands.agree(self.candidate, value, at.since(self.at)) => Verdict::Publish,
-            State::Waiting if at.since(self.at) <= demands.life => Verdict::Suspect,
+            State::Waiting if demands.agree(self.candidate, value, waited) => Verdict::Publish,
+            State::Waiting if waited <= demands.life => Verdict::Suspect,
             State::Waiting | State::Shaken => Verdict::Hold,
             State::Trusting => match last {
                 Some((angle, then)) if !demands.is_jump(angle, value, at.since(then)) => Verdict::Publish,
                 _ => Verdict::Hold,
             },
         };
-        (self.candidate, self.at) = (value, at);
+        (self.candidate, self.at) = (value, Stamp::of(at));
         self.hurry = verdict == Verdict::Hold;
         self.state = if verdict == Verdict::Publish { State::Trusting } else { State::Waiting };
         verdict

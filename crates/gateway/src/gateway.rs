@@ -5,11 +5,12 @@ use clino_codec::pwm::{self, Ticks};
 use clino_commissioning::Progress;
 use heapless::Vec;
 
+use crate::bits::Bits;
 use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 use crate::counters::SlotCounters;
 use crate::order::{Order, Refusal};
 use crate::slot::{Sample, Slot};
-use crate::snapshot::{Publisher, bits};
+use crate::snapshot::Publisher;
 use crate::task::{self, News};
 use crate::trace::Trace;
 use crate::traffic::{Ended, Traffic};
@@ -47,28 +48,31 @@ pub struct Gateway {
     isu: Traffic<Isu>,
     pwm: pwm::Limits,
     lost_edges: u32,
-    /// Slots that have changed since they were last fetched, one bit each.
-    changed: u64,
+    /// Slots that have changed since they were last fetched.
+    changed: Bits,
+    /// Slots that read a PWM input.
+    listening: Bits,
     trace: Trace,
 }
 
 /// Two PWM cycles this close are the same, in µ°: two steps of 4.34 µs.
 const PWM_RESOLUTION: u32 = 180_000;
 
-/// Every slot.
-const ALL: u64 = (1 << MAX_SLOTS) - 1;
-
 impl Gateway {
     /// A gateway that has read nothing yet. Entries of `table` beyond [`MAX_SLOTS`] are left out.
     pub fn new(table: &[SlotConfig], t7: Timing, isu: Timing, pwm: pwm::Limits) -> Gateway {
         let unused = core::iter::repeat(SlotConfig::OFF);
+        let slots: Vec<Slot, MAX_SLOTS> =
+            table.iter().copied().chain(unused).take(MAX_SLOTS).map(Slot::new).collect();
         Gateway {
-            slots: table.iter().copied().chain(unused).take(MAX_SLOTS).map(Slot::new).collect(),
-            t7: Traffic::new(t7),
-            isu: Traffic::new(isu),
+            t7: Traffic::new(t7, &slots),
+            isu: Traffic::new(isu, &slots),
+            listening: Bits::of(&slots, listens),
+            // The others are empty, as everybody supposes.
+            changed: Bits::first(table.len().min(MAX_SLOTS)),
+            slots,
             pwm,
             lost_edges: 0,
-            changed: ALL,
             trace: Trace::new(),
         }
     }
@@ -86,7 +90,7 @@ impl Gateway {
         let Some(Ended { entry, slot }) = ended else { return };
         self.trace.push(entry);
         if let Some(slot) = slot {
-            self.changed |= bit(slot);
+            self.changed.set(slot, true);
         }
     }
 
@@ -106,7 +110,7 @@ impl Gateway {
             Capture::NoSignal { high: true } => Err(Status::StuckHigh),
             Capture::NoSignal { high: false } => Err(Status::StuckLow),
         };
-        for index in 0..self.slots.len() {
+        for index in self.listening.iter() {
             let Some(slot) = self.slots.get_mut(index).filter(|slot| slot.is(&Source::Pwm { input })) else {
                 continue;
             };
@@ -118,7 +122,7 @@ impl Gateway {
                 slot.shake();
             }
             if slot.settle(result, now, true, PWM_RESOLUTION) {
-                self.changed |= bit(index);
+                self.changed.set(index, true);
             }
             self.compare(index, now);
         }
@@ -134,9 +138,7 @@ impl Gateway {
                 let index = usize::from(slot);
                 if let Some(place) = self.slots.get_mut(index) {
                     place.set(config);
-                    self.changed |= bit(index);
-                    self.t7.forget(index);
-                    self.isu.forget(index);
+                    self.reset(index);
                 }
                 true
             }
@@ -166,14 +168,21 @@ impl Gateway {
     /// What a task has found, or how it ended. A task waits until this has been fetched.
     pub fn news(&mut self) -> Option<News> {
         let news = self.t7.news().or_else(|| self.isu.news())?;
-        for (index, slot) in self.slots.iter_mut().enumerate() {
-            if slot.follow(&news) {
-                self.t7.forget(index);
-                self.isu.forget(index);
-                self.changed |= bit(index);
+        for index in 0..self.slots.len() {
+            if self.slots.get_mut(index).is_some_and(|slot| slot.follow(&news)) {
+                self.reset(index);
             }
         }
         Some(news)
+    }
+
+    /// A slot means something else now.
+    fn reset(&mut self, index: usize) {
+        let Some(slot) = self.slots.get(index) else { return };
+        self.t7.forget(index, slot);
+        self.isu.forget(index, slot);
+        self.listening.set(index, listens(slot));
+        self.changed.set(index, true);
     }
 
     /// How far the task on a bus is, if there is one.
@@ -203,8 +212,8 @@ impl Gateway {
 
     /// A reading that has changed since it was last returned here, or published.
     pub fn next_changed(&mut self) -> Option<Reading> {
-        let index = bits(self.changed).next()?;
-        self.changed &= !bit(index);
+        let index = self.changed.iter().next()?;
+        self.changed.set(index, false);
         self.slots.get_mut(index)?.digest();
         self.reading(index)
     }
@@ -213,10 +222,10 @@ impl Gateway {
     /// there were any.
     pub fn publish(&mut self, publisher: &mut Publisher<'_>) -> bool {
         let changed = core::mem::take(&mut self.changed);
-        if changed == 0 {
+        if changed.is_empty() {
             return false;
         }
-        for index in bits(changed) {
+        for index in changed.iter() {
             if let Some(slot) = self.slots.get_mut(index) {
                 slot.digest();
             }
@@ -267,8 +276,9 @@ impl Gateway {
     }
 }
 
-fn bit(slot: usize) -> u64 {
-    u32::try_from(slot).ok().and_then(|slot| 1_u64.checked_shl(slot)).unwrap_or(0)
+/// Whether a slot reads a PWM input.
+fn listens(slot: &Slot) -> bool {
+    slot.config.enabled && matches!(slot.config.source, Source::Pwm { .. })
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod bits;
 pub mod config;
 mod counters;
 mod gate;
@@ -33,6 +34,7 @@ mod polling;
 mod reporter;
 mod slot;
 mod snapshot;
+mod stamp;
 pub mod task;
 pub mod trace;
 mod traffic;

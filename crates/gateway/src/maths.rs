@@ -16,12 +16,18 @@ mod motion;
 pub(crate) use filter::{MOST_SAMPLES, Window};
 pub(crate) use motion::Motion;
 
+/// The turn from one angle to another, the shorter way: −180° up to, not including, 180°, in µ°.
+#[inline(never)]
+pub(crate) fn step(from: Angle, to: Angle) -> i32 {
+    to.difference(from).udeg()
+}
+
 /// The sensor's angle as the slot counts it: from its soft zero, in its direction; −180° up to, not including, 180°.
 pub(crate) fn oriented(raw: Angle, soft_zero: Angle, direction: Direction) -> Angle {
-    match direction {
-        Direction::Normal => raw.difference(soft_zero),
-        Direction::Reversed => soft_zero.difference(raw),
-    }
+    Angle::from_udeg(match direction {
+        Direction::Normal => step(soft_zero, raw),
+        Direction::Reversed => step(raw, soft_zero),
+    })
 }
 
 #[cfg(test)]

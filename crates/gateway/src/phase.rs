@@ -14,6 +14,8 @@
 
 use clino_bus::Micros;
 
+use crate::stamp::Stamp;
+
 /// From one angle to the next: 8/15 s (AN #201 section 4).
 pub(crate) const REFRESH: Micros = Micros(533_333);
 /// How far a module's clock may be off: one in a hundred, a ceramic resonator's worst. The document gives no figure.
@@ -30,52 +32,59 @@ const BLIND: Micros = Micros(490_000);
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Phase {
     /// It appears after this,
-    from: Micros,
-    /// and at the latest then.
-    by: Micros,
-    /// The code read last.
-    code: Option<i32>,
+    from: Stamp,
+    /// and so much later at the latest, in µs.
+    width: u32,
+    /// The angle read last, in µ°.
+    code: i32,
+    /// Something was read, not long ago.
+    known: bool,
     /// The last angle appeared when it was expected.
     locked: bool,
 }
 
 impl Phase {
-    /// A code was read with a request at `asked` whose answer ended at `at`. Returns whether it is an angle that was not
+    /// An angle was read with a request that was out at `asked` and whose answer ended at `at`. Returns whether it was not
     /// read before; an angle that equals its predecessor counts as new when a refresh has certainly passed.
     pub fn read(&mut self, code: i32, asked: Micros, at: Micros) -> bool {
-        let changed = self.code.replace(code) != Some(code);
-        let overdue = asked >= self.by;
-        if at >= self.from + SHORTEST {
-            // There may have been two.
-            self.begin(asked, at);
-        } else if changed && at > self.from {
-            let appeared_by = self.by.min(at);
-            (self.from, self.by) = (self.from + SHORTEST, appeared_by + LONGEST);
-            self.locked = true;
+        let changed = !self.known || code != self.code;
+        let (from, by) = self.bounds(at);
+        let overdue = asked >= by;
+        let (from, by, locked) = if !self.known || at >= from + SHORTEST || changed && at <= from {
+            // There may have been two, or it came when it should not: all that is known is that this was read.
+            (asked, at + LONGEST, false)
         } else if changed {
-            self.begin(asked, at);
+            (from + SHORTEST, by.min(at) + LONGEST, true)
         } else if overdue {
-            (self.from, self.by) = (self.from + SHORTEST, self.by + LONGEST);
-            self.locked = false;
+            (from + SHORTEST, by + LONGEST, false)
         } else {
-            self.from = self.from.max(asked);
-        }
+            (from.max(asked), by, self.locked)
+        };
+        *self = Phase {
+            from: Stamp::of(from),
+            width: u32::try_from(by.since(from).0).unwrap_or(u32::MAX),
+            code,
+            known: true,
+            locked,
+        };
         changed || overdue
     }
 
-    /// All that is known is that this was read.
-    fn begin(&mut self, asked: Micros, at: Micros) {
-        (self.from, self.by, self.locked) = (asked, at + LONGEST, false);
+    /// After when, and by when, the next angle appears.
+    fn bounds(&self, now: Micros) -> (Micros, Micros) {
+        let from = self.from.near(now);
+        (from, from + Micros(self.width.into()))
     }
 
     /// When to ask after a request at `asked`, at most about `period` later; `None` if the module is not followed.
     pub fn next(&self, asked: Micros, period: Micros) -> Option<Micros> {
-        if period > REFRESH || self.code.is_none() {
+        if period > REFRESH || !self.known {
             return None;
         }
-        let middle = self.from + Micros(self.by.since(self.from).0 / 2);
-        let wide = self.by.since(self.from) > NARROW && middle > asked;
-        let best = if wide { middle } else { self.by };
+        let (from, by) = self.bounds(asked);
+        let middle = from + Micros((self.width / 2).into());
+        let is_wide = by.since(from) > NARROW && middle > asked;
+        let best = if is_wide { middle } else { by };
         let period = if self.locked { period } else { period.min(BLIND) };
         // A reading shortly before the best instant would find nothing new.
         let at_most = asked + period + Micros(period.0 / 8);

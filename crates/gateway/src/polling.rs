@@ -17,9 +17,10 @@
 
 use core::marker::PhantomData;
 
-use clino_bus::{Fault, Master, Micros, Outcome, Protocol, Refusal, Retry};
+use clino_bus::{Fault, Master, Micros, Protocol, Refusal, Retry};
 use clino_codec::layers::Layer;
 
+use crate::bits::Bits;
 use crate::counters::{bump16, bump32};
 use crate::slot::{Sample, Slot};
 use crate::trace::Purpose;
@@ -57,6 +58,8 @@ const PAUSE_GROWS: u16 = 16;
 const LONGEST_PAUSE_MS: u16 = 1_200;
 
 pub(crate) struct Polling<P: Poll> {
+    /// The slots of this bus.
+    mine: Bits,
     asked: Option<Asked>,
     /// Who is next if the exchange in hand ends well.
     ahead: Option<usize>,
@@ -73,8 +76,8 @@ const NEVER: Micros = Micros(u64::MAX);
 
 /// The exchange in hand.
 #[derive(Clone, Copy)]
-struct Asked {
-    slot: usize,
+pub(crate) struct Asked {
+    pub slot: usize,
     since: Micros,
     /// Our last stop bit.
     released: Micros,
@@ -85,8 +88,9 @@ struct Asked {
 }
 
 impl<P: Poll> Polling<P> {
-    pub fn new() -> Self {
+    pub fn new(slots: &[Slot]) -> Self {
         Polling {
+            mine: Bits::of(slots, is_mine::<P>),
             asked: None,
             ahead: None,
             probe_at: Micros::ZERO,
@@ -96,8 +100,9 @@ impl<P: Poll> Polling<P> {
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
-    pub fn forget(&mut self, slot: usize) {
-        if self.asked.is_some_and(|asked| asked.slot == slot) {
+    pub fn forget(&mut self, index: usize, slot: &Slot) {
+        self.mine.set(index, is_mine::<P>(slot));
+        if self.asked.is_some_and(|asked| asked.slot == index) {
             self.asked = None;
         }
         self.ahead = None;
@@ -141,8 +146,7 @@ impl<P: Poll> Polling<P> {
         index: usize,
         slot: &mut Slot,
     ) -> Option<(P::Frame, Purpose)> {
-        let confirm = slot.confirm_at(Micros::ZERO).is_some();
-        let (address, request) = P::request(&slot.config, confirm)?;
+        let (address, request) = request::<P>(slot)?;
         let rest_characters = (P::size(&P::expected(address, &request)) as u64).saturating_sub(1);
         let (purpose, frame) = if slot.tried > 0 {
             (Purpose::Retry, master.begin_retry(address, &request, now))
@@ -152,7 +156,7 @@ impl<P: Poll> Polling<P> {
             }
             let purpose = match is_dead(slot) {
                 true => Purpose::Probe,
-                false if confirm => Purpose::Confirmation,
+                false if slot.is_to_confirm() => Purpose::Confirmation,
                 false => Purpose::Reading,
             };
             (purpose, master.begin(address, &request, now))
@@ -183,9 +187,9 @@ impl<P: Poll> Polling<P> {
         let asked = *asked;
         // What the slot in hand is due for besides, the exchange in hand will tell.
         let mut ahead: Option<(Micros, usize)> = None;
-        for (index, slot) in pollable::<P>(slots) {
+        for (index, slot) in self.mine(slots) {
             let in_hand = index == asked.slot;
-            let due = if in_hand { slot.due } else { due::<P>(slot) };
+            let due = if in_hand { slot.due } else { due::<P>(slot, at) };
             let free = if is_dead(slot) { due.max(self.probe_at) } else { due };
             let out = in_hand && is_dead(slot);
             if free <= at && !out && ahead.is_none_or(|(earliest, _)| due < earliest) {
@@ -199,14 +203,14 @@ impl<P: Poll> Polling<P> {
     fn take_ahead(&mut self, master: &Master<P>, now: Micros, slots: &[Slot]) -> Option<usize> {
         let index = self.ahead.take()?;
         let slot = slots.get(index)?;
-        (self.free(slot) <= now && ask_at(master, slot)? <= now).then_some(index)
+        (self.free(slot, now) <= now && ask_at(master, slot)? <= now).then_some(index)
     }
 
     /// The slot that may be asked first, and when; of those that may be asked now, the one that is due for longest.
     fn soonest(&self, master: &Master<P>, now: Micros, slots: &[Slot]) -> Option<(Micros, usize)> {
         let mut soonest: Option<(Micros, Micros, usize)> = None;
-        for (index, slot) in pollable::<P>(slots) {
-            let (due, free) = (due::<P>(slot), self.free(slot));
+        for (index, slot) in self.mine(slots) {
+            let (due, free) = (due::<P>(slot, now), self.free(slot, now));
             let beaten =
                 |at| soonest.is_some_and(|(other_at, other_due, _)| (other_at, other_due) <= (at, due));
             // The master is asked only about those that would be first if it had nothing against it.
@@ -220,30 +224,64 @@ impl<P: Poll> Polling<P> {
         soonest.map(|(at, _, index)| (at, index))
     }
 
-    /// When the slot may be asked: when it is due, and there is time for dead nodes if it is one.
-    fn free(&self, slot: &Slot) -> Micros {
-        if is_dead(slot) { due::<P>(slot).max(self.probe_at) } else { due::<P>(slot) }
+    fn mine<'a>(&self, slots: &'a [Slot]) -> impl Iterator<Item = (usize, &'a Slot)> {
+        self.mine.iter().filter_map(|index| Some((index, slots.get(index)?)))
     }
 
-    /// Takes the outcome of an exchange that was begun here. Returns the slot whose value has changed, if one has.
-    pub fn settle(&mut self, master: &Master<P>, outcome: &Outcome<P>, slots: &mut [Slot]) -> Option<usize> {
+    /// When the slot may be asked: when it is due, and there is time for dead nodes if it is one.
+    fn free(&self, slot: &Slot, now: Micros) -> Micros {
+        if is_dead(slot) { due::<P>(slot, now).max(self.probe_at) } else { due::<P>(slot, now) }
+    }
+
+    /// The exchange begun here has ended well, with this answer. What it says is for [`Polling::take`], later.
+    pub fn end(&mut self, answer: &P::Answer, slots: &mut [Slot]) -> Option<(Asked, Result<Sample, Status>)> {
         self.look_again();
         let asked = self.asked.take()?;
         let slot = slots.get_mut(asked.slot)?;
-        let (result, fresh) = match &outcome.result {
-            Ok(answer) => answered::<P>(slot, &asked, answer, outcome.at),
-            Err(fault) => {
-                self.ahead = None;
-                failed(slot, fault);
-                if self.is_retried(master, slot, fault, outcome.at) {
-                    return None;
-                }
-                (Err(status_of::<P>(fault)), false)
-            }
-        };
         slot.tried = 0;
-        self.note_silence(slot, &asked, result == Err(Status::NoAnswer), outcome.at);
-        slot.settle(result, outcome.at, fresh, P::RESOLUTION).then_some(asked.slot)
+        slot.relax();
+        Some((asked, P::sample(answer, &slot.config)))
+    }
+
+    /// Takes what an answer at `at` has said. Returns the slot whose value has changed, if one has.
+    pub fn take(
+        &mut self,
+        asked: &Asked,
+        result: Result<Sample, Status>,
+        at: Micros,
+        slots: &mut [Slot],
+    ) -> Option<usize> {
+        let slot = slots.get_mut(asked.slot)?;
+        let due = slot.due;
+        let fresh = answered::<P>(slot, asked, &result, at);
+        self.note_silence(slot, asked, false, at);
+        let changed = slot.settle(result, at, fresh, P::RESOLUTION);
+        if slot.due != due || slot.is_to_confirm() {
+            self.look_again();
+        }
+        changed.then_some(asked.slot)
+    }
+
+    /// Takes the outcome of an exchange that has failed at `at`. Returns the slot whose value has changed, if one has.
+    pub fn fail(
+        &mut self,
+        master: &Master<P>,
+        fault: &Fault<P::DecodeError>,
+        at: Micros,
+        slots: &mut [Slot],
+    ) -> Option<usize> {
+        self.look_again();
+        self.ahead = None;
+        let asked = self.asked.take()?;
+        let slot = slots.get_mut(asked.slot)?;
+        failed(slot, fault);
+        if self.is_retried(master, slot, fault, at) {
+            return None;
+        }
+        slot.tried = 0;
+        let status = status_of::<P>(fault);
+        self.note_silence(slot, &asked, status == Status::NoAnswer, at);
+        slot.settle(Err(status), at, false, P::RESOLUTION).then_some(asked.slot)
     }
 
     /// Whether the reading that failed is tried again; then it has not ended yet.
@@ -270,7 +308,10 @@ impl<P: Poll> Polling<P> {
         slot.silent = if silent { slot.silent.saturating_add(1) } else { 0 };
         if !is_dead(slot) {
             slot.pause_ms = 0;
-        } else if was_dead {
+            return;
+        }
+        slot.lose_track();
+        if was_dead {
             let others = P::PROBE_SHARE.saturating_sub(1);
             self.probe_at = at + at.since(asked.since).times(others);
             let grown = slot.pause_ms.saturating_add(slot.pause_ms / PAUSE_GROWS).saturating_add(1);
@@ -280,29 +321,18 @@ impl<P: Poll> Polling<P> {
     }
 }
 
-/// A good answer came; returns what it says, and whether the sensor has measured anew.
-fn answered<P: Poll>(
-    slot: &mut Slot,
-    asked: &Asked,
-    answer: &P::Answer,
-    at: Micros,
-) -> (Result<Sample, Status>, bool) {
+/// A good answer came. Returns whether the sensor has measured anew.
+fn answered<P: Poll>(slot: &mut Slot, asked: &Asked, result: &Result<Sample, Status>, at: Micros) -> bool {
     slot.counters.answered(at.since(asked.released + asked.rest));
     slot.note_link(false);
-    let result = P::sample(answer, &slot.config);
-    let fresh = match &result {
-        Ok(sample) => {
-            if asked.purpose != Purpose::Retry {
-                bump32(&mut slot.counters.first_try);
-            }
-            P::note(slot, sample, asked.since, asked.released, at)
-        }
-        Err(_) => {
-            bump16(&mut slot.counters.refused);
-            false
-        }
+    let Ok(sample) = result else {
+        bump16(&mut slot.counters.refused);
+        return false;
     };
-    (result, fresh)
+    if asked.purpose != Purpose::Retry {
+        bump32(&mut slot.counters.first_try);
+    }
+    P::note(slot, sample, asked.since, asked.released, at)
 }
 
 /// There was no good answer.
@@ -320,8 +350,8 @@ fn failed<E: Refusal>(slot: &mut Slot, fault: &Fault<E>) {
 }
 
 /// When the slot wants to be asked; a retry goes first.
-fn due<P: Poll>(slot: &Slot) -> Micros {
-    match slot.confirm_at(P::CONFIRM_AFTER) {
+fn due<P: Poll>(slot: &Slot, now: Micros) -> Micros {
+    match slot.confirm_at(P::CONFIRM_AFTER, now) {
         _ if slot.tried > 0 => Micros::ZERO,
         Some(confirm_at) => confirm_at.min(slot.due),
         None => slot.due,
@@ -330,7 +360,7 @@ fn due<P: Poll>(slot: &Slot) -> Micros {
 
 /// What the slot is asked next.
 fn request<P: Poll>(slot: &Slot) -> Option<(P::Address, P::Request)> {
-    P::request(&slot.config, slot.confirm_at(Micros::ZERO).is_some())
+    P::request(&slot.config, slot.is_to_confirm())
 }
 
 /// When the master can ask for it.
@@ -347,8 +377,8 @@ fn is_dead(slot: &Slot) -> bool {
     slot.silent >= DEAD_AFTER
 }
 
-fn pollable<P: Poll>(slots: &[Slot]) -> impl Iterator<Item = (usize, &Slot)> {
-    slots.iter().enumerate().filter(|(_, slot)| slot.config.bus() == Some(P::BUS))
+fn is_mine<P: Poll>(slot: &Slot) -> bool {
+    slot.config.bus() == Some(P::BUS)
 }
 
 fn status_of<P: Poll>(fault: &Fault<P::DecodeError>) -> Status {

@@ -7,7 +7,7 @@ use clino_bus::Micros;
 use clino_codec::angle::Angle;
 
 use crate::config::Filter;
-use crate::counters::{SlotCounters, bump32};
+use crate::counters::{SlotCounters, bump16};
 use crate::gate::{Demands, Gate, Verdict};
 use crate::health::{Health, Link, Strikes};
 use crate::maths::{Motion, Window, oriented};
@@ -52,13 +52,21 @@ pub(crate) struct Slot {
     fresh: bool,
     /// The last value is not digested yet.
     pending: bool,
+    /// There was no good value for a while before the one that is pending.
+    gap: bool,
     raw: Angle,
-    temperature: Option<i16>,
-    measured: Option<Micros>,
+    temperature: i16,
+    /// When the last good value came; [`NEVER`] before the first.
+    measured: Micros,
     sequence: u32,
     window: Window,
     motion: Motion,
 }
+
+/// Nothing was measured yet.
+const NEVER: Micros = Micros(u64::MAX);
+/// Nothing was said of the temperature: colder than anything.
+const NO_TEMPERATURE: i16 = i16::MIN;
 
 /// Readings in a row with an acceleration that is not 1 g, after which that is said.
 const GRAVITY_STRIKES: u8 = 3;
@@ -83,9 +91,10 @@ impl Slot {
             status: if config.is_on() { Status::NeverRead } else { Status::Disabled },
             fresh: false,
             pending: false,
+            gap: false,
             raw: Angle::ZERO,
-            temperature: None,
-            measured: None,
+            temperature: NO_TEMPERATURE,
+            measured: NEVER,
             sequence: 0,
             window: Window::default(),
             motion: Motion::default(),
@@ -106,14 +115,30 @@ impl Slot {
             return;
         }
         if self.due > Micros::ZERO {
-            bump32(&mut self.counters.skipped);
+            bump16(&mut self.counters.skipped);
         }
         self.due = now + self.config.period();
     }
 
     /// When the last value wants to be confirmed, if it does.
-    pub fn confirm_at(&self, after: Micros) -> Option<Micros> {
-        self.gate.hurry_since().map(|since| since + after)
+    pub fn confirm_at(&self, after: Micros, now: Micros) -> Option<Micros> {
+        self.gate.hurries().then(|| self.gate.since(now) + after)
+    }
+
+    /// Whether the next request is to confirm the last value.
+    pub fn is_to_confirm(&self) -> bool {
+        self.gate.hurries()
+    }
+
+    /// Nothing is to be confirmed out of turn any more.
+    pub fn relax(&mut self) {
+        self.gate.relax();
+    }
+
+    /// Nobody has answered for long: what was heard before confirms nothing and foretells nothing.
+    pub fn lose_track(&mut self) {
+        self.gate.forget();
+        self.phase = Phase::default();
     }
 
     /// Something was wrong with what was heard: the next value is not believed at once.
@@ -130,7 +155,13 @@ impl Slot {
 
     /// A reading ended at `at`: with what the sensor says (`fresh`: it has measured anew), or with the reason why it says
     /// nothing. `resolution` is that of the sensor, in µ°. Returns whether this is to be published.
-    pub fn settle(&mut self, result: Result<Sample, Status>, at: Micros, fresh: bool, resolution: u32) -> bool {
+    pub fn settle(
+        &mut self,
+        result: Result<Sample, Status>,
+        at: Micros,
+        fresh: bool,
+        resolution: u32,
+    ) -> bool {
         match result {
             Ok(sample) => {
                 let Some(status) = self.judge(sample.angle, at, resolution) else { return false };
@@ -153,7 +184,7 @@ impl Slot {
         if !self.config.confirm {
             return Some(Status::Ok);
         }
-        let last = self.measured.map(|measured| (self.raw, measured));
+        let last = self.measured().map(|measured| (self.raw, measured));
         let life = LEAST_LIFE.max(self.config.stale_after.into());
         let demands = Demands { resolution, max_rate: self.config.max_rate, life };
         match self.gate.judge(raw, at, last, &demands) {
@@ -166,10 +197,10 @@ impl Slot {
     fn accept(&mut self, sample: Sample, at: Micros, fresh: bool) {
         self.digest();
         // A value is new, too, if the one that it confirms was.
-        self.fresh = fresh || sample.angle != self.raw || self.motion.at.is_none();
-        (self.raw, self.measured) = (sample.angle, Some(at));
-        self.pending = true;
-        self.temperature = sample.temperature;
+        self.fresh = fresh || sample.angle != self.raw || !self.motion.has_begun();
+        self.gap |= self.is_stale(at);
+        (self.raw, self.measured, self.pending) = (sample.angle, at, true);
+        self.temperature = sample.temperature.unwrap_or(NO_TEMPERATURE);
         if let Some(one_g) = sample.one_g {
             let speaks = self.strikes.count(one_g, GRAVITY_STRIKES);
             self.health.set(Health::GRAVITY, speaks);
@@ -181,10 +212,9 @@ impl Slot {
         if !core::mem::take(&mut self.pending) || !self.fresh {
             return;
         }
-        let Some(at) = self.measured else { return };
         let config = &self.config;
         let angle = oriented(self.raw, config.soft_zero, config.direction);
-        let gap = self.motion.at.is_none_or(|before| at.since(before) > config.stale_after.into());
+        let gap = core::mem::take(&mut self.gap);
         if gap {
             self.window.clear();
         }
@@ -196,19 +226,21 @@ impl Slot {
             Filter::Mean(_) => self.window.mean(),
             Filter::Median(_) => self.window.median(),
         };
-        self.motion.take(angle.normalised(config.range), at);
+        self.motion.take(angle.normalised(config.range), self.measured, gap);
     }
 
     /// The last value as the sensor said it, and its rate, if it is *ok* at `now`.
     pub fn sound(&self, now: Micros) -> Option<(Angle, i32)> {
-        let age = now.since(self.measured?);
-        let is_ok = self.status == Status::Ok && age <= self.config.stale_after.into();
-        is_ok.then_some((self.raw, self.motion.rate))
+        (self.status == Status::Ok && !self.is_stale(now)).then_some((self.raw, self.motion.rate))
     }
 
     /// Whether there was no good value for so long that the last one is stale.
     pub fn is_stale(&self, now: Micros) -> bool {
-        self.measured.is_none_or(|at| now.since(at) > self.config.stale_after.into())
+        self.measured().is_none_or(|at| now.since(at) > self.config.stale_after.into())
+    }
+
+    fn measured(&self) -> Option<Micros> {
+        (self.measured != NEVER).then_some(self.measured)
     }
 
     pub fn is(&self, source: &Source) -> bool {
@@ -228,8 +260,8 @@ impl Slot {
             angle: self.motion.angle,
             rate: self.motion.rate,
             turns: self.motion.turns,
-            temperature: self.temperature,
-            measured: self.measured,
+            temperature: (self.temperature != NO_TEMPERATURE).then_some(self.temperature),
+            measured: self.measured(),
             stale_after: self.config.stale_after,
             period: self.config.period,
             report_every: self.config.report_every,

@@ -15,6 +15,7 @@
 use core::sync::atomic::{AtomicU32, Ordering, fence};
 
 use crate::Reading;
+use crate::bits::Bits;
 use crate::config::MAX_SLOTS;
 
 mod words;
@@ -58,7 +59,7 @@ impl Snapshot {
 
     /// The one who publishes. There must be one only: two would mix their generations.
     pub const fn publisher(&self) -> Publisher<'_> {
-        Publisher { snapshot: self, behind: 0 }
+        Publisher { snapshot: self, behind: Bits::EMPTY }
     }
 
     /// What `look` finds in one generation. It may be called more than once; what it found in a generation that was
@@ -108,18 +109,18 @@ impl View<'_> {
 /// The one who publishes.
 pub struct Publisher<'a> {
     snapshot: &'a Snapshot,
-    /// Slots that the buffer to be written next has not got yet, one bit each.
-    behind: u64,
+    /// Slots that the buffer to be written next has not got yet.
+    behind: Bits,
 }
 
 impl Publisher<'_> {
-    /// Publishes a generation in which these slots have changed, one bit each.
-    pub(crate) fn publish(&mut self, changed: u64, read: impl Fn(usize) -> Option<Reading>) {
+    /// Publishes a generation in which these slots have changed.
+    pub(crate) fn publish(&mut self, changed: Bits, read: impl Fn(usize) -> Option<Reading>) {
         let generation = self.snapshot.shown.load(Ordering::Relaxed).wrapping_add(1);
         self.snapshot.begun.store(generation, Ordering::Relaxed);
         fence(Ordering::Release);
         let rows = self.snapshot.buffer(generation);
-        for slot in bits(changed | self.behind) {
+        for slot in changed.or(self.behind).iter() {
             if let (Some(row), Some(reading)) = (rows.get(slot), read(slot)) {
                 row.store(&words::words(&reading));
             }
@@ -127,15 +128,6 @@ impl Publisher<'_> {
         self.snapshot.shown.store(generation, Ordering::Release);
         self.behind = changed;
     }
-}
-
-/// The numbers of the bits that are set, lowest first.
-pub(crate) fn bits(mut set: u64) -> impl Iterator<Item = usize> {
-    core::iter::from_fn(move || {
-        let lowest = set.trailing_zeros();
-        set &= set.wrapping_sub(1);
-        (lowest < u64::BITS).then_some(lowest as usize)
-    })
 }
 
 #[cfg(test)]

@@ -7,10 +7,11 @@ use clino_bus::{Event, Master, Micros, Outcome, Serial, Timing, earliest};
 use clino_commissioning::{Commissionable, Progress};
 
 use crate::Bus;
+use crate::Status;
 use crate::counters::bump16;
 use crate::gateway::Action;
-use crate::polling::{Poll, Polling};
-use crate::slot::Slot;
+use crate::polling::{Asked, Poll, Polling};
+use crate::slot::{Sample, Slot};
 use crate::task::{Lead, Led, News};
 use crate::trace::{Entry, Purpose, Verdict};
 
@@ -34,11 +35,21 @@ pub(crate) struct Ended {
     pub slot: Option<usize>,
 }
 
+/// A reading that went well.
+struct Answered {
+    asked: Asked,
+    result: Result<Sample, Status>,
+    at: Micros,
+    entry: Entry,
+}
+
 pub(crate) struct Traffic<P: Serve> {
     master: Master<P>,
     polling: Polling<P>,
     /// The exchange in hand.
     begun: Entry,
+    /// A reading that went well. What it says can wait until the next request is on its way.
+    answer: Option<Answered>,
     work: Option<P::Work>,
     /// Not fetched yet; the task waits until it is.
     news: Option<News>,
@@ -50,11 +61,12 @@ pub(crate) struct Traffic<P: Serve> {
 }
 
 impl<P: Serve> Traffic<P> {
-    pub fn new(timing: Timing) -> Self {
+    pub fn new(timing: Timing, slots: &[Slot]) -> Self {
         Traffic {
             master: Master::new(timing),
-            polling: Polling::new(),
+            polling: Polling::new(slots),
             begun: Entry::begun(Micros::ZERO, P::BUS, (0, 0), Purpose::Task),
+            answer: None,
             work: None,
             news: None,
             pending: None,
@@ -100,8 +112,9 @@ impl<P: Serve> Traffic<P> {
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
-    pub fn forget(&mut self, slot: usize) {
-        self.polling.forget(slot);
+    pub fn forget(&mut self, index: usize, slot: &Slot) {
+        self.answer.take_if(|answer| answer.asked.slot == index);
+        self.polling.forget(index, slot);
     }
 
     /// Takes an event of the line. Returns the exchange that it has ended.
@@ -115,16 +128,25 @@ impl<P: Serve> Traffic<P> {
     }
 
     /// Lets time pass. Returns the exchange that is over.
-    pub fn poll(&mut self, now: Micros, slots: &mut [Slot], mut port: impl FnMut(Action<'_>)) -> Option<Ended> {
+    pub fn poll(
+        &mut self,
+        now: Micros,
+        slots: &mut [Slot],
+        mut port: impl FnMut(Action<'_>),
+    ) -> Option<Ended> {
         let outcome = self.master.poll(now);
-        let ended = self.settle(outcome, slots);
+        let over = self.settle(outcome, slots);
         if !self.master.is_asking() {
             self.begin_next(now, slots, &mut port);
         }
+        let answered = self.answer.take().map(|answer| Ended {
+            entry: answer.entry,
+            slot: self.polling.take(&answer.asked, answer.result, answer.at, slots),
+        });
         if let Some(node) = self.master.take_late() {
             count(slots, P::BUS, node, |slot| &mut slot.counters.late);
         }
-        ended
+        answered.or(over)
     }
 
     /// Whoever's turn it is may begin an exchange.
@@ -172,12 +194,17 @@ impl<P: Serve> Traffic<P> {
     fn settle(&mut self, outcome: Option<Outcome<P>>, slots: &mut [Slot]) -> Option<Ended> {
         let outcome = outcome?;
         let entry = self.begun.ended(outcome.at, Verdict::of(&outcome.result));
-        let slot = match &mut self.work {
-            Some(work) if P::led_ref(work).is_asking() => {
+        let slot = match (&mut self.work, &outcome.result) {
+            (Some(work), _) if P::led_ref(work).is_asking() => {
                 self.news = P::led(work).settle(outcome);
                 None
             }
-            _ => self.polling.settle(&self.master, &outcome, slots),
+            (_, Ok(answer)) => {
+                let (asked, result) = self.polling.end(answer, slots)?;
+                self.answer = Some(Answered { asked, result, at: outcome.at, entry });
+                return None;
+            }
+            (_, Err(fault)) => self.polling.fail(&self.master, fault, outcome.at, slots),
         };
         Some(Ended { entry, slot })
     }

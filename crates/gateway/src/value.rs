@@ -10,6 +10,8 @@ use crate::{Source, Span};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Status {
+    /// The slot is switched off.
+    Disabled,
     /// Nothing was read since reset.
     #[default]
     NeverRead,
@@ -37,13 +39,12 @@ pub enum Status {
     StuckHigh,
     /// The PWM period is not that of an ISU.
     BadPeriod,
-    /// The slot is switched off.
-    Disabled,
 }
 
 impl Status {
     /// All of them, in the order of their numbers.
     pub const ALL: [Status; 14] = [
+        Status::Disabled,
         Status::NeverRead,
         Status::Ok,
         Status::Stale,
@@ -57,7 +58,6 @@ impl Status {
         Status::StuckLow,
         Status::StuckHigh,
         Status::BadPeriod,
-        Status::Disabled,
     ];
 
     /// The name used in every text interface.

@@ -1,8 +1,8 @@
 //! JSON lines in, JSON lines out.
 
 use clino_bus::Micros;
-use clino_gateway::Span;
 use clino_gateway::Source;
+use clino_gateway::Span;
 use clino_gateway::order::Order;
 
 use crate::desk::Desk;

@@ -6,8 +6,9 @@
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
 
-use super::{Gateway, bit};
+use super::Gateway;
 use crate::health::Health;
+use crate::maths::step;
 
 /// PWM cycles of 33 ms: 1.6 s, three refreshes.
 const STRIKES: u8 = 48;
@@ -37,11 +38,11 @@ impl Gateway {
         let speaks = slot.strikes.count(fits, STRIKES);
         if slot.health.has(Health::DISAGREES) != speaks {
             slot.health.set(Health::DISAGREES, speaks);
-            self.changed |= bit(index);
+            self.changed.set(index, true);
         }
     }
 }
 
 fn is_close(one: Angle, other: Angle, tolerance: u32) -> bool {
-    one.difference(other).udeg().unsigned_abs() <= tolerance
+    step(one, other).unsigned_abs() <= tolerance
 }

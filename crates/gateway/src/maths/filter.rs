@@ -6,6 +6,8 @@
 
 use clino_codec::angle::Angle;
 
+use super::step;
+
 /// Most angles a window keeps.
 pub(crate) const MOST_SAMPLES: usize = 8;
 
@@ -59,7 +61,7 @@ impl Window {
     fn offsets(&self) -> impl Iterator<Item = i32> {
         let newest = self.newest();
         let kept = self.samples.iter().take(self.filled.into());
-        kept.map(move |angle| angle.difference(newest).udeg())
+        kept.map(move |angle| step(newest, *angle))
     }
 
     fn newest(&self) -> Angle {
@@ -67,8 +69,7 @@ impl Window {
     }
 
     fn off_newest(&self, offset: i32) -> Angle {
-        let from = Angle::from_udeg(offset.saturating_neg());
-        self.newest().difference(from)
+        Angle::from_udeg(step(Angle::from_udeg(offset.saturating_neg()), self.newest()))
     }
 }
 

@@ -6,6 +6,9 @@
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
 
+use super::step;
+use crate::stamp::Stamp;
+
 /// Micro-degrees in half a turn, and in a whole one.
 const HALF_TURN: i32 = 180_000_000;
 /// Micro-degrees a microsecond to millidegrees a second.
@@ -16,20 +19,20 @@ const MDEG_PER_S: i64 = 1_000;
 pub(crate) struct Motion {
     /// In the output range of the slot.
     pub angle: Angle,
-    /// When it was measured; `None` before the first.
-    pub at: Option<Micros>,
     /// In 0.001°/s.
     pub rate: i32,
     /// Whole turns since the first angle; wraps.
     pub turns: i32,
+    at: Stamp,
+    begun: bool,
 }
 
 impl Motion {
-    /// Takes the next angle, of the same output range.
-    pub fn take(&mut self, angle: Angle, at: Micros) {
-        if let Some(before) = self.at {
-            let step = angle.difference(self.angle).udeg();
-            self.rate = rate(step, at.since(before));
+    /// Takes the next angle, of the same output range. After a `gap` there is no rate.
+    pub fn take(&mut self, angle: Angle, at: Micros, gap: bool) {
+        if self.begun {
+            let step = step(self.angle, angle);
+            self.rate = if gap { 0 } else { rate(step, at.since(self.at.near(at))) };
             // The direct way differs from the shorter one by a turn when the seam lies between.
             let direct = angle.udeg().saturating_sub(self.angle.udeg());
             let across = i64::from(step).saturating_sub(direct.into());
@@ -39,7 +42,12 @@ impl Motion {
                 _ => 0,
             });
         }
-        (self.angle, self.at) = (angle, Some(at));
+        (self.angle, self.at, self.begun) = (angle, Stamp::of(at), true);
+    }
+
+    /// Whether there was an angle.
+    pub fn has_begun(&self) -> bool {
+        self.begun
     }
 }
 

@@ -91,7 +91,9 @@ pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
 
 fn source(kind: u8, part: u8, address: u8) -> Source {
     let source = match kind {
-        T7 => t7_axis(part).zip(t7::Address::of_request(address)).map(|(axis, address)| Source::T7 { address, axis }),
+        T7 => t7_axis(part)
+            .zip(t7::Address::of_request(address))
+            .map(|(axis, address)| Source::T7 { address, axis }),
         ISU => isu::Address::new(address).map(|address| Source::Isu { address }),
         PWM if part == 0 => Some(Source::Pwm { input: PwmInput::Pwm1 }),
         PWM => Some(Source::Pwm { input: PwmInput::Pwm2 }),
