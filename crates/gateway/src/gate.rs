@@ -2,14 +2,14 @@
 //!
 //! One damaged frame in a few hundred passes its 8-bit sum. Two that say the same are 10 000 times rarer and more, as
 //! long as what damaged the first is over before the second. So that value is held back which is worth nothing so far:
-//! the first one, one after a line error, and a jump. It is asked for again after [`Poll::CONFIRM_AFTER`], once, in
+//! the first one, one after a line error, and a jump. It is asked for again after [`CONFIRM_AFTER`], once, in
 //! another way where the sensor has one, and from then on with every reading, until two in a row agree. Meanwhile the slot
 //! keeps its last value, which grows old, or its last error; it turns *suspect* when two have disagreed.
 //!
 //! Two values agree if they differ by no more than the sensor's resolution and what it may have moved in between. Silence
 //! is no line error: nothing was heard that could be wrong.
 //!
-//! [`Poll::CONFIRM_AFTER`]: crate::polling::Poll::CONFIRM_AFTER
+//! [`CONFIRM_AFTER`]: crate::agenda::CONFIRM_AFTER
 
 use clino_bus::Micros;
 use clino_codec::angle::Angle;

@@ -19,6 +19,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod agenda;
 mod bits;
 pub mod config;
 mod counters;

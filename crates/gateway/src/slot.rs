@@ -7,11 +7,12 @@ use clino_bus::Micros;
 use clino_codec::angle::Angle;
 
 use crate::config::Filter;
-use crate::counters::{SlotCounters, bump16};
+use crate::counters::{SlotCounters, bump16, bump32};
 use crate::gate::{Demands, Gate, Verdict};
 use crate::health::{Health, Link, Strikes};
 use crate::maths::{Motion, Window, oriented};
 use crate::phase::Phase;
+use crate::trace::Purpose;
 use crate::{Reading, SlotConfig, Source, Status};
 
 mod follow;
@@ -146,8 +147,26 @@ impl Slot {
         self.gate.shake();
     }
 
-    /// A request of this slot ended, well or not.
-    pub fn note_link(&mut self, failed: bool) {
+    /// A whole, checked answer came, `response` after the request; whether it has a value is another matter.
+    pub fn note_answer(&mut self, response: Micros, purpose: Purpose, has_value: bool) {
+        self.counters.answered(response);
+        self.note_link(false);
+        if !has_value {
+            bump16(&mut self.counters.refused);
+        } else if purpose != Purpose::Retry {
+            bump32(&mut self.counters.first_try);
+        }
+    }
+
+    /// A request of this slot failed; `damaged` is what was heard then, if something was.
+    pub fn note_damage(&mut self, damaged: bool) {
+        self.note_link(damaged);
+        if damaged {
+            self.gate.shake();
+        }
+    }
+
+    fn note_link(&mut self, failed: bool) {
         if let Some(noisy) = self.link.count(failed) {
             self.health.set(Health::NOISY, noisy);
         }

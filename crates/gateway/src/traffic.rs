@@ -8,9 +8,10 @@ use clino_commissioning::{Commissionable, Progress};
 
 use crate::Bus;
 use crate::Status;
+use crate::agenda::Asked;
 use crate::counters::bump16;
 use crate::gateway::Action;
-use crate::polling::{Asked, Poll, Polling};
+use crate::polling::{Poll, Polling};
 use crate::slot::{Sample, Slot};
 use crate::task::{Lead, Led, News};
 use crate::trace::{Entry, Purpose, Verdict};
@@ -121,7 +122,7 @@ impl<P: Serve> Traffic<P> {
     pub fn on(&mut self, event: Event, slots: &mut [Slot]) -> Option<Ended> {
         let outcome = self.master.on(event);
         if let Event::Released { at } = event {
-            self.polling.look_ahead(&self.master, at, slots);
+            self.polling.look_ahead(at, slots);
         }
         self.polling.look_again();
         self.settle(outcome, slots)
@@ -141,7 +142,7 @@ impl<P: Serve> Traffic<P> {
         }
         let answered = self.answer.take().map(|answer| Ended {
             entry: answer.entry,
-            slot: self.polling.take(&answer.asked, answer.result, answer.at, slots),
+            slot: self.polling.take(&self.master, &answer.asked, answer.result, answer.at, slots),
         });
         if let Some(node) = self.master.take_late() {
             count(slots, P::BUS, node, |slot| &mut slot.counters.late);

@@ -7,6 +7,7 @@ use clino_bus::{Isu, Micros};
 use clino_codec::isu::{Address, Answer, DecodeError, Request, Response};
 
 use super::Poll;
+use crate::agenda::Asked;
 use crate::slot::{Sample, Slot};
 use crate::{Bus, SlotConfig, Source, Status};
 
@@ -15,7 +16,6 @@ impl Poll for Isu {
     /// Half. A probe takes 58 ms, so that 13 dead ISUs are each probed every 1.5 s; a living one reads its new angle by
     /// that much later.
     const PROBE_SHARE: u64 = 2;
-    const CONFIRM_AFTER: Micros = Micros::from_millis(20);
     /// 0.05°: nine steps of 360/65536°.
     const RESOLUTION: u32 = 50_000;
 
@@ -38,9 +38,9 @@ impl Poll for Isu {
         Status::BadAnswer
     }
 
-    fn note(slot: &mut Slot, sample: &Sample, since: Micros, released: Micros, at: Micros) -> bool {
-        let fresh = slot.phase.read(sample.angle.udeg(), released, at);
-        if let Some(next) = slot.phase.next(since, slot.config.period()) {
+    fn note(slot: &mut Slot, sample: &Sample, asked: &Asked, at: Micros) -> bool {
+        let fresh = slot.phase.read(sample.angle.udeg(), asked.released, at);
+        if let Some(next) = slot.phase.next(asked.since, slot.config.period()) {
             slot.due = next;
         }
         fresh

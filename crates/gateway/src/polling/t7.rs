@@ -7,6 +7,7 @@ use clino_bus::{Micros, T7};
 use clino_codec::t7::{Address, Answer, DecodeError, Field, Request, Response};
 
 use super::Poll;
+use crate::agenda::Asked;
 use crate::config::Ask;
 use crate::health::is_one_g;
 use crate::slot::{Sample, Slot};
@@ -16,7 +17,6 @@ impl Poll for T7 {
     const BUS: Bus = Bus::T7;
     /// 7 %. A dead T7, 2.5 ms a probe, is probed every 37 ms if it is alone, every 1.2 s if it is one of 31.
     const PROBE_SHARE: u64 = 15;
-    const CONFIRM_AFTER: Micros = Micros::from_millis(20);
     /// 0.05°: half of its accuracy.
     const RESOLUTION: u32 = 50_000;
 
@@ -54,7 +54,7 @@ impl Poll for T7 {
     }
 
     /// It measures all the time.
-    fn note(_: &mut Slot, _: &Sample, _: Micros, _: Micros, _: Micros) -> bool {
+    fn note(_: &mut Slot, _: &Sample, _: &Asked, _: Micros) -> bool {
         true
     }
 
