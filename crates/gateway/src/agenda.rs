@@ -8,7 +8,7 @@
 //! *Dead nodes.* A node that has not answered [`DEAD_AFTER`] readings in a row is taken for dead. Dead nodes are probed
 //! one after another, without retries, each after a pause that grows by a [part](PAUSE_GROWS) with every probe, up to
 //! [`LONGEST_PAUSE_MS`]: exponential back-off. Together they get one part of the bus ([`Agenda::new`]), however many there
-//! are; the others keep the rest. A node that is back is found within 2 s.
+//! are, and the time in which nobody else is due; the others keep the rest. A node that is back is found within 2 s.
 //!
 //! *Time.* Looking through all slots takes longer than the bus should wait between two exchanges. So it is done while an
 //! answer is awaited ([`Agenda::look_ahead`]), and again only if that exchange does not end well.
@@ -51,8 +51,10 @@ pub(crate) struct Agenda {
     ahead: Option<usize>,
     /// Dead nodes together get one part in so many of the bus.
     probe_share: u64,
-    /// No dead node is asked before this.
+    /// No dead node is asked before this, unless nobody else is due.
     probe_at: Micros,
+    /// What the last probe took.
+    probe_took: Micros,
     /// Nothing is to be asked before this. Found by looking through all slots, which is not done for every character
     /// that comes in.
     idle_until: Micros,
@@ -66,6 +68,7 @@ impl Agenda {
             ahead: None,
             probe_share,
             probe_at: Micros::ZERO,
+            probe_took: Micros::ZERO,
             idle_until: Micros::ZERO,
         }
     }
@@ -158,17 +161,23 @@ impl Agenda {
         ask_at: &dyn Fn(&Slot) -> Option<Micros>,
     ) -> Option<(Micros, usize)> {
         let mut soonest: Option<(Micros, Micros, usize)> = None;
-        for (index, slot) in self.mine(slots) {
-            let (due, free) = (due(slot, now), self.free(slot, now));
-            let beaten =
-                |at| soonest.is_some_and(|(other_at, other_due, _)| (other_at, other_due) <= (at, due));
-            // The master is asked only about those that would be first if it had nothing against it.
-            if !beaten(free.max(now))
-                && let Some(at) = ask_at(slot).map(|ask_at| free.max(ask_at).max(now))
-                && !beaten(at)
-            {
-                soonest = Some((at, due, index));
+        let mut next_living = NEVER;
+        for dead in [false, true] {
+            for (index, slot) in self.mine(slots).filter(|(_, slot)| is_dead(slot) == dead) {
+                let due = due(slot, now);
+                let disturbs = due.max(now) + self.probe_took > next_living;
+                let free = if dead && disturbs { due.max(self.probe_at) } else { due };
+                let beaten =
+                    |at| soonest.is_some_and(|(other_at, other_due, _)| (other_at, other_due) <= (at, due));
+                // The master is asked only about those that would be first if it had nothing against it.
+                if !beaten(free.max(now))
+                    && let Some(at) = ask_at(slot).map(|ask_at| free.max(ask_at).max(now))
+                    && !beaten(at)
+                {
+                    soonest = Some((at, due, index));
+                }
             }
+            next_living = soonest.map_or(NEVER, |(at, _, _)| at);
         }
         soonest.map(|(at, _, index)| (at, index))
     }
@@ -193,7 +202,8 @@ impl Agenda {
         slot.lose_track();
         if was_dead {
             let others = self.probe_share.saturating_sub(1);
-            self.probe_at = at + at.since(asked.since).times(others);
+            self.probe_took = at.since(asked.since);
+            self.probe_at = at + self.probe_took.times(others);
             let grown = slot.pause_ms.saturating_add(slot.pause_ms / PAUSE_GROWS).saturating_add(1);
             slot.pause_ms = grown.min(LONGEST_PAUSE_MS);
             slot.due = slot.due.max(at + Micros::from_millis(slot.pause_ms.into()));

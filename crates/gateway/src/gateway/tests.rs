@@ -10,7 +10,12 @@ use clino_codec::{isu, t7};
 use proptest::prelude::*;
 use std::vec::Vec;
 
+mod campaign;
+mod checks;
 mod dead;
+mod refresh;
+mod schedule;
+mod world;
 
 const T7_PERIOD: Span = Span::from_millis(20);
 const ISU_PERIOD: Span = Span::from_millis(266);

@@ -32,8 +32,8 @@ fn reading(slot: u8, n: u32) -> Reading {
         angle: Angle::from_udeg(n as i32),
         rate: -3 * n as i32,
         turns: n as i32 / 7,
-        temperature: (n % 7 != 0).then_some(-(n as i16)),
-        measured: (n % 11 != 0).then_some(Micros(u64::from(n) * 0x1_0000_0001)),
+        temperature: (!n.is_multiple_of(7)).then_some(-(n as i16)),
+        measured: (!n.is_multiple_of(11)).then_some(Micros(u64::from(n) * 0x1_0000_0001)),
         stale_after: Span::from_micros(n + 1),
         period: Span::from_micros(n + 2),
         report_every: Span::from_micros(n + 3),
@@ -78,7 +78,10 @@ fn an_empty_snapshot_has_empty_slots() {
     let snapshot = Snapshot::new();
     for slot in 0..MAX_SLOTS {
         let reading = snapshot.read(|view| view.reading(slot)).unwrap();
-        assert_eq!((reading.source, reading.status(Micros(0)), reading.age(Micros(0))), (Source::Off, Status::Disabled, None));
+        assert_eq!(
+            (reading.source, reading.status(Micros(0)), reading.age(Micros(0))),
+            (Source::Off, Status::Disabled, None)
+        );
     }
     assert_eq!(snapshot.read(|view| view.reading(MAX_SLOTS)), None);
 }
