@@ -9,7 +9,7 @@ use clino_bus::{Event, Micros, earliest};
 use clino_console::BusState;
 use clino_gateway::order::Order;
 use clino_gateway::task::News;
-use clino_gateway::{Action, Bus, Capture, Gateway, PwmInput};
+use clino_gateway::{Action, Bus, Capture, Gateway, Publisher, PwmInput};
 use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
 use critical_section::Mutex;
@@ -34,6 +34,7 @@ struct BusLevel {
     inbox: Inbox,
     news: Producer<'static, News>,
     gateway: Gateway,
+    snapshot: Publisher<'static>,
     statistics_due: Micros,
 }
 
@@ -42,7 +43,9 @@ static HANDOVER: Mutex<Cell<Option<&'static mut BusLevel>>> = Mutex::new(Cell::n
 
 /// Makes the bus level ready to run; it does once its interrupt is let in.
 pub fn start(inbox: Inbox, news: Producer<'static, News>, gateway: Gateway) {
-    let level = singleton!(: BusLevel = BusLevel { inbox, news, gateway, statistics_due: Micros::ZERO });
+    let snapshot = shared::SNAPSHOT.publisher();
+    let level =
+        singleton!(: BusLevel = BusLevel { inbox, news, gateway, snapshot, statistics_due: Micros::ZERO });
     critical_section::with(|cs| HANDOVER.borrow(cs).set(level));
     wake();
 }
@@ -119,8 +122,8 @@ impl BusLevel {
         {
             self.tell(news);
         }
-        while let Some(reading) = self.gateway.next_changed() {
-            shared::publish(reading);
+        if self.gateway.publish(&mut self.snapshot) {
+            shared::note_work();
         }
         if now >= self.statistics_due {
             self.statistics_due = now + params::PUBLISH_EVERY;

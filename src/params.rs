@@ -43,7 +43,7 @@ pub const PUBLISH_EVERY: Micros = Micros::from_millis(100);
 
 /// A PWM input without a cycle for this long has no signal: two and a half nominal periods, so that one lost
 /// cycle is not yet a fault.
-pub const PWM_NO_SIGNAL: Micros = Micros(PWM_PERIOD.0 * 5 / 2);
+pub const PWM_NO_SIGNAL: Micros = Micros(PWM_PERIOD.as_micros() as u64 * 5 / 2);
 
 /// Input filter of the capture timers: TIMx_CCMR1.ICxF = 15, eight equal samples at f_DTS/32, which is 3.0 µs at
 /// 84 MHz (RM0090 section 18.4.7). Both edges are delayed alike, so the duty cycle is not.

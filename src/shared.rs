@@ -1,36 +1,24 @@
-//! What the bus level publishes and the people level reads: the last reading of every slot, the state of
-//! every bus, and a note that something has changed.
+//! What the bus level publishes and the people level reads: the snapshot of all slots, the state of every bus, and a
+//! note that something has changed.
 //!
-//! Everything is copied whole, one reading to a critical section: no reader sees half a reading, and no interrupt
-//! waits for more than one copy.
+//! The snapshot needs no lock. The state of a bus is copied whole, in a critical section: no interrupt waits for more than
+//! one copy.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use clino_console::BusState;
-use clino_gateway::{Bus, MAX_SLOTS, Reading};
+use clino_gateway::{Bus, Reading, Snapshot};
 use critical_section::Mutex;
-use heapless::Vec;
 
 /// The buses.
 pub const BUSES: [Bus; 2] = [Bus::T7, Bus::Isu];
 
-static READINGS: Mutex<RefCell<Vec<Reading, MAX_SLOTS>>> = Mutex::new(RefCell::new(Vec::new()));
+/// All slots at one instant. The bus level has its publisher.
+pub static SNAPSHOT: Snapshot = Snapshot::new();
 static BUS_STATES: Mutex<RefCell<[Option<BusState>; BUSES.len()]>> =
     Mutex::new(RefCell::new([None; BUSES.len()]));
 static WORK: AtomicBool = AtomicBool::new(true);
-
-/// Replaces the reading of its slot. Slots are published in order at first.
-pub fn publish(reading: Reading) {
-    critical_section::with(|cs| {
-        let mut readings = READINGS.borrow_ref_mut(cs);
-        match readings.get_mut(usize::from(reading.slot)) {
-            Some(place) => *place = reading,
-            None => _ = readings.push(reading),
-        }
-    });
-    note_work();
-}
 
 /// Replaces what is known of a bus.
 pub fn publish_bus(bus: Bus, state: BusState) {
@@ -39,7 +27,7 @@ pub fn publish_bus(bus: Bus, state: BusState) {
 
 /// The last reading of a slot.
 pub fn reading(slot: usize) -> Option<Reading> {
-    critical_section::with(|cs| READINGS.borrow_ref(cs).get(slot).copied())
+    SNAPSHOT.read(|view| view.reading(slot))
 }
 
 /// What is known of a bus.

@@ -87,6 +87,8 @@ pub struct Master<P: Protocol> {
     habits: Habits,
     slack: Slack,
     counters: Counters,
+    /// Of the last late answer, until somebody asks.
+    late_node: Option<u8>,
 }
 
 impl<P: Protocol> Master<P> {
@@ -101,7 +103,13 @@ impl<P: Protocol> Master<P> {
             habits: Habits::default(),
             slack: Slack::default(),
             counters: Counters::default(),
+            late_node: None,
         }
+    }
+
+    /// The node whose answer came late, once for each. To be called at least once for each request.
+    pub fn take_late(&mut self) -> Option<u8> {
+        self.late_node.take()
     }
 
     /// Whether nothing is in hand, and no late answer to the last request can come any more.

@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Write};
 
-use clino_gateway::order::{Order, Refusal};
+use clino_gateway::order::{self, Order, Refusal};
 use clino_gateway::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source, json};
 
 use clino_bus::{Micros, Serial, Timing, line};
@@ -60,11 +60,11 @@ pub fn execute<'a>(
         Typed::Slot { slot, kind, address, axis, period, retries, stale } => {
             let mut config = SlotConfig::usual(source(kind, address, axis)?);
             if let Some(ms) = period {
-                config.period = Micros::from_millis(ms);
+                config.period = order::period(ms)?;
             }
             config.retries = retries.unwrap_or(config.retries);
             if let Some(ms) = stale {
-                config.stale_after = Micros::from_millis(ms);
+                config.stale_after = order::stale_after(ms)?;
             }
             host.order(Order::Slot { slot, config })?;
             done(audience, out)?;

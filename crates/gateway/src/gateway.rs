@@ -5,12 +5,18 @@ use clino_codec::pwm::{self, Ticks};
 use clino_commissioning::Progress;
 use heapless::Vec;
 
+use crate::bits::Bits;
 use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
+use crate::counters::SlotCounters;
 use crate::order::{Order, Refusal};
-use crate::slot::Slot;
+use crate::slot::{Sample, Slot};
+use crate::snapshot::Publisher;
 use crate::task::{self, News};
-use crate::traffic::Traffic;
+use crate::trace::Trace;
+use crate::traffic::{Ended, Traffic};
 use crate::value::{Reading, Status};
+
+mod partners;
 
 /// What a timer input saw. Raw: the law that makes an angle of it is the codec's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,52 +48,84 @@ pub struct Gateway {
     isu: Traffic<Isu>,
     pwm: pwm::Limits,
     lost_edges: u32,
-    /// A slot may have changed.
-    changed: bool,
+    /// Slots that have changed since they were last fetched.
+    changed: Bits,
+    /// Slots that read a PWM input.
+    listening: Bits,
+    trace: Trace,
 }
+
+/// Two PWM cycles this close are the same, in µ°: two steps of 4.34 µs.
+const PWM_RESOLUTION: u32 = 180_000;
 
 impl Gateway {
     /// A gateway that has read nothing yet. Entries of `table` beyond [`MAX_SLOTS`] are left out.
     pub fn new(table: &[SlotConfig], t7: Timing, isu: Timing, pwm: pwm::Limits) -> Gateway {
         let unused = core::iter::repeat(SlotConfig::OFF);
+        let slots: Vec<Slot, MAX_SLOTS> =
+            table.iter().copied().chain(unused).take(MAX_SLOTS).map(Slot::new).collect();
         Gateway {
-            slots: table.iter().copied().chain(unused).take(MAX_SLOTS).map(Slot::new).collect(),
-            t7: Traffic::new(t7),
-            isu: Traffic::new(isu),
+            t7: Traffic::new(t7, &slots),
+            isu: Traffic::new(isu, &slots),
+            listening: Bits::of(&slots, listens),
+            // The others are empty, as everybody supposes.
+            changed: Bits::first(table.len().min(MAX_SLOTS)),
+            slots,
             pwm,
             lost_edges: 0,
-            changed: true,
+            trace: Trace::new(),
         }
     }
 
     /// Takes an event of a bus's line.
     pub fn line(&mut self, bus: Bus, event: Event) {
-        self.changed |= match bus {
+        let ended = match bus {
             Bus::T7 => self.t7.on(event, &mut self.slots),
             Bus::Isu => self.isu.on(event, &mut self.slots),
         };
+        self.note(ended);
+    }
+
+    fn note(&mut self, ended: Option<Ended>) {
+        let Some(Ended { entry, slot }) = ended else { return };
+        self.trace.push(entry);
+        if let Some(slot) = slot {
+            self.changed.set(slot, true);
+        }
     }
 
     /// Takes what a timer input saw at `now`.
     pub fn pwm(&mut self, input: PwmInput, capture: Capture, now: Micros) {
         let result = match capture {
             Capture::Cycle(ticks) => pwm::measure(ticks, &self.pwm, pwm::Law::Documented)
-                .map(|reading| reading.angle)
+                .map(|reading| Sample::new(reading.angle))
                 .map_err(|fault| match fault {
                     pwm::PwmFault::Period { .. } => Status::BadPeriod,
                     _ => Status::OutOfRange,
                 }),
             Capture::LostEdge => {
                 self.lost_edges = self.lost_edges.wrapping_add(1);
-                return;
+                Err(Status::NoSignal)
             }
             Capture::NoSignal { high: true } => Err(Status::StuckHigh),
             Capture::NoSignal { high: false } => Err(Status::StuckLow),
         };
-        for slot in self.slots.iter_mut().filter(|slot| slot.config.source == Source::Pwm { input }) {
-            slot.settle(result, now);
+        for index in self.listening.iter() {
+            let Some(slot) = self.slots.get_mut(index).filter(|slot| slot.is(&Source::Pwm { input })) else {
+                continue;
+            };
+            // One cycle without its edge is no fault yet.
+            if capture == Capture::LostEdge && !slot.is_stale(now) {
+                continue;
+            }
+            if result.is_err() {
+                slot.shake();
+            }
+            if slot.settle(result, now, true, PWM_RESOLUTION) {
+                self.changed.set(index, true);
+            }
+            self.compare(index, now);
         }
-        self.changed = true;
     }
 
     /// Carries out an order that has passed its [check](Order::check).
@@ -100,9 +138,7 @@ impl Gateway {
                 let index = usize::from(slot);
                 if let Some(place) = self.slots.get_mut(index) {
                     place.set(config);
-                    self.changed = true;
-                    self.t7.forget(index);
-                    self.isu.forget(index);
+                    self.reset(index);
                 }
                 true
             }
@@ -132,14 +168,21 @@ impl Gateway {
     /// What a task has found, or how it ended. A task waits until this has been fetched.
     pub fn news(&mut self) -> Option<News> {
         let news = self.t7.news().or_else(|| self.isu.news())?;
-        for (index, slot) in self.slots.iter_mut().enumerate() {
-            if slot.follow(&news) {
-                self.t7.forget(index);
-                self.isu.forget(index);
-                self.changed = true;
+        for index in 0..self.slots.len() {
+            if self.slots.get_mut(index).is_some_and(|slot| slot.follow(&news)) {
+                self.reset(index);
             }
         }
         Some(news)
+    }
+
+    /// A slot means something else now.
+    fn reset(&mut self, index: usize) {
+        let Some(slot) = self.slots.get(index) else { return };
+        self.t7.forget(index, slot);
+        self.isu.forget(index, slot);
+        self.listening.set(index, listens(slot));
+        self.changed.set(index, true);
     }
 
     /// How far the task on a bus is, if there is one.
@@ -152,10 +195,11 @@ impl Gateway {
 
     /// Lets time pass on a bus; `port` is told what it has to do, in this order.
     pub fn poll(&mut self, bus: Bus, now: Micros, port: impl FnMut(Action<'_>)) {
-        self.changed |= match bus {
+        let ended = match bus {
             Bus::T7 => self.t7.poll(now, &mut self.slots, port),
             Bus::Isu => self.isu.poll(now, &mut self.slots, port),
         };
+        self.note(ended);
     }
 
     /// When [`Gateway::poll`] has something to do on `bus`, if ever.
@@ -166,17 +210,48 @@ impl Gateway {
         }
     }
 
-    /// A reading that has changed since it was last returned here.
+    /// A reading that has changed since it was last returned here, or published.
     pub fn next_changed(&mut self) -> Option<Reading> {
-        if !self.changed {
-            return None;
+        let index = self.changed.iter().next()?;
+        self.changed.set(index, false);
+        self.slots.get_mut(index)?.digest();
+        self.reading(index)
+    }
+
+    /// Publishes the readings that have changed since they were last published or returned, all at once. Returns whether
+    /// there were any.
+    pub fn publish(&mut self, publisher: &mut Publisher<'_>) -> bool {
+        let changed = core::mem::take(&mut self.changed);
+        if changed.is_empty() {
+            return false;
         }
-        let Some((index, slot)) = self.slots.iter_mut().enumerate().find(|(_, slot)| slot.changed) else {
-            self.changed = false;
-            return None;
-        };
-        slot.changed = false;
-        Some(slot.reading(u8::try_from(index).unwrap_or(u8::MAX)))
+        for index in changed.iter() {
+            if let Some(slot) = self.slots.get_mut(index) {
+                slot.digest();
+            }
+        }
+        publisher.publish(changed, |index| self.reading(index));
+        true
+    }
+
+    fn reading(&self, index: usize) -> Option<Reading> {
+        let number = u8::try_from(index).ok()?;
+        self.slots.get(index).map(|slot| slot.reading(number))
+    }
+
+    /// How a slot is set; `None` beyond the last one.
+    pub fn config(&self, slot: usize) -> Option<&SlotConfig> {
+        self.slots.get(slot).map(|slot| &slot.config)
+    }
+
+    /// What happened to a slot since it was set; `None` beyond the last one.
+    pub fn slot_counters(&self, slot: usize) -> Option<&SlotCounters> {
+        self.slots.get(slot).map(|slot| &slot.counters)
+    }
+
+    /// The last transactions of both buses.
+    pub fn trace(&self) -> &Trace {
+        &self.trace
     }
 
     /// What happened on a bus since reset.
@@ -207,6 +282,11 @@ impl Gateway {
     pub fn lost_edges(&self) -> u32 {
         self.lost_edges
     }
+}
+
+/// Whether a slot reads a PWM input.
+fn listens(slot: &Slot) -> bool {
+    slot.config.enabled && matches!(slot.config.source, Source::Pwm { .. })
 }
 
 #[cfg(test)]

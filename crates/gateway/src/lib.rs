@@ -19,18 +19,32 @@
 #[cfg(test)]
 extern crate std;
 
+mod agenda;
+mod bits;
 pub mod config;
+mod counters;
+mod gate;
 mod gateway;
+mod health;
 pub mod json;
+pub mod lint;
+mod maths;
 pub mod order;
+mod phase;
 mod polling;
 mod reporter;
 mod slot;
+mod snapshot;
+mod stamp;
 pub mod task;
+pub mod trace;
 mod traffic;
 mod value;
 
-pub use config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
+pub use config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source, Span};
+pub use counters::SlotCounters;
 pub use gateway::{Action, Capture, Gateway};
+pub use health::Health;
 pub use reporter::Reporter;
+pub use snapshot::{Publisher, Snapshot, View};
 pub use value::{Reading, Status};

@@ -8,7 +8,7 @@ use clino_codec::t7;
 
 use crate::task;
 
-use crate::config::{Bus, MAX_SLOTS, SlotConfig, Source};
+use crate::config::{Bus, Filter, MAX_SLOTS, SlotConfig, Source, Span};
 
 /// Something to be done by the bus level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,8 +70,12 @@ pub enum Refusal {
 pub const T7_BIT_RATES: [u32; 5] = [115_200, 57_600, 38_400, 19_200, 9_600];
 /// The bit rate of an ISU (AN #201 section 4), bit/s.
 pub const ISU_BIT_RATES: [u32; 1] = [9_600];
-/// Longest period and longest age of a good value: an hour.
-pub const LONGEST_PERIOD: Micros = Micros::from_millis(3_600_000);
+/// Longest period: twenty minutes.
+pub const LONGEST_PERIOD: Micros = Micros::from_millis(1_200_000);
+/// Longest age of a good value: an hour, three of the longest periods.
+pub const LONGEST_STALE: Micros = Micros::from_millis(3_600_000);
+/// Longest time allowed for an answer to begin: the only one an ISU's document knows, 400 ms (AN #201 section 4), and room.
+pub const LONGEST_TIMEOUT: Micros = Micros::from_millis(500);
 /// Shortest age at which a value may be called stale: a slower T7 answers within 25 ms.
 pub const SHORTEST_STALE: Micros = Micros::from_millis(10);
 /// Most tries of one reading after the first.
@@ -87,13 +91,11 @@ impl Order {
     pub fn check(&self) -> Result<(), Refusal> {
         match self {
             Order::Slot { slot, config } => {
-                range("slot", u64::from(*slot), 0, MAX_SLOTS.saturating_sub(1) as u64)?;
+                range("slot", u64::from(*slot), 0, LAST_SLOT)?;
                 if config.source == Source::Off {
                     return Ok(());
                 }
-                range("period_us", config.period.0, 0, LONGEST_PERIOD.0)?;
-                range("stale_us", config.stale_after.0, SHORTEST_STALE.0, LONGEST_PERIOD.times(3).0)?;
-                range("retries", u64::from(config.retries), 0, u64::from(MOST_RETRIES))
+                check(config)
             }
             Order::Bus { bus, timing, line } => {
                 bit_rate(*bus, timing.serial)?;
@@ -108,6 +110,42 @@ impl Order {
             Order::Cancel(_) => Ok(()),
         }
     }
+}
+
+/// A period of so many milliseconds.
+///
+/// # Errors
+/// It is longer than [`LONGEST_PERIOD`].
+pub fn period(ms: u32) -> Result<Span, Refusal> {
+    range("period_us", Micros::from_millis(ms).0, 0, LONGEST_PERIOD.0)?;
+    Ok(Span::from_millis(ms))
+}
+
+/// An age of so many milliseconds after which a value is stale.
+///
+/// # Errors
+/// It is shorter than [`SHORTEST_STALE`] or longer than [`LONGEST_STALE`].
+pub fn stale_after(ms: u32) -> Result<Span, Refusal> {
+    range("stale_us", Micros::from_millis(ms).0, SHORTEST_STALE.0, LONGEST_STALE.0)?;
+    Ok(Span::from_millis(ms))
+}
+
+/// The last slot.
+const LAST_SLOT: u64 = MAX_SLOTS.saturating_sub(1) as u64;
+
+/// Whether a slot can be read like this.
+fn check(config: &SlotConfig) -> Result<(), Refusal> {
+    range("period_us", micros(config.period), 0, LONGEST_PERIOD.0)?;
+    range("timeout_us", micros(config.timeout), 0, LONGEST_TIMEOUT.0)?;
+    range("stale_us", micros(config.stale_after), SHORTEST_STALE.0, LONGEST_STALE.0)?;
+    range("report_us", micros(config.report_every), 0, LONGEST_STALE.0)?;
+    range("retries", u64::from(config.retries), 0, u64::from(MOST_RETRIES))?;
+    range("filter_samples", u64::from(config.filter.samples()), 1, u64::from(Filter::MOST))?;
+    range("partner", u64::from(config.partner.unwrap_or(0)), 0, LAST_SLOT)
+}
+
+fn micros(span: Span) -> u64 {
+    span.as_micros().into()
 }
 
 fn range(what: &'static str, value: u64, least: u64, most: u64) -> Result<(), Refusal> {

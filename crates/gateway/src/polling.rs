@@ -1,19 +1,19 @@
-//! The polling of one bus: earliest deadline first, retries, dead nodes, and what an outcome means for the slot.
+//! The polling of one bus: what a slot is asked, and what comes of it. Whose turn it is says `agenda.rs`.
 //!
-//! A slot is asked when it is due and the master can tell its answer from a late one; while it cannot, others are
-//! asked. A failed reading is tried again if that can be done soon.
-//!
-//! A node that has not answered [`DEAD_AFTER`] readings in a row, and not for [`GONE_AFTER`], is taken for dead. Dead
-//! nodes are probed one after another, without retries, and together get [one part](PROBE_SHARE) of the bus: however
-//! many there are, the others keep the rest.
+//! An answer is taken in two steps: [`Polling::end`] while the bus waits for the next request, [`Polling::take`] when that
+//! is on its way. A reading that failed is tried again, if that can be done soon.
 
 use core::marker::PhantomData;
 
-use clino_bus::{Fault, Master, Micros, Outcome, Protocol, Retry};
-use clino_codec::angle::Angle;
+use clino_bus::{Fault, Master, Micros, Protocol, Refusal, Retry};
+use clino_codec::layers::Layer;
 
-use crate::slot::Slot;
-use crate::{Bus, Source, Status};
+use crate::agenda::{Agenda, Asked};
+use crate::bits::Bits;
+use crate::counters::bump32;
+use crate::slot::{Sample, Slot};
+use crate::trace::Purpose;
+use crate::{Bus, SlotConfig, Status};
 
 mod isu;
 mod t7;
@@ -21,170 +21,188 @@ mod t7;
 /// What makes a slot pollable with protocol `P`: the request, and the angle in its answer.
 pub(crate) trait Poll: Protocol {
     const BUS: Bus;
-    fn request(source: &Source) -> Option<(Self::Address, Self::Request)>;
-    fn angle(answer: &Self::Answer) -> Result<Angle, Status>;
+    /// Dead nodes together get one part in so many of the bus.
+    const PROBE_SHARE: u64;
+    /// Two angles this close are the same, in µ°.
+    const RESOLUTION: u32;
+    /// The request that reads a slot. One that confirms differs from the first, if the protocol has two that say the same.
+    fn request(config: &SlotConfig, confirm: bool) -> Option<(Self::Address, Self::Request)>;
+    fn sample(answer: &Self::Answer, config: &SlotConfig) -> Result<Sample, Status>;
     /// What a refused answer says about the slot.
     fn refused(error: &Self::DecodeError) -> Status;
+    /// A good reading ended at `at`: returns whether the sensor has measured anew, and may change when the slot is due.
+    fn note(slot: &mut Slot, sample: &Sample, asked: &Asked, at: Micros) -> bool;
+    /// Address and command in a request.
+    fn named(frame: &[u8]) -> (u8, u8);
 }
 
-/// Readings in a row without any answer after which a node is taken for dead.
-const DEAD_AFTER: u8 = 3;
-/// A node that has answered within this time is not dead, but has perhaps taken noise for the beginning of a long
-/// command: it then takes what is asked for the rest of that, and the more often it is asked the sooner it is back.
-const GONE_AFTER: Micros = Micros::from_millis(1_000);
-/// Dead nodes together get one part in so many of the bus: 7 %. A dead T7, 2.5 ms a probe, is probed every 37 ms if it
-/// is alone, every 1.2 s if it is one of 31.
-const PROBE_SHARE: u64 = 15;
-
 pub(crate) struct Polling<P: Poll> {
-    asked: Option<Asked>,
-    /// No dead node is asked before this.
-    probe_at: Micros,
-    /// Nothing is to be asked before this. Found by looking through all slots, which is not done for every character
-    /// that comes in.
-    idle_until: Micros,
+    agenda: Agenda,
     protocol: PhantomData<P>,
 }
 
-/// Nothing will be to be asked.
-const NEVER: Micros = Micros(u64::MAX);
-
-/// The exchange in hand.
-#[derive(Clone, Copy)]
-struct Asked {
-    slot: usize,
-    since: Micros,
-}
-
 impl<P: Poll> Polling<P> {
-    pub fn new() -> Self {
-        Polling { asked: None, probe_at: Micros::ZERO, idle_until: Micros::ZERO, protocol: PhantomData }
+    pub fn new(slots: &[Slot]) -> Self {
+        let mine = Bits::of(slots, is_mine::<P>);
+        Polling { agenda: Agenda::new(mine, P::PROBE_SHARE), protocol: PhantomData }
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
-    pub fn forget(&mut self, slot: usize) {
-        if self.asked.is_some_and(|asked| asked.slot == slot) {
-            self.asked = None;
-        }
-        self.look_again();
+    pub fn forget(&mut self, index: usize, slot: &Slot) {
+        self.agenda.forget(index, is_mine::<P>(slot));
     }
 
     /// Something has happened that may change what is to be asked, and when.
     pub fn look_again(&mut self) {
-        self.idle_until = Micros::ZERO;
-    }
-
-    /// Begins the next exchange that is due, if one is; returns the frame to submit to the line. To be called while
-    /// the master has none in hand.
-    pub fn next(&mut self, master: &mut Master<P>, now: Micros, slots: &mut [Slot]) -> Option<P::Frame> {
-        if now < self.idle_until {
-            return None;
-        }
-        let soonest = self.soonest(master, now, slots);
-        let index = match soonest {
-            Some((at, index)) if at <= now => index,
-            later => {
-                self.idle_until = later.map_or(NEVER, |(at, _)| at);
-                return None;
-            }
-        };
-        self.look_again();
-        let slot = slots.get_mut(index)?;
-        let (address, request) = P::request(&slot.config.source)?;
-        self.asked = Some(Asked { slot: index, since: now });
-        if slot.tried > 0 {
-            return master.begin_retry(address, &request, now).ok();
-        }
-        slot.book_next(now);
-        master.begin(address, &request, now).ok()
+        self.agenda.look_again();
     }
 
     /// When [`Polling::next`] has something to begin, if ever.
     pub fn poll_at(&self) -> Option<Micros> {
-        (self.idle_until != NEVER).then_some(self.idle_until)
+        self.agenda.poll_at()
     }
 
-    /// The slot that may be asked first, and when; of those that may be asked now, the one that is due for longest.
-    fn soonest(&self, master: &Master<P>, now: Micros, slots: &[Slot]) -> Option<(Micros, usize)> {
-        let mut soonest: Option<(Micros, Micros, usize)> = None;
-        for (index, slot) in pollable::<P>(slots) {
-            let due = due(slot);
-            // Most often one can be asked now that has waited longer; the rest of the look is for when none can.
-            if soonest.is_some_and(|(at, waited_since, _)| at == now && waited_since <= due) {
-                continue;
-            }
-            let free = self.free(slot);
-            let beaten =
-                |at| soonest.is_some_and(|(other_at, other_due, _)| (other_at, other_due) <= (at, due));
-            // The master is asked only about those that would be first if it had nothing against it.
-            if !beaten(free.max(now))
-                && let Some(at) = ask_at(master, slot).map(|ask_at| free.max(ask_at).max(now))
-                && !beaten(at)
-            {
-                soonest = Some((at, due, index));
-            }
+    /// Our last stop bit was out at `at`; there is time to see who is next.
+    pub fn look_ahead(&mut self, at: Micros, slots: &[Slot]) {
+        self.agenda.look_ahead(at, slots);
+    }
+
+    /// Begins the next exchange that is due, if one is; returns the frame to submit to the line, and why. To be called
+    /// while the master has none in hand.
+    pub fn next(
+        &mut self,
+        master: &mut Master<P>,
+        now: Micros,
+        slots: &mut [Slot],
+    ) -> Option<(P::Frame, Purpose)> {
+        let index = self.agenda.next(now, slots, &|slot| ask_at(master, slot))?;
+        let slot = slots.get_mut(index)?;
+        let (address, request) = request::<P>(slot)?;
+        let purpose = purpose(slot);
+        if purpose != Purpose::Retry && slot.due <= now {
+            slot.book_next(now);
         }
-        soonest.map(|(at, _, index)| (at, index))
-    }
-
-    /// When the slot may be asked: when it is due, and there is time for dead nodes if it is one.
-    fn free(&self, slot: &Slot) -> Micros {
-        if slot.dead { due(slot).max(self.probe_at) } else { due(slot) }
-    }
-
-    /// Takes the outcome of an exchange that was begun here.
-    pub fn settle(&mut self, master: &Master<P>, outcome: Outcome<P>, slots: &mut [Slot]) {
-        let Outcome { result, at } = outcome;
-        self.look_again();
-        let Some(Asked { slot, since }) = self.asked.take() else { return };
-        let Some(slot) = slots.get_mut(slot) else { return };
-        let dead = slot.dead;
-        let result = match &result {
-            Ok(answer) => P::angle(answer),
-            Err(fault) => {
-                let retry = if dead { Retry::NEVER } else { Retry::times(slot.config.retries) };
-                slot.tried = slot.tried.saturating_add(1);
-                let request = P::request(&slot.config.source);
-                let again = request.and_then(|(address, request)| {
-                    let after = retry.after::<P>(slot.tried, &request, fault, at)?;
-                    Some(master.ask_at(address, &request)?.max(after))
-                });
-                // A retry that would be late for half of the next reading's period is left to that reading.
-                if again.is_some_and(|again| again <= slot.due + half(slot.config.period)) {
-                    return;
-                }
-                Err(status_of::<P>(fault))
-            }
+        let frame = match purpose {
+            Purpose::Retry => master.begin_retry(address, &request, now),
+            _ => master.begin(address, &request, now),
         };
-        slot.tried = 0;
-        slot.silent = if result == Err(Status::NoAnswer) { slot.silent.saturating_add(1) } else { 0 };
-        slot.dead =
-            slot.silent >= DEAD_AFTER && slot.last_read().is_none_or(|read| at.since(read) >= GONE_AFTER);
-        if dead && slot.dead {
-            self.probe_at = at + at.since(since).times(PROBE_SHARE.saturating_sub(1));
+        let frame = frame.ok()?;
+        if slot.config.timeout.as_micros() > 0 {
+            master.allow(slot.config.timeout.into());
         }
-        slot.settle(result, at);
+        bump32(&mut slot.counters.requests);
+        if purpose == Purpose::Retry {
+            bump32(&mut slot.counters.retries);
+        }
+        let rest = (P::size(&P::expected(address, &request)) as u64).saturating_sub(1);
+        self.agenda.begin(Asked { slot: index, since: now, purpose, released: now, rest_characters: rest });
+        Some((frame, purpose))
+    }
+
+    /// The exchange begun here has ended well, with this answer. What it says is for [`Polling::take`], later.
+    pub fn end(&mut self, answer: &P::Answer, slots: &mut [Slot]) -> Option<(Asked, Result<Sample, Status>)> {
+        let asked = self.agenda.end()?;
+        let slot = slots.get_mut(asked.slot)?;
+        slot.tried = 0;
+        slot.relax();
+        Some((asked, P::sample(answer, &slot.config)))
+    }
+
+    /// Takes what an answer at `at` has said. Returns the slot whose value has changed, if one has.
+    pub fn take(
+        &mut self,
+        master: &Master<P>,
+        asked: &Asked,
+        result: Result<Sample, Status>,
+        at: Micros,
+        slots: &mut [Slot],
+    ) -> Option<usize> {
+        let slot = slots.get_mut(asked.slot)?;
+        let due = slot.due;
+        let rest = master.timing().serial.characters(asked.rest_characters);
+        slot.note_answer(at.since(asked.released + rest), asked.purpose, result.is_ok());
+        let fresh = result.as_ref().is_ok_and(|sample| P::note(slot, sample, asked, at));
+        self.agenda.note_silence(slot, asked, false, at);
+        let changed = slot.settle(result, at, fresh, P::RESOLUTION);
+        if slot.due != due || slot.is_to_confirm() {
+            self.look_again();
+        }
+        changed.then_some(asked.slot)
+    }
+
+    /// Takes the outcome of an exchange that has failed at `at`. Returns the slot whose value has changed, if one has.
+    pub fn fail(
+        &mut self,
+        master: &Master<P>,
+        fault: &Fault<P::DecodeError>,
+        at: Micros,
+        slots: &mut [Slot],
+    ) -> Option<usize> {
+        let asked = self.agenda.end_badly()?;
+        let slot = slots.get_mut(asked.slot)?;
+        failed(slot, fault);
+        if is_retried(master, slot, fault, at) {
+            return None;
+        }
+        slot.tried = 0;
+        let status = status_of::<P>(fault);
+        self.agenda.note_silence(slot, &asked, status == Status::NoAnswer, at);
+        slot.settle(Err(status), at, false, P::RESOLUTION).then_some(asked.slot)
     }
 }
 
-/// When the slot wants to be asked; a retry goes first. Asked of every slot before every request.
-#[inline(always)]
-fn due(slot: &Slot) -> Micros {
-    if slot.tried > 0 { Micros::ZERO } else { slot.due }
+/// Why a slot is asked.
+fn purpose(slot: &Slot) -> Purpose {
+    match slot.tried {
+        0 if slot.dead => Purpose::Probe,
+        0 if slot.is_to_confirm() => Purpose::Confirmation,
+        0 => Purpose::Reading,
+        _ => Purpose::Retry,
+    }
+}
+
+/// Whether the reading that failed is tried again; then it has not ended yet.
+fn is_retried<P: Poll>(
+    master: &Master<P>,
+    slot: &mut Slot,
+    fault: &Fault<P::DecodeError>,
+    at: Micros,
+) -> bool {
+    let retry = if slot.dead { Retry::NEVER } else { Retry::times(slot.config.retries) };
+    slot.tried = slot.tried.saturating_add(1);
+    let again = request::<P>(slot).and_then(|(address, request)| {
+        let after = retry.after::<P>(slot.tried, &request, fault, at)?;
+        Some(master.ask_at(address, &request)?.max(after))
+    });
+    // A retry that would be late for half of the next reading's period is left to that reading.
+    let half = Micros((slot.config.period.as_micros() / 2).into());
+    again.is_some_and(|again| again <= slot.due + half)
+}
+
+/// There was no good answer.
+fn failed<E: Refusal>(slot: &mut Slot, fault: &Fault<E>) {
+    slot.counters.failed(fault);
+    let damaged = match fault {
+        Fault::NoAnswer { .. } | Fault::LineBusy | Fault::NotSent | Fault::Over { .. } => false,
+        Fault::Garbled { .. } | Fault::Contention => true,
+        Fault::Bad(error) => !matches!(error.layer(), Layer::Address | Layer::Command),
+    };
+    slot.note_damage(damaged);
+}
+
+/// What the slot is asked next.
+fn request<P: Poll>(slot: &Slot) -> Option<(P::Address, P::Request)> {
+    P::request(&slot.config, slot.is_to_confirm())
 }
 
 /// When the master can ask for it.
 fn ask_at<P: Poll>(master: &Master<P>, slot: &Slot) -> Option<Micros> {
-    let (address, request) = P::request(&slot.config.source)?;
+    let (address, request) = request::<P>(slot)?;
     master.ask_at(address, &request)
 }
 
-fn half(span: Micros) -> Micros {
-    Micros(span.0 / 2)
-}
-
-fn pollable<P: Poll>(slots: &[Slot]) -> impl Iterator<Item = (usize, &Slot)> {
-    slots.iter().enumerate().filter(|(_, slot)| slot.config.source.bus() == Some(P::BUS))
+fn is_mine<P: Poll>(slot: &Slot) -> bool {
+    slot.config.bus() == Some(P::BUS)
 }
 
 fn status_of<P: Poll>(fault: &Fault<P::DecodeError>) -> Status {

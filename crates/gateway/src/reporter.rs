@@ -61,8 +61,8 @@ fn deadline(reading: &Reading, printed: &Printed, now: Micros) -> Option<Micros>
     if printed.status != Some(status) {
         return (!matches!(status, Status::NeverRead | Status::Disabled)).then_some(Micros::ZERO);
     }
-    let due = printed.at + reading.report_every;
-    let interval = reading.report_every.max(reading.period);
+    let due = printed.at + reading.report_every.into();
+    let interval = Micros::from(reading.report_every.max(reading.period));
     (reading.sequence != printed.sequence && now >= due).then(|| printed.at + interval.times(2))
 }
 

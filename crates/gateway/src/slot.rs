@@ -1,46 +1,107 @@
-//! One slot: its configuration, when it is due, and its last value.
+//! One slot: its configuration, when it is due, and how an outcome becomes its value.
+//!
+//! An outcome is taken in two steps. [`Slot::settle`] decides whether it is published and is over soon: the next request
+//! waits for it. [`Slot::digest`] makes the angle of it, afterwards.
 
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
-use clino_codec::isu::eeprom::Change as Eeprom;
-use clino_commissioning::{Change, Report};
 
-use crate::task::{News, isu, t7};
+use crate::config::Filter;
+use crate::counters::{SlotCounters, bump16, bump32};
+use crate::gate::{Demands, Gate, Verdict};
+use crate::health::{Health, Link, Strikes};
+use crate::maths::{Motion, Window, oriented};
+use crate::phase::Phase;
+use crate::trace::Purpose;
 use crate::{Reading, SlotConfig, Source, Status};
+
+mod follow;
+
+/// What a good answer says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sample {
+    pub angle: Angle,
+    /// In 0.01 °C, if it was asked for.
+    pub temperature: Option<i16>,
+    /// Whether the accelerations add up to 1 g, if they were asked for.
+    pub one_g: Option<bool>,
+}
+
+impl Sample {
+    pub fn new(angle: Angle) -> Sample {
+        Sample { angle, temperature: None, one_g: None }
+    }
+}
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
     pub config: SlotConfig,
     pub due: Micros,
-    pub changed: bool,
     /// Tries of the reading in hand that have failed.
     pub tried: u8,
     /// Readings in a row to which there was no answer.
     pub silent: u8,
     /// The node is taken for dead.
     pub dead: bool,
+    /// Least time to the next probe of a dead node, in milliseconds.
+    pub pause_ms: u16,
+    pub counters: SlotCounters,
+    pub health: Health,
+    pub strikes: Strikes,
+    pub phase: Phase,
+    gate: Gate,
+    link: Link,
     status: Status,
-    angle: Angle,
-    measured: Option<Micros>,
+    fresh: bool,
+    /// The last value is not digested yet.
+    pending: bool,
+    /// There was no good value for a while before the one that is pending.
+    gap: bool,
+    raw: Angle,
+    temperature: i16,
+    /// When the last good value came; [`NEVER`] before the first.
+    measured: Micros,
     sequence: u32,
+    window: Window,
+    motion: Motion,
 }
+
+/// Nothing was measured yet.
+const NEVER: Micros = Micros(u64::MAX);
+/// Nothing was said of the temperature: colder than anything.
+const NO_TEMPERATURE: i16 = i16::MIN;
+
+/// Readings in a row with an acceleration that is not 1 g, after which that is said.
+const GRAVITY_STRIKES: u8 = 3;
+
+/// A value that is to be confirmed may wait for its witness this long, however soon a value of its slot is stale.
+const LEAST_LIFE: Micros = Micros::from_millis(1_000);
 
 impl Slot {
     pub fn new(config: SlotConfig) -> Slot {
         Slot {
             config,
             due: Micros::ZERO,
-            changed: true,
             tried: 0,
             silent: 0,
             dead: false,
-            status: match config.source {
-                Source::Off => Status::Disabled,
-                _ => Status::NeverRead,
-            },
-            angle: Angle::from_udeg(0),
-            measured: None,
+            pause_ms: 0,
+            counters: SlotCounters::default(),
+            health: Health::WELL,
+            strikes: Strikes::default(),
+            phase: Phase::default(),
+            gate: Gate::NEW,
+            link: Link::default(),
+            status: if config.is_on() { Status::NeverRead } else { Status::Disabled },
+            fresh: false,
+            pending: false,
+            gap: false,
+            raw: Angle::ZERO,
+            temperature: NO_TEMPERATURE,
+            measured: NEVER,
             sequence: 0,
+            window: Window::default(),
+            motion: Motion::default(),
         }
     }
 
@@ -49,61 +110,181 @@ impl Slot {
         *self = Slot { sequence: self.sequence.wrapping_add(1), ..Slot::new(config) };
     }
 
-    /// A sensor that has moved to another address is followed there. Returns whether it is this one.
-    pub fn follow(&mut self, news: &News) -> bool {
-        let source = match (*news, self.config.source) {
-            (
-                News::T7(t7::News::Address(Report { change: Change::Changed { from, to }, .. })),
-                Source::T7 { address, axis },
-            ) if address == from => Source::T7 { address: to, axis },
-            (
-                News::Isu(isu::News::Programmed(Report {
-                    change:
-                        Change::Changed { from: Eeprom::ModuleAddress(from), to: Eeprom::ModuleAddress(to) },
-                    ..
-                })),
-                Source::Isu { address },
-            ) if address == from => Source::Isu { address: to },
-            _ => return false,
-        };
-        self.set(SlotConfig { source, ..self.config });
+    /// Books the next reading one period after this one was due: no drift. A reading that comes so late that
+    /// the next one is due already is not made up for; it is counted.
+    pub fn book_next(&mut self, now: Micros) {
+        let next = self.due + self.config.period();
+        if next > now || self.config.period() == Micros::ZERO {
+            self.due = next.max(now);
+            return;
+        }
+        if self.due > Micros::ZERO {
+            bump16(&mut self.counters.skipped);
+        }
+        self.due = now + self.config.period();
+    }
+
+    /// When the last value wants to be confirmed, if it does.
+    pub fn confirm_at(&self, after: Micros, now: Micros) -> Option<Micros> {
+        self.gate.hurries().then(|| self.gate.since(now) + after)
+    }
+
+    /// Whether the next request is to confirm the last value.
+    pub fn is_to_confirm(&self) -> bool {
+        self.gate.hurries()
+    }
+
+    /// Nothing is to be confirmed out of turn any more.
+    pub fn relax(&mut self) {
+        self.gate.relax();
+    }
+
+    /// Nobody has answered for long: what was heard before confirms nothing and foretells nothing.
+    pub fn lose_track(&mut self) {
+        self.gate.forget();
+        self.phase = Phase::default();
+    }
+
+    /// Something was wrong with what was heard: the next value is not believed at once.
+    pub fn shake(&mut self) {
+        self.gate.shake();
+    }
+
+    /// A whole, checked answer came, `response` after the request; whether it has a value is another matter.
+    pub fn note_answer(&mut self, response: Micros, purpose: Purpose, has_value: bool) {
+        self.counters.answered(response);
+        self.note_link(false);
+        if !has_value {
+            bump16(&mut self.counters.refused);
+        } else if purpose != Purpose::Retry {
+            bump32(&mut self.counters.first_try);
+        }
+    }
+
+    /// A request of this slot failed; `damaged` is what was heard then, if something was.
+    pub fn note_damage(&mut self, damaged: bool) {
+        self.note_link(damaged);
+        if damaged {
+            self.gate.shake();
+        }
+    }
+
+    fn note_link(&mut self, failed: bool) {
+        if let Some(noisy) = self.link.count(failed) {
+            self.health.set(Health::NOISY, noisy);
+        }
+    }
+
+    /// A reading ended at `at`: with what the sensor says (`fresh`: it has measured anew), or with the reason why it says
+    /// nothing. `resolution` is that of the sensor, in µ°. Returns whether this is to be published.
+    pub fn settle(
+        &mut self,
+        result: Result<Sample, Status>,
+        at: Micros,
+        fresh: bool,
+        resolution: u32,
+    ) -> bool {
+        match result {
+            Ok(sample) => {
+                let Some(status) = self.judge(sample.angle, at, resolution) else { return false };
+                self.status = status;
+                if status == Status::Ok {
+                    self.accept(sample, at, fresh);
+                }
+            }
+            Err(status) => {
+                self.status = status;
+                self.gate.relax();
+            }
+        }
+        self.sequence = self.sequence.wrapping_add(1);
         true
     }
 
-    /// Books the next reading one period after this one was due: no drift. A reading that comes so late that
-    /// the next one is due already is not made up for.
-    pub fn book_next(&mut self, now: Micros) {
-        let next = self.due + self.config.period;
-        self.due = if next > now { next } else { now + self.config.period };
-    }
-
-    /// When the last angle was measured.
-    pub fn last_read(&self) -> Option<Micros> {
-        self.measured
-    }
-
-    /// A reading ended: with an angle measured at `at`, or with the reason why there is none.
-    pub fn settle(&mut self, result: Result<Angle, Status>, at: Micros) {
-        match result {
-            Ok(angle) => {
-                self.status = Status::Ok;
-                self.angle = angle;
-                self.measured = Some(at);
-            }
-            Err(status) => self.status = status,
+    /// What a value is worth; `None` while that is not known.
+    fn judge(&mut self, raw: Angle, at: Micros, resolution: u32) -> Option<Status> {
+        if !self.config.confirm {
+            return Some(Status::Ok);
         }
-        self.sequence = self.sequence.wrapping_add(1);
-        self.changed = true;
+        let last = self.measured().map(|measured| (self.raw, measured));
+        let life = LEAST_LIFE.max(self.config.stale_after.into());
+        let demands = Demands { resolution, max_rate: self.config.max_rate, life };
+        match self.gate.judge(raw, at, last, &demands) {
+            Verdict::Publish => Some(Status::Ok),
+            Verdict::Hold => None,
+            Verdict::Suspect => Some(Status::Suspect),
+        }
+    }
+
+    fn accept(&mut self, sample: Sample, at: Micros, fresh: bool) {
+        self.digest();
+        // A value is new, too, if the one that it confirms was.
+        self.fresh = fresh || sample.angle != self.raw || !self.motion.has_begun();
+        self.gap |= self.is_stale(at);
+        (self.raw, self.measured, self.pending) = (sample.angle, at, true);
+        self.temperature = sample.temperature.unwrap_or(NO_TEMPERATURE);
+        if let Some(one_g) = sample.one_g {
+            let speaks = self.strikes.count(one_g, GRAVITY_STRIKES);
+            self.health.set(Health::GRAVITY, speaks);
+        }
+    }
+
+    /// Makes the angle of the last value, if that has not been done.
+    pub fn digest(&mut self) {
+        if !core::mem::take(&mut self.pending) || !self.fresh {
+            return;
+        }
+        let config = &self.config;
+        let angle = oriented(self.raw, config.soft_zero, config.direction);
+        let gap = core::mem::take(&mut self.gap);
+        if gap {
+            self.window.clear();
+        }
+        if config.filter != Filter::Off {
+            self.window.push(angle, config.filter.samples());
+        }
+        let angle = match config.filter {
+            Filter::Off => angle,
+            Filter::Mean(_) => self.window.mean(),
+            Filter::Median(_) => self.window.median(),
+        };
+        self.motion.take(angle.normalised(config.range), self.measured, gap);
+    }
+
+    /// The last value as the sensor said it, and its rate, if it is *ok* at `now`.
+    pub fn sound(&self, now: Micros) -> Option<(Angle, i32)> {
+        (self.status == Status::Ok && !self.is_stale(now)).then_some((self.raw, self.motion.rate))
+    }
+
+    /// Whether there was no good value for so long that the last one is stale.
+    pub fn is_stale(&self, now: Micros) -> bool {
+        self.measured().is_none_or(|at| now.since(at) > self.config.stale_after.into())
+    }
+
+    /// When the last good value came.
+    pub fn measured(&self) -> Option<Micros> {
+        (self.measured != NEVER).then_some(self.measured)
+    }
+
+    pub fn is(&self, source: &Source) -> bool {
+        self.config.enabled && self.config.source == *source
     }
 
     pub fn reading(&self, slot: u8) -> Reading {
         Reading {
             slot,
             source: self.config.source,
+            enabled: self.config.enabled,
             sequence: self.sequence,
+            health: self.health,
+            fresh: self.fresh,
             status: self.status,
-            angle: self.angle,
-            measured: self.measured,
+            raw: self.raw,
+            angle: self.motion.angle,
+            rate: self.motion.rate,
+            turns: self.motion.turns,
+            temperature: (self.temperature != NO_TEMPERATURE).then_some(self.temperature),
+            measured: self.measured(),
             stale_after: self.config.stale_after,
             period: self.config.period,
             report_every: self.config.report_every,

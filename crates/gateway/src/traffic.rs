@@ -6,10 +6,15 @@
 use clino_bus::{Event, Master, Micros, Outcome, Serial, Timing, earliest, line};
 use clino_commissioning::{Commissionable, Progress};
 
+use crate::Bus;
+use crate::Status;
+use crate::agenda::Asked;
+use crate::counters::bump16;
 use crate::gateway::Action;
 use crate::polling::{Poll, Polling};
-use crate::slot::Slot;
+use crate::slot::{Sample, Slot};
 use crate::task::{Lead, Led, News};
+use crate::trace::{Entry, Purpose, Verdict};
 
 /// A task changes the bit rate once and asks; more often in a row is a mistake of the task.
 const RATES_AT_ONCE: usize = 4;
@@ -23,9 +28,29 @@ pub(crate) trait Serve: Poll + Commissionable {
     fn timing(serial: Serial) -> Timing;
 }
 
+/// An exchange has ended.
+pub(crate) struct Ended {
+    /// What is told of it.
+    pub entry: Entry,
+    /// The slot whose value it has changed.
+    pub slot: Option<usize>,
+}
+
+/// A reading that went well.
+struct Answered {
+    asked: Asked,
+    result: Result<Sample, Status>,
+    at: Micros,
+    entry: Entry,
+}
+
 pub(crate) struct Traffic<P: Serve> {
     master: Master<P>,
     polling: Polling<P>,
+    /// The exchange in hand.
+    begun: Entry,
+    /// A reading that went well. What it says can wait until the next request is on its way.
+    answer: Option<Answered>,
     work: Option<P::Work>,
     /// Not fetched yet; the task waits until it is.
     news: Option<News>,
@@ -38,10 +63,12 @@ pub(crate) struct Traffic<P: Serve> {
 }
 
 impl<P: Serve> Traffic<P> {
-    pub fn new(timing: Timing) -> Self {
+    pub fn new(timing: Timing, slots: &[Slot]) -> Self {
         Traffic {
             master: Master::new(timing),
-            polling: Polling::new(),
+            polling: Polling::new(slots),
+            begun: Entry::begun(Micros::ZERO, P::BUS, (0, 0), Purpose::Task),
+            answer: None,
             work: None,
             news: None,
             pending: None,
@@ -93,25 +120,41 @@ impl<P: Serve> Traffic<P> {
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
-    pub fn forget(&mut self, slot: usize) {
-        self.polling.forget(slot);
+    pub fn forget(&mut self, index: usize, slot: &Slot) {
+        self.answer.take_if(|answer| answer.asked.slot == index);
+        self.polling.forget(index, slot);
     }
 
-    /// Takes an event of the line. Returns whether an exchange has ended.
-    pub fn on(&mut self, event: Event, slots: &mut [Slot]) -> bool {
+    /// Takes an event of the line. Returns the exchange that it has ended.
+    pub fn on(&mut self, event: Event, slots: &mut [Slot]) -> Option<Ended> {
         let outcome = self.master.on(event);
+        if let Event::Released { at } = event {
+            self.polling.look_ahead(at, slots);
+        }
         self.polling.look_again();
         self.settle(outcome, slots)
     }
 
-    /// Lets time pass. Returns whether an exchange has ended.
-    pub fn poll(&mut self, now: Micros, slots: &mut [Slot], mut port: impl FnMut(Action<'_>)) -> bool {
+    /// Lets time pass. Returns the exchange that is over.
+    pub fn poll(
+        &mut self,
+        now: Micros,
+        slots: &mut [Slot],
+        mut port: impl FnMut(Action<'_>),
+    ) -> Option<Ended> {
         let outcome = self.master.poll(now);
-        let ended = self.settle(outcome, slots);
+        let over = self.settle(outcome, slots);
         if !self.master.is_asking() {
             self.begin_next(now, slots, &mut port);
         }
-        ended
+        let answered = self.answer.take().map(|answer| Ended {
+            entry: answer.entry,
+            slot: self.polling.take(&self.master, &answer.asked, answer.result, answer.at, slots),
+        });
+        if let Some(node) = self.master.take_late() {
+            count(slots, P::BUS, node, |slot| &mut slot.counters.late);
+        }
+        answered.or(over)
     }
 
     /// Whoever's turn it is may begin an exchange.
@@ -124,14 +167,15 @@ impl<P: Serve> Traffic<P> {
         }
         let task_first = self.task_is_next;
         for task in [task_first, !task_first] {
-            let frame = match task {
-                true => self.lead(now, port),
+            let begun = match task {
+                true => self.lead(now, slots, port).map(|frame| (frame, Purpose::Task)),
                 false if self.is_exclusive() => None,
                 false => self.polling.next(&mut self.master, now, slots),
             };
-            if let Some(frame) = frame {
+            if let Some((frame, purpose)) = begun {
                 self.task_is_next = !task;
                 port(Action::Send(frame.as_ref()));
+                self.begun = Entry::begun(now, P::BUS, P::named(frame.as_ref()), purpose);
                 return;
             }
         }
@@ -156,24 +200,45 @@ impl<P: Serve> Traffic<P> {
         self.work.as_ref().is_some_and(|work| P::led_ref(work).is_exclusive())
     }
 
-    fn settle(&mut self, outcome: Option<Outcome<P>>, slots: &mut [Slot]) -> bool {
-        let Some(outcome) = outcome else { return false };
-        match &mut self.work {
-            Some(work) if P::led_ref(work).is_asking() => self.news = P::led(work).settle(outcome),
-            _ => self.polling.settle(&self.master, outcome, slots),
-        }
-        true
+    fn settle(&mut self, outcome: Option<Outcome<P>>, slots: &mut [Slot]) -> Option<Ended> {
+        let outcome = outcome?;
+        let entry = self.begun.ended(outcome.at, Verdict::of(&outcome.result));
+        let slot = match (&mut self.work, &outcome.result) {
+            (Some(work), _) if P::led_ref(work).is_asking() => {
+                self.news = P::led(work).settle(outcome);
+                None
+            }
+            (_, Ok(answer)) => {
+                let (asked, result) = self.polling.end(answer, slots)?;
+                self.answer = Some(Answered { asked, result, at: outcome.at, entry });
+                return None;
+            }
+            (_, Err(fault)) => self.polling.fail(&self.master, fault, outcome.at, slots),
+        };
+        Some(Ended { entry, slot })
     }
 
     /// Leads the task on: its next frame, if it has one.
-    fn lead(&mut self, now: Micros, port: &mut impl FnMut(Action<'_>)) -> Option<P::Frame> {
+    fn lead(
+        &mut self,
+        now: Micros,
+        slots: &mut [Slot],
+        port: &mut impl FnMut(Action<'_>),
+    ) -> Option<P::Frame> {
         if self.news.is_some() {
             return None;
         }
+        let writes = self.master.counters().writes;
         for _ in 0..RATES_AT_ONCE {
             match P::led(self.work.as_mut()?).poll(&mut self.master, now) {
                 Lead::Idle => return None,
-                Lead::Send(frame) => return Some(frame),
+                Lead::Send(frame) => {
+                    if self.master.counters().writes != writes {
+                        let (address, _) = P::named(frame.as_ref());
+                        count(slots, P::BUS, address, |slot| &mut slot.counters.writes);
+                    }
+                    return Some(frame);
+                }
                 Lead::Serial(serial) if serial == self.home.serial => self.run(self.home, port),
                 Lead::Serial(serial) => self.run(P::timing(serial), port),
                 Lead::Done(news) => {
@@ -190,5 +255,12 @@ impl<P: Serve> Traffic<P> {
         self.master.set_timing(timing);
         self.line = line::Settings { serial: timing.serial, guard: timing.guard, ..self.line };
         port(Action::Run(timing, self.line));
+    }
+}
+
+/// Counts something for all slots that read the node at `address`.
+fn count(slots: &mut [Slot], bus: Bus, address: u8, counter: impl Fn(&mut Slot) -> &mut u16) {
+    for slot in slots.iter_mut().filter(|slot| slot.config.source.node() == Some((bus, address))) {
+        bump16(counter(slot));
     }
 }

@@ -3,12 +3,15 @@
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
 
-use crate::Source;
+use crate::health::Health;
+use crate::{Source, Span};
 
 /// Status of a slot. Only [`Status::Ok`] comes with an angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Status {
+    /// The slot is switched off.
+    Disabled,
     /// Nothing was read since reset.
     #[default]
     NeverRead,
@@ -26,17 +29,37 @@ pub enum Status {
     OutOfRange,
     /// Our own request did not get out.
     NotSent,
+    /// Two values in a row disagree; neither is published.
+    Suspect,
+    /// The PWM input has edges, but no whole cycle.
+    NoSignal,
     /// The PWM input sits at a low level.
     StuckLow,
     /// The PWM input sits at a high level.
     StuckHigh,
     /// The PWM period is not that of an ISU.
     BadPeriod,
-    /// The slot is switched off.
-    Disabled,
 }
 
 impl Status {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Status; 14] = [
+        Status::Disabled,
+        Status::NeverRead,
+        Status::Ok,
+        Status::Stale,
+        Status::NoAnswer,
+        Status::BadAnswer,
+        Status::DeviceError,
+        Status::OutOfRange,
+        Status::NotSent,
+        Status::Suspect,
+        Status::NoSignal,
+        Status::StuckLow,
+        Status::StuckHigh,
+        Status::BadPeriod,
+    ];
+
     /// The name used in every text interface.
     pub const fn name(self) -> &'static str {
         match self {
@@ -48,6 +71,8 @@ impl Status {
             Status::DeviceError => "device_error",
             Status::OutOfRange => "out_of_range",
             Status::NotSent => "not_sent",
+            Status::Suspect => "suspect",
+            Status::NoSignal => "no_signal",
             Status::StuckLow => "stuck_low",
             Status::StuckHigh => "stuck_high",
             Status::BadPeriod => "bad_period",
@@ -63,21 +88,30 @@ pub struct Reading {
     pub slot: u8,
     /// Where the value comes from.
     pub source: Source,
+    /// Whether the slot is read at all.
+    pub enabled: bool,
     /// Counts the outcomes, good or bad; wraps.
     pub sequence: u32,
+    /// Signals of the cross-checks.
+    pub health: Health,
+    pub(crate) fresh: bool,
     pub(crate) status: Status,
+    pub(crate) raw: Angle,
     pub(crate) angle: Angle,
+    pub(crate) rate: i32,
+    pub(crate) turns: i32,
+    pub(crate) temperature: Option<i16>,
     pub(crate) measured: Option<Micros>,
-    pub(crate) stale_after: Micros,
-    pub(crate) period: Micros,
-    pub(crate) report_every: Micros,
+    pub(crate) stale_after: Span,
+    pub(crate) period: Span,
+    pub(crate) report_every: Span,
 }
 
 impl Reading {
     /// What the value is worth at `now`: an *ok* that has grown too old is *stale*.
     pub fn status(&self, now: Micros) -> Status {
         match (self.status, self.age(now)) {
-            (Status::Ok, Some(age)) if age <= self.stale_after => Status::Ok,
+            (Status::Ok, Some(age)) if age <= self.stale_after.into() => Status::Ok,
             (Status::Ok, _) => Status::Stale,
             (other, _) => other,
         }
@@ -86,6 +120,32 @@ impl Reading {
     /// The angle, if it is right and fresh at `now`.
     pub fn angle(&self, now: Micros) -> Option<Angle> {
         (self.status(now) == Status::Ok).then_some(self.angle)
+    }
+
+    /// The angle as the sensor said it, under the same condition.
+    pub fn raw(&self, now: Micros) -> Option<Angle> {
+        (self.status(now) == Status::Ok).then_some(self.raw)
+    }
+
+    /// How fast the angle changes, in 0.001°/s, under the same condition; between the last two angles that the sensor
+    /// measured anew.
+    pub fn rate(&self, now: Micros) -> Option<i32> {
+        (self.status(now) == Status::Ok).then_some(self.rate)
+    }
+
+    /// Whole turns since the first angle, to be added to [`Reading::angle`]; wraps.
+    pub fn turns(&self) -> i32 {
+        self.turns
+    }
+
+    /// Temperature of a T7 that is asked for everything, with its last good value, in 0.01 °C.
+    pub fn temperature(&self) -> Option<i16> {
+        self.temperature
+    }
+
+    /// Whether the last good value was measured anew. An ISU that is asked twice within one refresh repeats itself.
+    pub fn is_fresh(&self) -> bool {
+        self.fresh
     }
 
     /// Time since the last good value was received; `None` when there was none since reset.

@@ -73,6 +73,14 @@ impl<P: Protocol> Master<P> {
         self.open(address, request, Kind::Collecting(window), now)
     }
 
+    /// The node that was just asked may take so long to begin its answer, whatever its document says. To be called
+    /// before its request is out.
+    pub fn allow(&mut self, latency: Micros) {
+        if let (State::Sending { .. }, Some(exchange)) = (self.state, &mut self.exchange) {
+            exchange.latency = latency;
+        }
+    }
+
     fn open(
         &mut self,
         address: P::Address,

@@ -68,6 +68,7 @@ impl<P: Protocol> Master<P> {
     /// A late answer was recognised; it ended at `at`.
     pub(super) fn came_late(&mut self, doubt: &Doubt<P::Expected>, at: Micros) {
         bump(&mut self.counters.late);
+        self.late_node = Some(P::node(&doubt.expected));
         self.habits.late(P::node(&doubt.expected));
         self.slack.note(doubt.lateness::<P>(at, self.timing.serial), &self.timing);
     }
@@ -92,6 +93,7 @@ impl<P: Protocol> Master<P> {
                 Progress::Bad(_) => {}
                 Progress::Frame(_) => {
                     bump(&mut self.counters.late);
+                    self.late_node = Some(P::node(&exchange.expected));
                     doubt = None;
                 }
             }

@@ -2,6 +2,7 @@
 
 use clino_bus::Micros;
 use clino_gateway::Source;
+use clino_gateway::Span;
 use clino_gateway::order::Order;
 
 use crate::desk::Desk;
@@ -16,7 +17,7 @@ fn a_program_may_speak_into_the_stream() {
     assert_eq!(desk.rest.orders.len(), 48);
     let Order::Slot { slot: 47, config } = desk.rest.orders[47] else { panic!("{:?}", desk.rest.orders[47]) };
     assert!(matches!(config.source, Source::T7 { address, .. } if address.get() == 48));
-    assert_eq!((config.period, config.stale_after), (Micros(0), Micros(1_000_000)));
+    assert_eq!((config.period, config.stale_after), (Span::ZERO, Span::from_millis(1_000)));
 }
 
 #[test]

@@ -1,34 +1,68 @@
-//! Polling a T7: one axis by Get Angle.
+//! Polling a T7: one axis by Get Angle, or all there is by Get All Data.
+//!
+//! An angle is confirmed by Get All Angles, whose answer has another command, another length and the angle in another
+//! place: neither a late answer nor the same damage can make the same value of it.
 
-use clino_bus::T7;
-use clino_codec::angle::Angle;
+use clino_bus::{Micros, T7};
 use clino_codec::t7::{Address, Answer, DecodeError, Field, Request, Response};
 
 use super::Poll;
-use crate::{Bus, Source, Status};
+use crate::agenda::Asked;
+use crate::config::Ask;
+use crate::health::is_one_g;
+use crate::slot::{Sample, Slot};
+use crate::{Bus, SlotConfig, Source, Status};
 
 impl Poll for T7 {
     const BUS: Bus = Bus::T7;
+    /// 4.8 %. On a bus that is never idle a dead T7, 2.5 ms a probe, is probed every 52 ms if it is alone, every 1.6 s if
+    /// it is one of 31.
+    const PROBE_SHARE: u64 = 21;
+    /// 0.05°: half of its accuracy.
+    const RESOLUTION: u32 = 50_000;
 
-    fn request(source: &Source) -> Option<(Address, Request)> {
-        match *source {
-            Source::T7 { address, axis } => Some((address, Request::GetAngle(axis))),
-            _ => None,
-        }
+    fn request(config: &SlotConfig, confirm: bool) -> Option<(Address, Request)> {
+        let Source::T7 { address, axis } = config.source else { return None };
+        let request = match (confirm, config.ask) {
+            (true, _) => Request::GetAllAngles,
+            (false, Ask::Angle) => Request::GetAngle(axis),
+            (false, Ask::Everything) => Request::GetAllData,
+        };
+        Some((address, request))
     }
 
-    fn angle(answer: &Answer) -> Result<Angle, Status> {
-        match answer.response {
-            Response::GetAngle { angle, .. } => angle.angle().ok_or(Status::OutOfRange),
+    fn sample(answer: &Answer, config: &SlotConfig) -> Result<Sample, Status> {
+        let Source::T7 { axis, .. } = config.source else { return Err(Status::BadAnswer) };
+        let (angle, temperature, one_g) = match &answer.response {
+            Response::GetAngle { angle, .. } => (*angle, None, None),
+            Response::GetAllAngles { angles, temperature } => (axis.of(*angles), Some(*temperature), None),
+            Response::GetAllData { angles, temperature, accelerations, .. } => {
+                (axis.of(*angles), Some(*temperature), Some(is_one_g(accelerations, config.tolerance)))
+            }
             // The decoder lets no other answer through.
-            _ => Err(Status::BadAnswer),
-        }
+            _ => return Err(Status::BadAnswer),
+        };
+        let angle = angle.angle().ok_or(Status::OutOfRange)?;
+        let temperature = temperature.filter(|_| config.ask == Ask::Everything);
+        Ok(Sample { angle, temperature: temperature.map(|t| t.centi_celsius()), one_g })
     }
 
     fn refused(error: &DecodeError) -> Status {
         match error {
             DecodeError::Value { field: Field::Angle, .. } => Status::OutOfRange,
             _ => Status::BadAnswer,
+        }
+    }
+
+    /// It measures all the time.
+    fn note(_: &mut Slot, _: &Sample, _: &Asked, _: Micros) -> bool {
+        true
+    }
+
+    fn named(frame: &[u8]) -> (u8, u8) {
+        match *frame {
+            [address, _, command, ..] => (address, command),
+            _ => (0, 0),
         }
     }
 }

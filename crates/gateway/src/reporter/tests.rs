@@ -1,7 +1,8 @@
 //! Who is printed when.
 
 use super::*;
-use crate::config::{PwmInput, Source};
+use crate::config::{PwmInput, Source, Span};
+use crate::health::Health;
 use clino_codec::angle::Angle;
 use std::vec::Vec;
 
@@ -12,11 +13,18 @@ fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Read
         source: Source::Pwm { input: PwmInput::Pwm1 },
         sequence,
         status: Status::Ok,
-        angle: Angle::from_udeg(0),
+        enabled: true,
+        health: Health::WELL,
+        fresh: true,
+        raw: Angle::ZERO,
+        angle: Angle::ZERO,
+        rate: 0,
+        turns: 0,
+        temperature: None,
         measured: Some(Micros(measured)),
-        stale_after: Micros::from_millis(1_000),
-        period: Micros::from_millis(33),
-        report_every: Micros::from_millis(report_every_ms),
+        stale_after: Span::from_millis(1_000),
+        period: Span::from_millis(33),
+        report_every: Span::from_millis(report_every_ms),
     }
 }
 

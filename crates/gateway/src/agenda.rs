@@ -1,0 +1,226 @@
+//! Which slot of a bus is asked next, and when: earliest deadline first.
+//!
+//! *Deadlines.* A period begins where the last one was due to begin, however late it was asked: no drift. A period that the
+//! bus had no time for is left out and counted ([`Slot::book_next`]). An ISU is due when it has something new, which is no
+//! fixed period (`phase.rs`). A retry goes first; a value that has to be confirmed (`gate.rs`) is due [`CONFIRM_AFTER`] it
+//! came, if not sooner.
+//!
+//! *Dead nodes.* A node that has not answered [`DEAD_AFTER`] readings in a row, and not for [`GONE_AFTER`], is taken for
+//! dead. Dead nodes are probed one after another, without retries, each after a pause that grows by a [part](PAUSE_GROWS) with every probe, up to
+//! [`LONGEST_PAUSE_MS`]: exponential back-off. Together they get one part of the bus ([`Agenda::new`]), however many there
+//! are, and the time in which nobody else is due; the others keep the rest. A node that is back is found within 2 s.
+//!
+//! *Time.* Looking through all slots takes longer than the bus should wait between two exchanges. So it is done while an
+//! answer is awaited ([`Agenda::look_ahead`]), and again only if that exchange does not end well.
+
+use clino_bus::Micros;
+
+use crate::bits::Bits;
+use crate::slot::Slot;
+use crate::trace::Purpose;
+
+/// A value that has to be confirmed is asked for again after this. What has damaged the first answer is over then: twenty
+/// milliseconds are two periods of the mains' harmonics, and the exchanges of several other nodes.
+pub(crate) const CONFIRM_AFTER: Micros = Micros::from_millis(20);
+/// Readings in a row without any answer after which a node is taken for dead.
+const DEAD_AFTER: u8 = 3;
+/// A node that has answered within this time is not dead, but has perhaps taken noise for the beginning of a long
+/// command: it then takes what is asked for the rest of that, and the more often it is asked the sooner it is back.
+const GONE_AFTER: Micros = Micros::from_millis(1_000);
+/// A pause between two probes of a node grows by one part in so many, and by a millisecond.
+const PAUSE_GROWS: u16 = 16;
+/// The longest pause. What is left of 2 s is for the other dead nodes.
+const LONGEST_PAUSE_MS: u16 = 1_200;
+/// Nothing will be to be asked.
+const NEVER: Micros = Micros(u64::MAX);
+
+/// The exchange in hand.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked {
+    pub slot: usize,
+    pub since: Micros,
+    pub purpose: Purpose,
+    /// Our last stop bit.
+    pub released: Micros,
+    /// Characters of the answer after the first.
+    pub rest_characters: u64,
+}
+
+pub(crate) struct Agenda {
+    /// The slots of this bus.
+    mine: Bits,
+    asked: Option<Asked>,
+    /// Who is next if the exchange in hand ends well.
+    ahead: Option<usize>,
+    /// Dead nodes together get one part in so many of the bus.
+    probe_share: u64,
+    /// No dead node is asked before this, unless nobody else is due.
+    probe_at: Micros,
+    /// What the last probe took.
+    probe_took: Micros,
+    /// Nothing is to be asked before this. Found by looking through all slots, which is not done for every character
+    /// that comes in.
+    idle_until: Micros,
+}
+
+impl Agenda {
+    pub fn new(mine: Bits, probe_share: u64) -> Self {
+        Agenda {
+            mine,
+            asked: None,
+            ahead: None,
+            probe_share,
+            probe_at: Micros::ZERO,
+            probe_took: Micros::ZERO,
+            idle_until: Micros::ZERO,
+        }
+    }
+
+    /// The slot means something else now: what is still to come for it is nobody's.
+    pub fn forget(&mut self, slot: usize, is_mine: bool) {
+        self.mine.set(slot, is_mine);
+        self.asked.take_if(|asked| asked.slot == slot);
+        self.ahead = None;
+        self.look_again();
+    }
+
+    /// Something has happened that may change what is to be asked, and when.
+    pub fn look_again(&mut self) {
+        self.idle_until = Micros::ZERO;
+    }
+
+    /// When something is to be asked, if ever.
+    pub fn poll_at(&self) -> Option<Micros> {
+        (self.idle_until != NEVER).then_some(self.idle_until)
+    }
+
+    /// The slot to be asked now, if there is one. `ask_at` says when the master can ask for a slot.
+    pub fn next(
+        &mut self,
+        now: Micros,
+        slots: &[Slot],
+        ask_at: &dyn Fn(&Slot) -> Option<Micros>,
+    ) -> Option<usize> {
+        if now < self.idle_until {
+            return None;
+        }
+        let ahead = self.ahead.take().filter(|&index| {
+            slots.get(index).is_some_and(|slot| {
+                self.free(slot, now) <= now && ask_at(slot).is_some_and(|ask_at| ask_at <= now)
+            })
+        });
+        if ahead.is_some() {
+            return ahead;
+        }
+        let (at, index) = self.soonest(now, slots, ask_at).unwrap_or((NEVER, 0));
+        self.idle_until = at;
+        (at <= now).then_some(index)
+    }
+
+    /// A slot is being asked.
+    pub fn begin(&mut self, asked: Asked) {
+        self.asked = Some(asked);
+        self.look_again();
+    }
+
+    /// The exchange in hand has ended.
+    pub fn end(&mut self) -> Option<Asked> {
+        self.look_again();
+        self.asked.take()
+    }
+
+    /// The exchange in hand has not ended well: who is next has to be found again.
+    pub fn end_badly(&mut self) -> Option<Asked> {
+        self.ahead = None;
+        self.end()
+    }
+
+    /// Our last stop bit was out at `at`; there is time to see who is next.
+    pub fn look_ahead(&mut self, at: Micros, slots: &[Slot]) {
+        let Some(asked) = &mut self.asked else { return };
+        asked.released = at;
+        let in_hand = asked.slot;
+        let mut ahead: Option<(Micros, usize)> = None;
+        for (index, slot) in self.mine(slots) {
+            // What the slot in hand is due for besides its next reading, the exchange in hand will tell.
+            let due = if index == in_hand { slot.due } else { due(slot, at) };
+            let free = match slot.dead {
+                true if index == in_hand => NEVER,
+                true => due.max(self.probe_at),
+                false => due,
+            };
+            if free <= at && ahead.is_none_or(|(earliest, _)| due < earliest) {
+                ahead = Some((due, index));
+            }
+        }
+        self.ahead = ahead.map(|(_, index)| index);
+    }
+
+    /// The slot that may be asked first, and when; of those that may be asked now, the one that is due for longest.
+    fn soonest(
+        &self,
+        now: Micros,
+        slots: &[Slot],
+        ask_at: &dyn Fn(&Slot) -> Option<Micros>,
+    ) -> Option<(Micros, usize)> {
+        let mut soonest: Option<(Micros, Micros, usize)> = None;
+        let mut next_living = NEVER;
+        for dead in [false, true] {
+            for (index, slot) in self.mine(slots).filter(|(_, slot)| slot.dead == dead) {
+                let due = due(slot, now);
+                let disturbs = due.max(now) + self.probe_took > next_living;
+                let free = if dead && disturbs { due.max(self.probe_at) } else { due };
+                let beaten =
+                    |at| soonest.is_some_and(|(other_at, other_due, _)| (other_at, other_due) <= (at, due));
+                // The master is asked only about those that would be first if it had nothing against it.
+                if !beaten(free.max(now))
+                    && let Some(at) = ask_at(slot).map(|ask_at| free.max(ask_at).max(now))
+                    && !beaten(at)
+                {
+                    soonest = Some((at, due, index));
+                }
+            }
+            next_living = soonest.map_or(NEVER, |(at, _, _)| at);
+        }
+        soonest.map(|(at, _, index)| (at, index))
+    }
+
+    fn mine<'a>(&self, slots: &'a [Slot]) -> impl Iterator<Item = (usize, &'a Slot)> {
+        self.mine.iter().filter_map(|index| Some((index, slots.get(index)?)))
+    }
+
+    /// When the slot may be asked: when it is due, and there is time for dead nodes if it is one.
+    fn free(&self, slot: &Slot, now: Micros) -> Micros {
+        if slot.dead { due(slot, now).max(self.probe_at) } else { due(slot, now) }
+    }
+
+    /// A reading of the slot ended at `at`, in silence or not.
+    pub fn note_silence(&mut self, slot: &mut Slot, asked: &Asked, silent: bool, at: Micros) {
+        let was_dead = slot.dead;
+        slot.silent = if silent { slot.silent.saturating_add(1) } else { 0 };
+        slot.dead =
+            slot.silent >= DEAD_AFTER && slot.measured().is_none_or(|read| at.since(read) >= GONE_AFTER);
+        if !slot.dead {
+            slot.pause_ms = 0;
+            return;
+        }
+        slot.lose_track();
+        if was_dead {
+            let others = self.probe_share.saturating_sub(1);
+            self.probe_took = at.since(asked.since);
+            self.probe_at = at + self.probe_took.times(others);
+            let grown = slot.pause_ms.saturating_add(slot.pause_ms / PAUSE_GROWS).saturating_add(1);
+            slot.pause_ms = grown.min(LONGEST_PAUSE_MS);
+            slot.due = slot.due.max(at + Micros::from_millis(slot.pause_ms.into()));
+        }
+    }
+}
+
+/// When the slot wants to be asked; a retry goes first.
+fn due(slot: &Slot, now: Micros) -> Micros {
+    match slot.confirm_at(CONFIRM_AFTER, now) {
+        _ if slot.tried > 0 => Micros::ZERO,
+        Some(confirm_at) => confirm_at.min(slot.due),
+        None => slot.due,
+    }
+}

@@ -1,0 +1,55 @@
+//! A set of slots, one bit each.
+
+use crate::config::MAX_SLOTS;
+
+const _: () = assert!(MAX_SLOTS <= u64::BITS as usize);
+
+/// A set of slots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Bits(u64);
+
+impl Bits {
+    /// No slot.
+    pub const EMPTY: Bits = Bits(0);
+
+    /// The first `n` slots.
+    pub fn first(n: usize) -> Bits {
+        Bits(Bits::bit(n).wrapping_sub(1))
+    }
+
+    /// Those of these slots that are `in_it`.
+    pub fn of<T>(slots: &[T], in_it: impl Fn(&T) -> bool) -> Bits {
+        let mut bits = Bits::EMPTY;
+        slots.iter().enumerate().for_each(|(index, slot)| bits.set(index, in_it(slot)));
+        bits
+    }
+
+    /// Puts a slot in, or takes it out.
+    pub fn set(&mut self, slot: usize, on: bool) {
+        self.0 = if on { self.0 | Bits::bit(slot) } else { self.0 & !Bits::bit(slot) };
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Those in either.
+    pub fn or(self, other: Bits) -> Bits {
+        Bits(self.0 | other.0)
+    }
+
+    /// The numbers of the slots, lowest first.
+    pub fn iter(self) -> impl Iterator<Item = usize> {
+        let mut rest = self.0;
+        core::iter::from_fn(move || {
+            let lowest = rest.trailing_zeros();
+            rest &= rest.wrapping_sub(1);
+            (lowest < u64::BITS).then_some(lowest as usize)
+        })
+    }
+
+    fn bit(slot: usize) -> u64 {
+        u32::try_from(slot).ok().and_then(|slot| 1_u64.checked_shl(slot)).unwrap_or(0)
+    }
+}

@@ -1,0 +1,145 @@
+//! Whether a value may be published, or has to be confirmed by a second one first.
+//!
+//! One damaged frame in a few hundred passes its 8-bit sum. Two that say the same are 10 000 times rarer and more, as
+//! long as what damaged the first is over before the second. So that value is held back which is worth nothing so far:
+//! the first one, one after a line error, and a jump. It is asked for again after [`CONFIRM_AFTER`], once, in
+//! another way where the sensor has one, and from then on with every reading, until two in a row agree. Meanwhile the slot
+//! keeps its last value, which grows old, or its last error; it turns *suspect* when two have disagreed.
+//!
+//! Two values agree if they differ by no more than the sensor's resolution and what it may have moved in between. Silence
+//! is no line error: nothing was heard that could be wrong.
+//!
+//! [`CONFIRM_AFTER`]: crate::agenda::CONFIRM_AFTER
+
+use clino_bus::Micros;
+use clino_codec::angle::Angle;
+
+use crate::maths::step;
+use crate::stamp::Stamp;
+
+/// Taken for the rate of a slot that has no limit: half a turn a second, 0.001°/s.
+const ANY_RATE: u32 = 180_000;
+/// Micro-degrees a microsecond, per millidegree a second: one in a thousand.
+const PER_MDEG_PER_S: u64 = 1_000;
+
+/// What to do with a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// It is the slot's value.
+    Publish,
+    /// The next one has to agree with it.
+    Hold,
+    /// It does not agree with the one before; the next one has to agree with it.
+    Suspect,
+}
+
+/// What a slot demands of its values.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Demands {
+    /// Two values this close are the same, in µ°.
+    pub resolution: u32,
+    /// In 0.001°/s; zero is any.
+    pub max_rate: u32,
+    /// A value older than this confirms nothing.
+    pub life: Micros,
+}
+
+impl Demands {
+    /// Whether an angle can have become the other within `span`.
+    fn allow(&self, from: Angle, to: Angle, span: Micros, max_rate: u32) -> bool {
+        let moved = step(from, to).unsigned_abs().saturating_sub(self.resolution);
+        u64::from(moved).saturating_mul(PER_MDEG_PER_S) <= u64::from(max_rate).saturating_mul(span.0)
+    }
+
+    fn is_jump(&self, from: Angle, to: Angle, span: Micros) -> bool {
+        self.max_rate > 0 && !self.allow(from, to, span, self.max_rate)
+    }
+
+    fn agree(&self, one: Angle, other: Angle, span: Micros) -> bool {
+        let max_rate = if self.max_rate > 0 { self.max_rate } else { ANY_RATE };
+        span <= self.life && self.allow(one, other, span, max_rate)
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// The next value needs no witness unless it jumps.
+    Trusting,
+    /// The next value needs a witness.
+    Shaken,
+    /// The candidate waits for its witness.
+    Waiting,
+}
+
+/// The gate of one slot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gate {
+    state: State,
+    /// The witness has not been asked for out of turn yet.
+    hurry: bool,
+    candidate: Angle,
+    at: Stamp,
+}
+
+impl Gate {
+    /// Nothing was read yet, or nothing for long.
+    pub const NEW: Gate =
+        Gate { state: State::Shaken, hurry: false, candidate: Angle::ZERO, at: Stamp::of(Micros::ZERO) };
+
+    /// The witness did not come: it is not asked for out of turn again.
+    pub fn relax(&mut self) {
+        self.hurry = false;
+    }
+
+    /// Nothing was heard for long: the candidate confirms nothing any more.
+    pub fn forget(&mut self) {
+        self.hurry = false;
+        if self.state == State::Waiting {
+            self.state = State::Shaken;
+        }
+    }
+
+    /// Something was wrong with what was heard.
+    pub fn shake(&mut self) {
+        if self.state == State::Trusting {
+            self.state = State::Shaken;
+        }
+    }
+
+    /// Whether a witness is wanted out of turn.
+    pub fn hurries(&self) -> bool {
+        self.hurry
+    }
+
+    /// When the value came that wants a witness, if it was not long before `now`.
+    pub fn since(&self, now: Micros) -> Micros {
+        self.at.near(now)
+    }
+
+    /// A value came at `at`; `last` was published before.
+    pub fn judge(
+        &mut self,
+        value: Angle,
+        at: Micros,
+        last: Option<(Angle, Micros)>,
+        demands: &Demands,
+    ) -> Verdict {
+        let waited = at.since(self.at.near(at));
+        let verdict = match self.state {
+            State::Waiting if demands.agree(self.candidate, value, waited) => Verdict::Publish,
+            State::Waiting if waited <= demands.life => Verdict::Suspect,
+            State::Waiting | State::Shaken => Verdict::Hold,
+            State::Trusting => match last {
+                Some((angle, then)) if !demands.is_jump(angle, value, at.since(then)) => Verdict::Publish,
+                _ => Verdict::Hold,
+            },
+        };
+        (self.candidate, self.at) = (value, Stamp::of(at));
+        self.hurry = verdict == Verdict::Hold;
+        self.state = if verdict == Verdict::Publish { State::Trusting } else { State::Waiting };
+        verdict
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,117 @@
+//! What is published, held back, and suspected.
+
+use super::*;
+use proptest::prelude::*;
+
+/// 0.05°, 100°/s, a second.
+const DEMANDS: Demands = Demands { resolution: 50_000, max_rate: 100_000, life: Micros(1_000_000) };
+
+fn mdeg(mdeg: i32) -> Angle {
+    Angle::from_udeg(mdeg * 1_000)
+}
+
+/// A slot behind a gate.
+struct Slot {
+    gate: Gate,
+    last: Option<(Angle, Micros)>,
+}
+
+impl Slot {
+    fn new() -> Slot {
+        Slot { gate: Gate::NEW, last: None }
+    }
+
+    fn take(&mut self, value: Angle, ms: u64) -> Verdict {
+        let at = Micros(ms * 1_000);
+        let verdict = self.gate.judge(value, at, self.last, &DEMANDS);
+        if verdict == Verdict::Publish {
+            self.last = Some((value, at));
+        }
+        verdict
+    }
+}
+
+#[test]
+fn the_first_value_is_held_until_one_agrees() {
+    let mut slot = Slot::new();
+    assert_eq!(slot.take(mdeg(10_000), 0), Verdict::Hold);
+    assert!(slot.gate.hurries());
+    // 0.05° and 20 ms at 100°/s: 2.05°.
+    assert_eq!(slot.take(mdeg(12_051), 20), Verdict::Suspect);
+    assert!(!slot.gate.hurries(), "once out of turn is enough");
+    assert_eq!(slot.take(mdeg(14_101), 40), Verdict::Publish);
+    assert_eq!(slot.take(mdeg(14_200), 60), Verdict::Publish);
+}
+
+#[test]
+fn a_jump_is_held_and_motion_is_not() {
+    let mut slot = Slot::new();
+    slot.take(mdeg(179_900), 0);
+    assert_eq!(slot.take(mdeg(179_900), 20), Verdict::Publish);
+    // Across the seam, at the limit.
+    assert_eq!(slot.take(mdeg(-178_050), 40), Verdict::Publish);
+    assert_eq!(slot.take(mdeg(-175_999), 60), Verdict::Hold);
+    // A jump that was none: the value is where it was.
+    assert_eq!(slot.take(mdeg(-178_050), 80), Verdict::Suspect);
+    assert_eq!(slot.take(mdeg(-178_050), 100), Verdict::Publish);
+}
+
+#[test]
+fn after_damage_a_value_needs_a_witness() {
+    let mut slot = Slot::new();
+    slot.take(mdeg(1), 0);
+    slot.take(mdeg(1), 20);
+    slot.gate.shake();
+    assert_eq!(slot.take(mdeg(1), 40), Verdict::Hold);
+    // More damage does not make the candidate worse.
+    slot.gate.shake();
+    assert_eq!(slot.take(mdeg(1), 60), Verdict::Publish);
+    assert_eq!(slot.take(mdeg(1), 80), Verdict::Publish);
+}
+
+#[test]
+fn an_old_candidate_confirms_nothing() {
+    let mut slot = Slot::new();
+    slot.take(mdeg(1), 0);
+    assert_eq!(slot.take(mdeg(1), 1_001), Verdict::Hold);
+    slot.gate.forget();
+    assert_eq!(slot.take(mdeg(1), 1_021), Verdict::Hold);
+    assert_eq!(slot.take(mdeg(1), 1_041), Verdict::Publish);
+}
+
+#[test]
+fn without_a_limit_nothing_is_a_jump() {
+    let any = Demands { max_rate: 0, ..DEMANDS };
+    let mut gate = Gate::NEW;
+    assert_eq!(gate.judge(mdeg(0), Micros(0), None, &any), Verdict::Hold);
+    assert_eq!(gate.judge(mdeg(0), Micros(20_000), None, &any), Verdict::Publish);
+    let last = Some((mdeg(0), Micros(20_000)));
+    assert_eq!(gate.judge(mdeg(-180_000), Micros(20_001), last, &any), Verdict::Publish);
+}
+
+proptest! {
+    /// Whatever comes, a value that is published agrees with the one before it, or with the one published last.
+    #[test]
+    fn what_is_published_has_a_witness(
+        values in prop::collection::vec((-180_000..180_000_i32, 1_u64..2_000, any::<bool>()), 1..100)
+    ) {
+        let close = |one: i32, other: i32, ms: u64| {
+            let apart = (one - other).rem_euclid(360_000);
+            i64::from(apart.min(360_000 - apart)) <= 50 + 100 * ms as i64
+        };
+        let mut slot = Slot::new();
+        let (mut now, mut before, mut last) = (0, None, None);
+        for (value, wait, shake) in values {
+            now += wait;
+            if shake {
+                slot.gate.shake();
+            }
+            if slot.take(mdeg(value), now) == Verdict::Publish {
+                let witness = [before, last].into_iter().flatten().any(|(other, then)| close(value, other, now - then));
+                prop_assert!(witness, "{value} at {now} ms");
+                last = Some((value, now));
+            }
+            before = Some((value, now));
+        }
+    }
+}

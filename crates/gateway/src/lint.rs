@@ -1,0 +1,202 @@
+//! What is allowed and yet not wise in a slot table.
+//!
+//! Not among it: an ISU and a T7 on one segment. Each protocol has its own, and no table can say otherwise
+//! ([`Source::bus`]).
+//!
+//! The load of a bus is computed from its documents' figures: request, latency, answer, guard.
+//!
+//! | | request | latency | answer | sum |
+//! |---|---|---|---|---|
+//! | T7, one angle, 115200 bit/s | 3 characters | 2 ms | 8 characters | 3.04 ms |
+//! | T7, everything | 3 characters | 2 ms | 34 characters | 5.30 ms |
+//! | ISU, 9600 bit/s | 5 characters | 1 ms | 6 characters | 13.5 ms |
+
+use core::fmt;
+
+use clino_bus::{Micros, Timing};
+
+use crate::config::{Ask, Bus, SlotConfig, Source};
+use crate::json::bus_name;
+use crate::phase::REFRESH;
+
+/// Shortest averaging time that makes a difference: the sensor's bandwidth is 8 Hz (T7 data sheet).
+pub const SHORTEST_DAMPING_MS: u16 = 125;
+/// An ISU switches its driver on 1 ms before its first bit (AN #201 section 2, TXEN); no other latency is documented.
+const ISU_LATENCY: Micros = Micros(1_000);
+/// Characters of requests and answers.
+const T7_REQUEST: u64 = 3;
+const T7_ANGLE: u64 = 8;
+const T7_EVERYTHING: u64 = 34;
+const ISU_REQUEST: u64 = 5;
+const ISU_ANGLE: u64 = 6;
+const PERCENT: u64 = 100;
+/// Parts of a percent in which loads are added up.
+const PARTS: u64 = 1_000;
+
+/// Something that is not wise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Finding {
+    /// Two slots read the same.
+    Duplicate {
+        /// A slot.
+        slot: u8,
+        /// One before it.
+        same_as: u8,
+    },
+    /// An address to which every node answers, with several nodes on the bus.
+    AllAnswer {
+        /// The slot.
+        slot: u8,
+        /// Its address.
+        address: u8,
+        /// Nodes on the bus.
+        nodes: u8,
+    },
+    /// The periods ask for more than the bus can carry; periods of zero left out.
+    Overload {
+        /// The bus.
+        bus: Bus,
+        /// What they ask for.
+        percent: u32,
+    },
+    /// An ISU has a new angle every 533 ms; the readings in between repeat it.
+    Repeats {
+        /// The slot.
+        slot: u8,
+        /// Its period.
+        period: Micros,
+    },
+    /// A T7 that averages over less than its sensor's bandwidth.
+    Damping {
+        /// The slot.
+        slot: u8,
+        /// Averaging time.
+        damping_ms: u16,
+    },
+    /// A PWM input is to be compared with a slot that reads no ISU.
+    Partner {
+        /// The slot.
+        slot: u8,
+        /// What it is to be compared with.
+        partner: u8,
+    },
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Finding::Duplicate { slot, same_as } => write!(f, "slot {slot} reads the same as slot {same_as}"),
+            Finding::AllAnswer { slot, address, nodes } => {
+                write!(f, "slot {slot}: all {nodes} nodes answer to address {address}")
+            }
+            Finding::Overload { bus, percent } => {
+                write!(f, "bus {}: its slots ask for {percent} % of what it can carry", bus_name(bus))
+            }
+            Finding::Repeats { slot, period } => {
+                write!(f, "slot {slot}: asked every {} ms, new every 533 ms", period.as_millis())
+            }
+            Finding::Damping { slot, damping_ms } => write!(
+                f,
+                "slot {slot}: damping {damping_ms} ms is less than the {SHORTEST_DAMPING_MS} ms of its bandwidth"
+            ),
+            Finding::Partner { slot, partner } => write!(f, "slot {slot}: slot {partner} reads no ISU"),
+        }
+    }
+}
+
+/// What there is to check: the table, the buses, and the averaging time of a slot's T7 where it is known.
+#[derive(Clone, Copy)]
+pub struct Lint<'a> {
+    /// The slots.
+    pub table: &'a [SlotConfig],
+    /// How the T7 bus runs.
+    pub t7: &'a Timing,
+    /// How the ISU bus runs.
+    pub isu: &'a Timing,
+    /// Averaging time of the T7 in a slot, in milliseconds.
+    pub damping_ms: fn(u8) -> Option<u16>,
+}
+
+impl<'a> Lint<'a> {
+    /// Everything that is not wise.
+    pub fn findings(self) -> impl Iterator<Item = Finding> + 'a {
+        let overloads = [Bus::T7, Bus::Isu].into_iter().filter_map(move |bus| self.overload(bus));
+        let of_slots = self.slots().flat_map(move |(slot, config)| self.of_slot(slot, config));
+        overloads.chain(of_slots)
+    }
+
+    /// What the periods of a bus's slots ask for, in percent of what it can carry; periods of zero left out.
+    pub fn load(self, bus: Bus) -> u32 {
+        let parts = |config: &SlotConfig| {
+            let span = self.exchange(config).0.saturating_mul(PERCENT.saturating_mul(PARTS));
+            span.checked_div(u64::from(config.period.as_micros())).unwrap_or(0)
+        };
+        let on_bus = self.slots().filter(|(_, config)| config.bus() == Some(bus));
+        let sum = on_bus.map(|(_, config)| parts(config)).fold(0, u64::saturating_add);
+        u32::try_from(sum.div_ceil(PARTS)).unwrap_or(u32::MAX)
+    }
+
+    fn slots(self) -> impl Iterator<Item = (u8, &'a SlotConfig)> {
+        (0..=u8::MAX).zip(self.table).filter(|(_, config)| config.is_on())
+    }
+
+    fn exchange(self, config: &SlotConfig) -> Micros {
+        let (timing, latency, characters) = match config.source {
+            Source::Isu { .. } => (self.isu, ISU_LATENCY, ISU_REQUEST.saturating_add(ISU_ANGLE)),
+            Source::T7 { .. } if config.ask == Ask::Everything => {
+                (self.t7, self.t7.get_latency, T7_REQUEST.saturating_add(T7_EVERYTHING))
+            }
+            Source::T7 { .. } => (self.t7, self.t7.get_latency, T7_REQUEST.saturating_add(T7_ANGLE)),
+            Source::Pwm { .. } | Source::Off => return Micros::ZERO,
+        };
+        timing.serial.characters(characters) + latency + timing.guard
+    }
+
+    fn overload(self, bus: Bus) -> Option<Finding> {
+        let percent = self.load(bus);
+        (u64::from(percent) > PERCENT).then_some(Finding::Overload { bus, percent })
+    }
+
+    fn of_slot(self, slot: u8, config: &'a SlotConfig) -> impl Iterator<Item = Finding> {
+        let earlier = self.slots().take_while(move |&(other, _)| other < slot);
+        let same = earlier.filter(|(_, other)| other.source == config.source).map(|(other, _)| other).next();
+        let period = Micros::from(config.period);
+        [
+            same.map(|same_as| Finding::Duplicate { slot, same_as }),
+            self.all_answer(slot, config),
+            (matches!(config.source, Source::Isu { .. }) && period + Micros(1_000) < REFRESH)
+                .then_some(Finding::Repeats { slot, period }),
+            (self.damping_ms)(slot)
+                .filter(|&ms| matches!(config.source, Source::T7 { .. }) && ms < SHORTEST_DAMPING_MS)
+                .map(|damping_ms| Finding::Damping { slot, damping_ms }),
+            config
+                .partner
+                .filter(|&partner| !self.reads_isu(partner))
+                .map(|partner| Finding::Partner { slot, partner }),
+        ]
+        .into_iter()
+        .flatten()
+    }
+
+    fn all_answer(self, slot: u8, config: &SlotConfig) -> Option<Finding> {
+        let (bus, address) = config.source.node()?;
+        let for_all = match config.source {
+            Source::T7 { address, .. } => address.is_all(),
+            Source::Isu { address } => address.is_any(),
+            Source::Pwm { .. } | Source::Off => false,
+        };
+        let nodes = self.slots().filter_map(|(_, other)| other.source.node());
+        let mut seen: u128 = 0;
+        nodes.filter(|&(other, _)| other == bus).for_each(|(_, node)| seen |= 1 << (node & 0x7F));
+        let nodes = seen.count_ones() as u8;
+        (for_all && nodes > 1).then_some(Finding::AllAnswer { slot, address, nodes })
+    }
+
+    fn reads_isu(self, slot: u8) -> bool {
+        let config = self.table.get(usize::from(slot));
+        config.is_some_and(|config| matches!(config.source, Source::Isu { .. }) && config.enabled)
+    }
+}
+
+#[cfg(test)]
+mod tests;

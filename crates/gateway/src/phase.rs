@@ -1,0 +1,96 @@
+//! When an ISU has its next angle.
+//!
+//! A module makes a new angle every 8/15 s (AN #201 section 4) and does not say when. Its instant shows between two readings
+//! that differ, to no better than the time between them; the next one is a refresh later, give or take its clock. So every
+//! reading that differs narrows the span in which the next angle appears, and every refresh widens it. While it is wider
+//! than [`NARROW`], a reading is put into its middle; else one at its end finds the new angle when it is hardly older than
+//! that.
+//!
+//! A module at rest says nothing about its instant. It is read at least once in the shortest refresh then, so that no angle
+//! is missed when it begins to move.
+//!
+//! Limits: a clock off by more than [`TOLERANCE`] keeps the span wide and is read as one at rest: nothing is missed, and
+//! the angles are found up to one reading later. A module asked less often than it refreshes is not followed.
+
+use clino_bus::Micros;
+
+use crate::stamp::Stamp;
+
+/// From one angle to the next: 8/15 s (AN #201 section 4).
+pub(crate) const REFRESH: Micros = Micros(533_333);
+/// How far a module's clock may be off: one in a hundred, a ceramic resonator's worst. The document gives no figure.
+const TOLERANCE: Micros = Micros(REFRESH.0 / 100);
+const SHORTEST: Micros = Micros(REFRESH.0 - TOLERANCE.0);
+const LONGEST: Micros = Micros(REFRESH.0 + TOLERANCE.0);
+/// Two exchanges of 12.5 ms: a reading in the middle of less than this would be of no use.
+const NARROW: Micros = Micros(25_000);
+/// Longest time between two readings while the instant is not known: a refresh less the 5 % by which the PWM output of the
+/// same clock may be off, and an exchange.
+const BLIND: Micros = Micros(490_000);
+
+/// What is known of a module's next angle.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Phase {
+    /// It appears after this,
+    from: Stamp,
+    /// and so much later at the latest, in µs.
+    width: u32,
+    /// The angle read last, in µ°.
+    code: i32,
+    /// Something was read, not long ago.
+    known: bool,
+    /// The last angle appeared when it was expected.
+    locked: bool,
+}
+
+impl Phase {
+    /// An angle was read with a request that was out at `asked` and whose answer ended at `at`. Returns whether it was not
+    /// read before; an angle that equals its predecessor counts as new when a refresh has certainly passed.
+    pub fn read(&mut self, code: i32, asked: Micros, at: Micros) -> bool {
+        let changed = !self.known || code != self.code;
+        let (from, by) = self.bounds(at);
+        let overdue = asked >= by;
+        let (from, by, locked) = if !self.known || at >= from + SHORTEST || changed && at <= from {
+            // There may have been two, or it came when it should not: all that is known is that this was read.
+            (asked, at + LONGEST, false)
+        } else if changed {
+            (from + SHORTEST, by.min(at) + LONGEST, true)
+        } else if overdue {
+            (from + SHORTEST, by + LONGEST, false)
+        } else {
+            (from.max(asked), by, self.locked)
+        };
+        *self = Phase {
+            from: Stamp::of(from),
+            width: u32::try_from(by.since(from).0).unwrap_or(u32::MAX),
+            code,
+            known: true,
+            locked,
+        };
+        changed || overdue
+    }
+
+    /// After when, and by when, the next angle appears.
+    fn bounds(&self, now: Micros) -> (Micros, Micros) {
+        let from = self.from.near(now);
+        (from, from + Micros(self.width.into()))
+    }
+
+    /// When to ask after a request at `asked`, at most about `period` later; `None` if the module is not followed.
+    pub fn next(&self, asked: Micros, period: Micros) -> Option<Micros> {
+        if period > REFRESH || !self.known {
+            return None;
+        }
+        let (from, by) = self.bounds(asked);
+        let middle = from + Micros((self.width / 2).into());
+        let is_wide = by.since(from) > NARROW && middle > asked;
+        let best = if is_wide { middle } else { by };
+        let period = if self.locked { period } else { period.min(BLIND) };
+        // A reading shortly before the best instant would find nothing new.
+        let at_most = asked + period + Micros(period.0 / 8);
+        Some(if best <= at_most { best } else { asked + period })
+    }
+}
+
+#[cfg(test)]
+mod tests;

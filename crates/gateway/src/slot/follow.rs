@@ -1,0 +1,31 @@
+//! A sensor that has moved to another address is followed there.
+
+use clino_codec::isu::eeprom::Change as Eeprom;
+use clino_commissioning::{Change, Report};
+
+use super::Slot;
+use crate::task::{News, isu, t7};
+use crate::{SlotConfig, Source};
+
+impl Slot {
+    /// Follows this slot's sensor. Returns whether it is the one that has moved.
+    pub fn follow(&mut self, news: &News) -> bool {
+        let source = match (*news, self.config.source) {
+            (
+                News::T7(t7::News::Address(Report { change: Change::Changed { from, to }, .. })),
+                Source::T7 { address, axis },
+            ) if address == from => Source::T7 { address: to, axis },
+            (
+                News::Isu(isu::News::Programmed(Report {
+                    change:
+                        Change::Changed { from: Eeprom::ModuleAddress(from), to: Eeprom::ModuleAddress(to) },
+                    ..
+                })),
+                Source::Isu { address },
+            ) if address == from => Source::Isu { address: to },
+            _ => return false,
+        };
+        self.set(SlotConfig { source, ..self.config });
+        true
+    }
+}

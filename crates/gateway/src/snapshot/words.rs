@@ -1,0 +1,107 @@
+//! A reading as 32-bit words, so that each can be read and written at once. Any words make a reading: a reader may see
+//! those of two readings before it finds out.
+//!
+//! ```text
+//!  0  status | flags << 8 | health << 16 | address << 24      6  temperature
+//!  1  sequence                                             7, 8  time of the last good value, low half first
+//!  2  angle of the sensor, µ°                                 9  stale after, µs
+//!  3  angle, µ°                                              10  period, µs
+//!  4  rate, 0.001°/s                                         11  reported every, µs
+//!  5  turns
+//! ```
+
+use clino_bus::Micros;
+use clino_codec::angle::Angle;
+use clino_codec::{isu, t7};
+
+use crate::config::{PwmInput, Source, Span};
+use crate::health::Health;
+use crate::{Reading, Status};
+
+pub(super) const WORDS: usize = 12;
+
+const FRESH: u8 = 1 << 0;
+const ENABLED: u8 = 1 << 1;
+const WARM: u8 = 1 << 2;
+const MEASURED: u8 = 1 << 3;
+/// Two bits each.
+const KIND: u8 = 4;
+const PART: u8 = 6;
+const TWO_BITS: u8 = 0b11;
+
+const T7: u8 = 1;
+const ISU: u8 = 2;
+const PWM: u8 = 3;
+
+pub(super) fn words(reading: &Reading) -> [u32; WORDS] {
+    let (kind, part, address) = match reading.source {
+        Source::Off => (0, 0, 0),
+        Source::T7 { address, axis } => (T7, axis.get(), address.get()),
+        Source::Isu { address } => (ISU, 0, address.get()),
+        Source::Pwm { input } => (PWM, u8::from(input == PwmInput::Pwm2), 0),
+    };
+    let flag = |bit, on: bool| if on { bit } else { 0 };
+    let flags = flag(FRESH, reading.fresh)
+        | flag(ENABLED, reading.enabled)
+        | flag(WARM, reading.temperature.is_some())
+        | flag(MEASURED, reading.measured.is_some())
+        | kind << KIND
+        | part << PART;
+    let measured = reading.measured.unwrap_or(Micros::ZERO).0;
+    [
+        u32::from_le_bytes([reading.status as u8, flags, reading.health.bits(), address]),
+        reading.sequence,
+        reading.raw.udeg().cast_unsigned(),
+        reading.angle.udeg().cast_unsigned(),
+        reading.rate.cast_unsigned(),
+        reading.turns.cast_unsigned(),
+        u32::from(reading.temperature.unwrap_or(0).cast_unsigned()),
+        measured as u32,
+        (measured >> u32::BITS) as u32,
+        reading.stale_after.as_micros(),
+        reading.period.as_micros(),
+        reading.report_every.as_micros(),
+    ]
+}
+
+pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
+    let [first, sequence, raw, angle, rate, turns, temperature, low, high, stale, period, report] = *words;
+    let [status, flags, health, address] = first.to_le_bytes();
+    let has = |flag| flags & flag != 0;
+    let measured = Micros(u64::from(high) << u32::BITS | u64::from(low));
+    Reading {
+        slot,
+        source: source(flags >> KIND & TWO_BITS, flags >> PART & TWO_BITS, address),
+        enabled: has(ENABLED),
+        sequence,
+        health: Health::from_bits(health),
+        fresh: has(FRESH),
+        status: Status::ALL.get(usize::from(status)).copied().unwrap_or_default(),
+        raw: Angle::from_udeg(raw.cast_signed()),
+        angle: Angle::from_udeg(angle.cast_signed()),
+        rate: rate.cast_signed(),
+        turns: turns.cast_signed(),
+        temperature: has(WARM).then_some((temperature as u16).cast_signed()),
+        measured: has(MEASURED).then_some(measured),
+        stale_after: Span::from_micros(stale),
+        period: Span::from_micros(period),
+        report_every: Span::from_micros(report),
+    }
+}
+
+fn source(kind: u8, part: u8, address: u8) -> Source {
+    let source = match kind {
+        T7 => t7_axis(part)
+            .zip(t7::Address::of_request(address))
+            .map(|(axis, address)| Source::T7 { address, axis }),
+        ISU => isu::Address::new(address).map(|address| Source::Isu { address }),
+        PWM if part == 0 => Some(Source::Pwm { input: PwmInput::Pwm1 }),
+        PWM => Some(Source::Pwm { input: PwmInput::Pwm2 }),
+        _ => None,
+    };
+    source.unwrap_or(Source::Off)
+}
+
+fn t7_axis(number: u8) -> Option<t7::Axis> {
+    t7::Axis::new(number)
+}

@@ -1,0 +1,190 @@
+//! The last transactions of both buses, for those who want to see what happened before it went wrong.
+//!
+//! Written where a transaction ends; read newest first. 16 bytes an entry.
+
+use clino_bus::{Fault, Micros, Refusal};
+use clino_codec::layers::Layer;
+
+use crate::Bus;
+
+/// How many transactions are kept.
+pub const TRACED: usize = 32;
+
+/// How a transaction ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Verdict {
+    /// A good answer.
+    Good,
+    /// Nothing came in time.
+    NoAnswer,
+    /// Characters, but no frame.
+    Garbled,
+    /// The receiver complained of a character.
+    LineErrors,
+    /// Wrong checksum.
+    Checksum,
+    /// Wrong length.
+    Length,
+    /// Another address or command.
+    Foreign,
+    /// A value out of its range.
+    Value,
+    /// Somebody else talked into the request.
+    Contention,
+    /// The line did not fall silent.
+    LineBusy,
+    /// The request did not get out.
+    NotSent,
+    /// The window of a search is over.
+    Over,
+}
+
+impl Verdict {
+    /// The name used in every text interface.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Verdict::Good => "good",
+            Verdict::NoAnswer => "no_answer",
+            Verdict::Garbled => "garbled",
+            Verdict::LineErrors => "line_errors",
+            Verdict::Checksum => "checksum",
+            Verdict::Length => "length",
+            Verdict::Foreign => "foreign",
+            Verdict::Value => "value",
+            Verdict::Contention => "contention",
+            Verdict::LineBusy => "line_busy",
+            Verdict::NotSent => "not_sent",
+            Verdict::Over => "over",
+        }
+    }
+
+    pub(crate) fn of<A, E: Refusal>(result: &Result<A, Fault<E>>) -> Verdict {
+        match result {
+            Ok(_) => Verdict::Good,
+            Err(Fault::NoAnswer { .. }) => Verdict::NoAnswer,
+            Err(Fault::Garbled { .. }) => Verdict::Garbled,
+            Err(Fault::Bad(error)) => match error.layer() {
+                Layer::LineErrors => Verdict::LineErrors,
+                Layer::Checksum => Verdict::Checksum,
+                Layer::Length => Verdict::Length,
+                Layer::Address | Layer::Command => Verdict::Foreign,
+                Layer::Value => Verdict::Value,
+            },
+            Err(Fault::Contention) => Verdict::Contention,
+            Err(Fault::LineBusy) => Verdict::LineBusy,
+            Err(Fault::NotSent) => Verdict::NotSent,
+            Err(Fault::Over { .. }) => Verdict::Over,
+        }
+    }
+}
+
+/// Why a request was sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Purpose {
+    /// A reading that was due.
+    Reading,
+    /// A repetition of one that failed.
+    Retry,
+    /// A second reading to confirm the first.
+    Confirmation,
+    /// To see whether a dead node is back.
+    Probe,
+    /// A step of a commissioning task.
+    Task,
+}
+
+impl Purpose {
+    /// The name used in every text interface.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Purpose::Reading => "reading",
+            Purpose::Retry => "retry",
+            Purpose::Confirmation => "confirmation",
+            Purpose::Probe => "probe",
+            Purpose::Task => "task",
+        }
+    }
+}
+
+/// One transaction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Entry {
+    /// When the request was handed to the line.
+    pub at: Micros,
+    /// From then to the end of the transaction, in microseconds; at most 65 535 steps of 16 µs, a second.
+    took: u16,
+    /// Where.
+    pub bus: Bus,
+    /// Who was asked.
+    pub address: u8,
+    /// The command code (T7) or function (ISU).
+    pub command: u8,
+    /// Why.
+    pub purpose: Purpose,
+    /// How it ended.
+    pub verdict: Verdict,
+}
+
+/// Microseconds of a count of [`Entry::took`].
+const TOOK_STEP_US: u64 = 16;
+
+impl Entry {
+    /// Nothing has ended yet.
+    pub(crate) fn begun(at: Micros, bus: Bus, (address, command): (u8, u8), purpose: Purpose) -> Entry {
+        Entry { at, took: 0, bus, address, command, purpose, verdict: Verdict::NotSent }
+    }
+
+    pub(crate) fn ended(self, at: Micros, verdict: Verdict) -> Entry {
+        let took = u16::try_from(at.since(self.at).0 / TOOK_STEP_US).unwrap_or(u16::MAX);
+        Entry { took, verdict, ..self }
+    }
+
+    /// How long it took, to 16 µs; a second at most.
+    pub fn took(&self) -> Micros {
+        Micros(TOOK_STEP_US).times(self.took.into())
+    }
+}
+
+/// The last [`TRACED`] transactions.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    entries: [Option<Entry>; TRACED],
+    /// Where the next one goes.
+    next: usize,
+    total: u32,
+}
+
+impl Trace {
+    /// Nothing has happened yet.
+    pub const fn new() -> Trace {
+        Trace { entries: [None; TRACED], next: 0, total: 0 }
+    }
+
+    pub(crate) fn push(&mut self, entry: Entry) {
+        if let Some(place) = self.entries.get_mut(self.next) {
+            *place = Some(entry);
+        }
+        self.next = self.next.wrapping_add(1) % TRACED;
+        self.total = self.total.wrapping_add(1);
+    }
+
+    /// How many transactions there were since reset; wraps.
+    pub const fn total(&self) -> u32 {
+        self.total
+    }
+
+    /// The transactions, newest first.
+    pub fn iter(&self) -> impl Iterator<Item = &Entry> {
+        let (after, before) = self.entries.split_at_checked(self.next).unwrap_or((&[], &self.entries));
+        after.iter().rev().chain(before.iter().rev()).flatten()
+    }
+}
+
+impl Default for Trace {
+    fn default() -> Self {
+        Trace::new()
+    }
+}
