@@ -15,11 +15,9 @@
 //! All pins used are 5 V tolerant (DS8626 table 7, "FT").
 
 use clino_bus::Event;
-use clino_gateway::order::Order;
-use clino_gateway::task::News;
-use clino_gateway::{Capture, Gateway};
+use clino_gateway::{Capture, Gateway, Settings};
 use cortex_m::peripheral::DWT;
-use heapless::spsc::{Consumer, Producer, Queue};
+use heapless::spsc::{Consumer, Queue};
 use stm32f4xx_hal::gpio::{Alternate, Output, PA1, PA15, PB8, PD10, PinState, Pull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
@@ -42,20 +40,12 @@ const LINE_EVENTS: usize = 64;
 /// Cycles a PWM input can have in hand.
 const CAPTURES: usize = 4;
 
-/// Orders that can wait for the bus level, which takes them at once.
-const ORDERS: usize = 4;
-
-/// News that can wait to be printed. A task waits while there is no room.
-const NEWS: usize = 4;
-
 /// The queues between interrupts and the levels above.
 pub struct Queues {
     t7: Queue<Event, LINE_EVENTS>,
     isu: Queue<Event, LINE_EVENTS>,
     pwm1: Queue<Capture, CAPTURES>,
     pwm2: Queue<Capture, CAPTURES>,
-    orders: Queue<Order, ORDERS>,
-    news: Queue<News, NEWS>,
     console: console::Queues,
 }
 
@@ -66,8 +56,6 @@ impl Queues {
             isu: Queue::new(),
             pwm1: Queue::new(),
             pwm2: Queue::new(),
-            orders: Queue::new(),
-            news: Queue::new(),
             console: console::Queues::new(),
         }
     }
@@ -87,12 +75,6 @@ pub enum ClockSource {
 pub struct Board {
     /// What is typed.
     pub keys: Consumer<'static, u8>,
-    /// What is to be done for people and programs.
-    pub orders: Producer<'static, Order>,
-    /// What has come of it.
-    pub told: Consumer<'static, News>,
-    /// Where the bus level puts that.
-    pub news: Producer<'static, News>,
     pub ports: Ports,
     pub inbox: Inbox,
     pub gateway: Gateway,
@@ -115,9 +97,7 @@ impl Board {
         let (isu_producer, isu) = queues.isu.split();
         let (pwm1_producer, pwm1) = queues.pwm1.split();
         let (pwm2_producer, pwm2) = queues.pwm2.split();
-        let (orders, order) = queues.orders.split();
-        let (news, told) = queues.news.split();
-        let inbox = Inbox { t7, isu, pwm1, pwm2, order };
+        let inbox = Inbox { t7, isu, pwm1, pwm2 };
         let core_hz = rcc.clocks.hclk().raw();
 
         // A receive pin is pulled up: a transceiver whose receiver is off leaves it floating.
@@ -150,8 +130,9 @@ impl Board {
         let pwm2 = PwmCapture::new(peripherals.TIM2, TimerInput::Ti1, pin, pwm2_producer);
 
         let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
-        let gateway = Gateway::new(&params::SLOTS, params::T7, params::ISU, params::pwm_limits(timer_hz));
-        Board { keys, orders, told, news, ports: Ports { t7, isu, pwm1, pwm2 }, inbox, gateway, clock_source }
+        let settings = Settings::new(&params::SLOTS, params::T7, params::ISU);
+        let gateway = Gateway::new(&settings, params::pwm_limits(timer_hz));
+        Board { keys, ports: Ports { t7, isu, pwm1, pwm2 }, inbox, gateway, clock_source }
     }
 }
 

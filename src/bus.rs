@@ -2,21 +2,19 @@
 //!
 //! Any port, the clock's alarm and the clock's rounds raise it. Each run hands the core what has come in, sends
 //! what it wants sent, publishes what it has read, and sets the alarm for the next deadline.
-
-use core::cell::Cell;
+//!
+//! The levels below give orders and ask for details with [`with`], which holds this level off for as long as it takes.
 
 use clino_bus::{Event, Micros, earliest};
 use clino_console::BusState;
-use clino_gateway::order::Order;
-use clino_gateway::task::News;
-use clino_gateway::{Action, Bus, Capture, Gateway, Publisher, PwmInput};
+use clino_gateway::{Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput};
 use cortex_m::peripheral::NVIC;
-use cortex_m::singleton;
-use critical_section::Mutex;
-use heapless::spsc::{Consumer, Producer};
+use heapless::spsc::Consumer;
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
 
-use crate::{clock, params, ports, shared};
+use crate::ceiling::Ceiling;
+use crate::ports::priority;
+use crate::{clock, ports, shared};
 
 /// The interrupt line is borrowed from EXTI0, which has nothing connected here; only software raises it.
 pub const INTERRUPT: Interrupt = Interrupt::EXTI0;
@@ -27,26 +25,19 @@ pub struct Inbox {
     pub isu: Consumer<'static, Event>,
     pub pwm1: Consumer<'static, Capture>,
     pub pwm2: Consumer<'static, Capture>,
-    pub order: Consumer<'static, Order>,
 }
 
 struct BusLevel {
     inbox: Inbox,
-    news: Producer<'static, News>,
     gateway: Gateway,
     snapshot: Publisher<'static>,
-    statistics_due: Micros,
 }
 
-/// Carries the bus level from the main program into its interrupt.
-static HANDOVER: Mutex<Cell<Option<&'static mut BusLevel>>> = Mutex::new(Cell::new(None));
+static LEVEL: Ceiling<BusLevel, { priority::BUS }> = Ceiling::new();
 
 /// Makes the bus level ready to run; it does once its interrupt is let in.
-pub fn start(inbox: Inbox, news: Producer<'static, News>, gateway: Gateway) {
-    let snapshot = shared::SNAPSHOT.publisher();
-    let level =
-        singleton!(: BusLevel = BusLevel { inbox, news, gateway, snapshot, statistics_due: Micros::ZERO });
-    critical_section::with(|cs| HANDOVER.borrow(cs).set(level));
+pub fn start(inbox: Inbox, gateway: Gateway) {
+    LEVEL.fill(BusLevel { inbox, gateway, snapshot: shared::SNAPSHOT.publisher() });
     wake();
 }
 
@@ -55,22 +46,31 @@ pub fn wake() {
     NVIC::pend(INTERRUPT);
 }
 
+/// Lends the gateway to a level below. The bus level waits meanwhile: look at one thing at a time.
+pub fn with<R>(work: impl FnOnce(&mut Gateway) -> R) -> Option<R> {
+    LEVEL.with(|level| work(&mut level.gateway))
+}
+
+/// What happened on a bus since reset, and how it is set.
+pub fn state(bus: Bus) -> Option<BusState> {
+    with(|gateway| BusState {
+        timing: *gateway.timing(bus),
+        line: *gateway.line_settings(bus),
+        counters: *gateway.counters(bus),
+        driver: ports::driver_enable(bus),
+        progress: gateway.progress(bus),
+    })
+}
+
 #[interrupt]
 fn EXTI0() {
-    static mut LEVEL: Option<&'static mut BusLevel> = None;
-    if LEVEL.is_none() {
-        *LEVEL = critical_section::with(|cs| HANDOVER.borrow(cs).take());
-    }
-    if let Some(level) = LEVEL {
-        level.run();
-    }
+    LEVEL.with(BusLevel::run);
 }
 
 impl BusLevel {
     fn run(&mut self) {
         let now = clock::now();
         self.fetch(now);
-        self.carry_out();
         for bus in shared::BUSES {
             self.gateway.poll(bus, now, |action| match action {
                 Action::Send(frame) => ports::submit(bus, frame),
@@ -78,7 +78,9 @@ impl BusLevel {
             });
         }
         let ports_at = ports::poll(now);
-        self.publish(now);
+        if self.gateway.publish(&mut self.snapshot) || self.gateway.has_news(Asker::Console) {
+            shared::note_work();
+        }
         let gateway_at = shared::BUSES.map(|bus| self.gateway.poll_at(bus)).into_iter().fold(None, earliest);
         if let Some(at) = earliest(ports_at, gateway_at) {
             clock::wake_at(at);
@@ -97,42 +99,6 @@ impl BusLevel {
         }
         while let Some(capture) = self.inbox.pwm2.dequeue() {
             self.gateway.pwm(PwmInput::Pwm2, capture, now);
-        }
-    }
-
-    fn carry_out(&mut self) {
-        while let Some(order) = self.inbox.order.dequeue() {
-            if let Err(refusal) = self.gateway.carry_out(order) {
-                self.tell(News::Refused(refusal));
-            }
-            self.statistics_due = Micros::ZERO;
-        }
-    }
-
-    fn tell(&mut self, news: News) {
-        if self.news.enqueue(news).is_err() {
-            defmt::warn!("nobody fetches the news");
-        }
-        shared::note_work();
-    }
-
-    fn publish(&mut self, now: Micros) {
-        while self.news.ready()
-            && let Some(news) = self.gateway.news()
-        {
-            self.tell(news);
-        }
-        if self.gateway.publish(&mut self.snapshot) {
-            shared::note_work();
-        }
-        if now >= self.statistics_due {
-            self.statistics_due = now + params::PUBLISH_EVERY;
-            for bus in shared::BUSES {
-                let (timing, counters) = (*self.gateway.timing(bus), *self.gateway.counters(bus));
-                let (line, driver) = (*self.gateway.line_settings(bus), ports::driver_enable(bus));
-                let progress = self.gateway.progress(bus);
-                shared::publish_bus(bus, BusState { timing, line, counters, driver, progress });
-            }
         }
     }
 }

@@ -5,10 +5,10 @@
 //! 1. *Bytes* (`ports`, `uart`, `capture`, `console`, `clock`): interrupt handlers that move bytes and ticks between
 //!    registers and queues, and switch the line driver.
 //! 2. *Bus* (`bus`): a software interrupt that hands events and `now` to the gateway core, sends what it
-//!    wants sent, publishes what it has read, and sets the alarm for the next deadline.
+//!    wants sent, publishes what it has read (`shared`), and sets the alarm for the next deadline.
 //! 3. *People* (this loop): the console, and sleep.
 //!
-//! No level waits for another: the bus never waits for the console.
+//! No level waits for one below, but for the short looks into the gateway (`ceiling`): the bus never waits for the console.
 #![no_std]
 #![no_main]
 #![deny(unsafe_op_in_unsafe_fn)]
@@ -16,26 +16,24 @@
 mod board;
 mod bus;
 mod capture;
+mod ceiling;
 mod clock;
 mod console;
 mod faults;
 mod params;
+mod people;
 mod ports;
 mod shared;
 mod uart;
 
-use clino_bus::Micros;
-use clino_console::{BusState, Shell};
-use clino_gateway::order::{Order, Refusal};
-use clino_gateway::task::News;
-use clino_gateway::{Bus, Reading};
+use clino_console::Shell;
 use cortex_m_rt::entry;
 use defmt_rtt as _;
-use heapless::spsc::{Consumer, Producer};
 use stm32f4xx_hal::pac;
 
 use crate::board::{Board, Queues};
 use crate::console::Console;
+use crate::people::Gateway;
 
 #[entry]
 fn main() -> ! {
@@ -46,62 +44,16 @@ fn main() -> ! {
     };
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let Board { mut keys, orders, told, news, ports, inbox, gateway, clock_source } =
-        Board::init(peripherals, QUEUES);
+    let Board { mut keys, ports, inbox, gateway, clock_source } = Board::init(peripherals, QUEUES);
     defmt::info!("clino {=str}, clock: {}", env!("CARGO_PKG_VERSION"), clock_source);
-    bus::start(inbox, news, gateway);
+    bus::start(inbox, gateway);
     ports::start(ports, &mut core.NVIC);
     let mut shell = Shell::new(Console);
-    let mut host = Host { orders, told };
     loop {
         if let Some(key) = keys.dequeue() {
-            shell.input(key, &mut host);
-        } else if !(Console.has_room() && shell.poll(&mut host)) {
+            shell.input(key, &mut Gateway);
+        } else if !(Console.has_room() && shell.poll(&mut Gateway)) {
             shared::sleep_until_work();
         }
-    }
-}
-
-/// The gateway as the console sees it.
-struct Host {
-    orders: Producer<'static, Order>,
-    told: Consumer<'static, News>,
-}
-
-impl clino_console::Host for Host {
-    fn now(&self) -> Micros {
-        clock::now()
-    }
-
-    fn reading(&self, slot: usize) -> Option<Reading> {
-        shared::reading(slot)
-    }
-
-    fn bus(&self, bus: Bus) -> Option<BusState> {
-        shared::bus(bus)
-    }
-
-    fn news(&mut self) -> Option<News> {
-        let news = self.told.dequeue();
-        if news.is_some() {
-            // A task may have waited for the room.
-            bus::wake();
-        }
-        news
-    }
-
-    fn order(&mut self, order: Order) -> Result<(), Refusal> {
-        order.check()?;
-        self.orders.enqueue(order).map_err(|_| Refusal::Busy)?;
-        bus::wake();
-        Ok(())
-    }
-
-    fn lost_characters(&self) -> u32 {
-        console::lost()
-    }
-
-    fn version(&self) -> &'static str {
-        env!("CARGO_PKG_VERSION")
     }
 }

@@ -38,9 +38,6 @@ pub const CONSOLE: Serial = Serial { baud: 115_200 };
 /// is fresh.
 pub const CONSOLE_LOW_WATER: usize = 16;
 
-/// From one publication of a bus's counters to the next.
-pub const PUBLISH_EVERY: Micros = Micros::from_millis(100);
-
 /// A PWM input without a cycle for this long has no signal: two and a half nominal periods, so that one lost
 /// cycle is not yet a fault.
 pub const PWM_NO_SIGNAL: Micros = Micros(PWM_PERIOD.as_micros() as u64 * 5 / 2);

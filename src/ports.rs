@@ -23,12 +23,12 @@ pub struct Ports {
 static PORTS: Mutex<RefCell<Option<Ports>>> = Mutex::new(RefCell::new(None));
 
 /// Interrupt priorities, highest first. The F4 implements the upper four bits of the byte (RM0090 section 12).
-mod priority {
+pub mod priority {
     /// Characters and edges, and the clock that stamps them.
     pub const BYTES: u8 = 1 << 4;
     /// The console's characters can wait for those of the buses.
     pub const CONSOLE: u8 = 2 << 4;
-    /// The bus level: above the main loop, below every character.
+    /// The bus level: above the levels that talk to others, below every character.
     pub const BUS: u8 = 3 << 4;
 }
 

@@ -361,7 +361,8 @@ fn a_modbus_master_gets_its_answer_with_parity_behind_de() {
     master.lock().send(AT, &REQUEST);
     board.run_until(AT + 50 * MS).unwrap();
     let answers = master.lock().take_answers();
-    let [Answer { began, ended, bytes, spoilt, de_high: Some(high), de_low: Some(low) }] = &answers[..] else {
+    let [Answer { began, ended, bytes, spoilt, de_high: Some(high), de_low: Some(low) }] = &answers[..]
+    else {
         panic!("no answer behind DE: {answers:?}")
     };
     assert_eq!((&bytes[..], *spoilt), (&REQUEST[..], 0));

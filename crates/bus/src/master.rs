@@ -127,6 +127,11 @@ impl<P: Protocol> Master<P> {
         &self.counters
     }
 
+    /// Sets what was counted to zero.
+    pub fn clear_counters(&mut self) {
+        self.counters = Counters::default();
+    }
+
     /// The waits in force.
     pub fn timing(&self) -> &Timing {
         &self.timing

@@ -10,7 +10,6 @@ use clino_commissioning::{Change, Report, isu as isu_task};
 use clino_gateway::task::{News, isu, t7};
 
 use crate::causes;
-use crate::error::Error;
 use crate::fields::{Value, line};
 use crate::shell::Audience;
 
@@ -19,7 +18,6 @@ pub fn write(out: &mut dyn Write, audience: Audience, news: &News) -> fmt::Resul
     match news {
         News::T7(news) => t7(out, audience, news),
         News::Isu(news) => isu(out, audience, news),
-        News::Refused(refusal) => Error::Refused(*refusal).write(out, audience),
     }
 }
 

@@ -10,6 +10,10 @@
 //! [`LONGEST_PAUSE_MS`]: exponential back-off. Together they get one part of the bus ([`Agenda::new`]), however many there
 //! are, and the time in which nobody else is due; the others keep the rest. A node that is back is found within 2 s.
 //!
+//! *Deaf nodes.* A T7 that has taken noise for the beginning of a command takes what follows for the rest of it, up to
+//! [500 ms of silence](Agenda::new), and what follows that may look like a beginning again. So when half of a bus's nodes
+//! are dead, one of them since a moment ago, and something was wrong with the line before, the bus keeps silent for once.
+//!
 //! *Time.* Looking through all slots takes longer than the bus should wait between two exchanges. So it is done while an
 //! answer is awaited ([`Agenda::look_ahead`]), and again only if that exchange does not end well.
 
@@ -31,6 +35,8 @@ const GONE_AFTER: Micros = Micros::from_millis(1_000);
 const PAUSE_GROWS: u16 = 16;
 /// The longest pause. What is left of 2 s is for the other dead nodes.
 const LONGEST_PAUSE_MS: u16 = 1_200;
+/// What was wrong with the line so long ago has nothing to do with a node that is silent now: [`GONE_AFTER`], and as much.
+const TROUBLE_LASTS: Micros = Micros::from_millis(2_000);
 /// Nothing will be to be asked.
 const NEVER: Micros = Micros(u64::MAX);
 
@@ -54,6 +60,13 @@ pub(crate) struct Agenda {
     ahead: Option<usize>,
     /// Dead nodes together get one part in so many of the bus.
     probe_share: u64,
+    /// The silence after which every node takes the next character for the beginning of a request; zero if the nodes do
+    /// not need one.
+    silence: Micros,
+    /// When something was wrong with the line.
+    trouble_at: Option<Micros>,
+    /// Nobody is asked before this.
+    silent_until: Micros,
     /// No dead node is asked before this, unless nobody else is due.
     probe_at: Micros,
     /// What the last probe took.
@@ -64,8 +77,13 @@ pub(crate) struct Agenda {
 }
 
 impl Agenda {
-    pub fn new(mine: Bits, probe_share: u64) -> Self {
+    /// The agenda of these slots. Dead nodes together get one part in `probe_share` of the bus; after a silence of
+    /// `silence` all nodes hear again, whatever they have taken for a request.
+    pub fn new(mine: Bits, probe_share: u64, silence: Micros) -> Self {
         Agenda {
+            silence,
+            trouble_at: None,
+            silent_until: Micros::ZERO,
             mine,
             asked: None,
             ahead: None,
@@ -101,6 +119,9 @@ impl Agenda {
         slots: &[Slot],
         ask_at: &dyn Fn(&Slot) -> Option<Micros>,
     ) -> Option<usize> {
+        if now < self.silent_until {
+            self.idle_until = self.silent_until;
+        }
         if now < self.idle_until {
             return None;
         }
@@ -194,15 +215,38 @@ impl Agenda {
         if slot.dead { due(slot, now).max(self.probe_at) } else { due(slot, now) }
     }
 
-    /// A reading of the slot ended at `at`, in silence or not.
-    pub fn note_silence(&mut self, slot: &mut Slot, asked: &Asked, silent: bool, at: Micros) {
+    /// Something was wrong with the line at `at`: what was heard was no answer, or somebody else talked.
+    pub fn note_trouble(&mut self, at: Micros) {
+        self.trouble_at = Some(at);
+    }
+
+    /// Whether half of the nodes or more are dead.
+    fn are_many_dead(&self, slots: &[Slot]) -> bool {
+        let (dead, all) = self.mine(slots).fold((0_usize, 0_usize), |(dead, all), (_, slot)| {
+            (dead.saturating_add(usize::from(slot.dead)), all.saturating_add(1))
+        });
+        dead.saturating_mul(2) >= all
+    }
+
+    /// A node has just been taken for dead, at `at`: if it may only be deaf, and so may be others, they are given the
+    /// silence in which they come to.
+    pub fn note_dead(&mut self, at: Micros, slots: &[Slot]) {
+        let recent = self.trouble_at.is_some_and(|trouble_at| at.since(trouble_at) <= TROUBLE_LASTS);
+        if recent && self.are_many_dead(slots) {
+            self.trouble_at = None;
+            self.silent_until = at + self.silence;
+        }
+    }
+
+    /// A reading of the slot ended at `at`, in silence or not. Returns whether its node is dead since now.
+    pub fn note_silence(&mut self, slot: &mut Slot, asked: &Asked, silent: bool, at: Micros) -> bool {
         let was_dead = slot.dead;
         slot.silent = if silent { slot.silent.saturating_add(1) } else { 0 };
         slot.dead =
             slot.silent >= DEAD_AFTER && slot.measured().is_none_or(|read| at.since(read) >= GONE_AFTER);
         if !slot.dead {
             slot.pause_ms = 0;
-            return;
+            return false;
         }
         slot.lose_track();
         if was_dead {
@@ -213,6 +257,7 @@ impl Agenda {
             slot.pause_ms = grown.min(LONGEST_PAUSE_MS);
             slot.due = slot.due.max(at + Micros::from_millis(slot.pause_ms.into()));
         }
+        !was_dead
     }
 }
 

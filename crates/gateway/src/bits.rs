@@ -12,11 +12,6 @@ impl Bits {
     /// No slot.
     pub const EMPTY: Bits = Bits(0);
 
-    /// The first `n` slots.
-    pub fn first(n: usize) -> Bits {
-        Bits(Bits::bit(n).wrapping_sub(1))
-    }
-
     /// Those of these slots that are `in_it`.
     pub fn of<T>(slots: &[T], in_it: impl Fn(&T) -> bool) -> Bits {
         let mut bits = Bits::EMPTY;

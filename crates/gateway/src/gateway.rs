@@ -9,6 +9,7 @@ use crate::bits::Bits;
 use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 use crate::counters::SlotCounters;
 use crate::order::{Order, Refusal};
+use crate::settings::{BusSettings, Settings};
 use crate::slot::{Sample, Slot};
 use crate::snapshot::Publisher;
 use crate::task::{self, News};
@@ -41,6 +42,29 @@ pub enum Action<'a> {
     Run(Timing, line::Settings),
 }
 
+/// Who gives an order. What comes of a task is told to whom it belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Asker {
+    /// Whoever is at the console.
+    Console,
+    /// The Modbus master.
+    Modbus,
+}
+
+/// What is known of a slot besides its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Detail {
+    /// What happened to its requests.
+    pub counters: SlotCounters,
+    /// How the last reading that failed did; `None` if none has.
+    pub last_error: Option<Status>,
+    /// It does not answer, and is asked less often.
+    pub is_dead: bool,
+    /// A value has come that a second one has to confirm.
+    pub awaits_confirmation: bool,
+}
+
 /// The gateway. See the crate documentation.
 pub struct Gateway {
     slots: Vec<Slot, MAX_SLOTS>,
@@ -59,17 +83,15 @@ pub struct Gateway {
 const PWM_RESOLUTION: u32 = 180_000;
 
 impl Gateway {
-    /// A gateway that has read nothing yet. Entries of `table` beyond [`MAX_SLOTS`] are left out.
-    pub fn new(table: &[SlotConfig], t7: Timing, isu: Timing, pwm: pwm::Limits) -> Gateway {
-        let unused = core::iter::repeat(SlotConfig::OFF);
-        let slots: Vec<Slot, MAX_SLOTS> =
-            table.iter().copied().chain(unused).take(MAX_SLOTS).map(Slot::new).collect();
+    /// A gateway that has read nothing yet.
+    pub fn new(settings: &Settings, pwm: pwm::Limits) -> Gateway {
+        let slots: Vec<Slot, MAX_SLOTS> = settings.slots.iter().copied().map(Slot::new).collect();
         Gateway {
-            t7: Traffic::new(t7, &slots),
-            isu: Traffic::new(isu, &slots),
+            t7: Traffic::new(&settings.t7, &slots),
+            isu: Traffic::new(&settings.isu, &slots),
             listening: Bits::of(&slots, listens),
             // The others are empty, as everybody supposes.
-            changed: Bits::first(table.len().min(MAX_SLOTS)),
+            changed: Bits::of(&slots, |slot| slot.config != SlotConfig::OFF),
             slots,
             pwm,
             lost_edges: 0,
@@ -128,11 +150,12 @@ impl Gateway {
         }
     }
 
-    /// Carries out an order that has passed its [check](Order::check).
+    /// Carries out an order, whole or not at all.
     ///
     /// # Errors
-    /// [`Refusal::Busy`]: the bus has a task already.
-    pub fn carry_out(&mut self, order: Order) -> Result<(), Refusal> {
+    /// The [check](Order::check) has something against it; or [`Refusal::Busy`], the bus has a task already.
+    pub fn carry_out(&mut self, order: Order, asker: Asker) -> Result<(), Refusal> {
+        order.check()?;
         let accepted = match order {
             Order::Slot { slot, config } => {
                 let index = usize::from(slot);
@@ -151,9 +174,9 @@ impl Gateway {
             }
             Order::T7(task) => {
                 let serial = self.t7.master().timing().serial;
-                self.t7.begin(task::t7::Work::begin(&task, serial).map_err(Refusal::T7)?)
+                self.t7.begin(task::t7::Work::begin(&task, serial).map_err(Refusal::T7)?, asker)
             }
-            Order::Isu(task) => self.isu.begin(task::isu::Work::begin(&task).map_err(Refusal::Isu)?),
+            Order::Isu(task) => self.isu.begin(task::isu::Work::begin(&task).map_err(Refusal::Isu)?, asker),
             Order::Cancel(bus) => {
                 match bus {
                     Bus::T7 => self.t7.cancel(),
@@ -165,15 +188,20 @@ impl Gateway {
         if accepted { Ok(()) } else { Err(Refusal::Busy) }
     }
 
-    /// What a task has found, or how it ended. A task waits until this has been fetched.
-    pub fn news(&mut self) -> Option<News> {
-        let news = self.t7.news().or_else(|| self.isu.news())?;
+    /// What a task of this asker has found, or how it ended. A task waits until this has been fetched.
+    pub fn news(&mut self, asker: Asker) -> Option<News> {
+        let news = self.t7.news(asker).or_else(|| self.isu.news(asker))?;
         for index in 0..self.slots.len() {
             if self.slots.get_mut(index).is_some_and(|slot| slot.follow(&news)) {
                 self.reset(index);
             }
         }
         Some(news)
+    }
+
+    /// Whether [`Gateway::news`] has something for this asker.
+    pub fn has_news(&self, asker: Asker) -> bool {
+        self.t7.has_news(asker) || self.isu.has_news(asker)
     }
 
     /// A slot means something else now.
@@ -247,6 +275,35 @@ impl Gateway {
     /// What happened to a slot since it was set; `None` beyond the last one.
     pub fn slot_counters(&self, slot: usize) -> Option<&SlotCounters> {
         self.slots.get(slot).map(|slot| &slot.counters)
+    }
+
+    /// What is known of a slot besides its value; `None` beyond the last one.
+    pub fn detail(&self, slot: usize) -> Option<Detail> {
+        self.slots.get(slot).map(Slot::detail)
+    }
+
+    /// How a bus is set, or will be as soon as nothing is under way there.
+    pub fn bus_settings(&self, bus: Bus) -> BusSettings {
+        match bus {
+            Bus::T7 => self.t7.settings(),
+            Bus::Isu => self.isu.settings(),
+        }
+    }
+
+    /// Everything the gateway has been told, put in the place of what is there.
+    pub fn settings(&self, place: &mut Settings) {
+        place.slots.iter_mut().zip(&self.slots).for_each(|(config, slot)| *config = slot.config);
+        place.t7 = self.bus_settings(Bus::T7);
+        place.isu = self.bus_settings(Bus::Isu);
+    }
+
+    /// Sets what was counted to zero, of all slots and of both buses.
+    pub fn clear_counters(&mut self) {
+        for slot in &mut self.slots {
+            slot.counters = SlotCounters::default();
+        }
+        self.t7.clear_counters();
+        self.isu.clear_counters();
     }
 
     /// The last transactions of both buses.

@@ -33,6 +33,7 @@ pub mod order;
 mod phase;
 mod polling;
 mod reporter;
+pub mod settings;
 mod slot;
 mod snapshot;
 mod stamp;
@@ -43,8 +44,9 @@ mod value;
 
 pub use config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source, Span};
 pub use counters::SlotCounters;
-pub use gateway::{Action, Capture, Gateway};
+pub use gateway::{Action, Asker, Capture, Detail, Gateway};
 pub use health::Health;
 pub use reporter::Reporter;
+pub use settings::{BusSettings, Settings};
 pub use snapshot::{Publisher, Snapshot, View};
 pub use value::{Reading, Status};

@@ -23,6 +23,9 @@ pub(crate) trait Poll: Protocol {
     const BUS: Bus;
     /// Dead nodes together get one part in so many of the bus.
     const PROBE_SHARE: u64;
+    /// After this silence every node takes the next character for the beginning of a request, whatever it has taken noise
+    /// for; zero if that is not known.
+    const SILENCE: Micros;
     /// Two angles this close are the same, in µ°.
     const RESOLUTION: u32;
     /// The request that reads a slot. One that confirms differs from the first, if the protocol has two that say the same.
@@ -44,7 +47,7 @@ pub(crate) struct Polling<P: Poll> {
 impl<P: Poll> Polling<P> {
     pub fn new(slots: &[Slot]) -> Self {
         let mine = Bits::of(slots, is_mine::<P>);
-        Polling { agenda: Agenda::new(mine, P::PROBE_SHARE), protocol: PhantomData }
+        Polling { agenda: Agenda::new(mine, P::PROBE_SHARE, P::SILENCE), protocol: PhantomData }
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
@@ -122,7 +125,7 @@ impl<P: Poll> Polling<P> {
         let rest = master.timing().serial.characters(asked.rest_characters);
         slot.note_answer(at.since(asked.released + rest), asked.purpose, result.is_ok());
         let fresh = result.as_ref().is_ok_and(|sample| P::note(slot, sample, asked, at));
-        self.agenda.note_silence(slot, asked, false, at);
+        _ = self.agenda.note_silence(slot, asked, false, at);
         let changed = slot.settle(result, at, fresh, P::RESOLUTION);
         if slot.due != due || slot.is_to_confirm() {
             self.look_again();
@@ -140,14 +143,20 @@ impl<P: Poll> Polling<P> {
     ) -> Option<usize> {
         let asked = self.agenda.end_badly()?;
         let slot = slots.get_mut(asked.slot)?;
-        failed(slot, fault);
+        if failed(slot, fault) {
+            self.agenda.note_trouble(at);
+        }
         if is_retried(master, slot, fault, at) {
             return None;
         }
         slot.tried = 0;
         let status = status_of::<P>(fault);
-        self.agenda.note_silence(slot, &asked, status == Status::NoAnswer, at);
-        slot.settle(Err(status), at, false, P::RESOLUTION).then_some(asked.slot)
+        let died = self.agenda.note_silence(slot, &asked, status == Status::NoAnswer, at);
+        let changed = slot.settle(Err(status), at, false, P::RESOLUTION).then_some(asked.slot);
+        if died {
+            self.agenda.note_dead(at, slots);
+        }
+        changed
     }
 }
 
@@ -179,8 +188,8 @@ fn is_retried<P: Poll>(
     again.is_some_and(|again| again <= slot.due + half)
 }
 
-/// There was no good answer.
-fn failed<E: Refusal>(slot: &mut Slot, fault: &Fault<E>) {
+/// There was no good answer. Returns whether something is wrong with the line.
+fn failed<E: Refusal>(slot: &mut Slot, fault: &Fault<E>) -> bool {
     slot.counters.failed(fault);
     let damaged = match fault {
         Fault::NoAnswer { .. } | Fault::LineBusy | Fault::NotSent | Fault::Over { .. } => false,
@@ -188,6 +197,7 @@ fn failed<E: Refusal>(slot: &mut Slot, fault: &Fault<E>) {
         Fault::Bad(error) => !matches!(error.layer(), Layer::Address | Layer::Command),
     };
     slot.note_damage(damaged);
+    damaged || matches!(fault, Fault::LineBusy)
 }
 
 /// What the slot is asked next.

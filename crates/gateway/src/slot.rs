@@ -9,6 +9,7 @@ use clino_codec::angle::Angle;
 use crate::config::Filter;
 use crate::counters::{SlotCounters, bump16, bump32};
 use crate::gate::{Demands, Gate, Verdict};
+use crate::gateway::Detail;
 use crate::health::{Health, Link, Strikes};
 use crate::maths::{Motion, Window, oriented};
 use crate::phase::Phase;
@@ -52,6 +53,7 @@ pub(crate) struct Slot {
     gate: Gate,
     link: Link,
     status: Status,
+    last_error: Option<Status>,
     fresh: bool,
     /// The last value is not digested yet.
     pending: bool,
@@ -93,6 +95,7 @@ impl Slot {
             gate: Gate::NEW,
             link: Link::default(),
             status: if config.is_on() { Status::NeverRead } else { Status::Disabled },
+            last_error: None,
             fresh: false,
             pending: false,
             gap: false,
@@ -105,9 +108,21 @@ impl Slot {
         }
     }
 
-    /// From now on the slot means this: nothing was read yet.
+    /// From now on the slot means this: nothing was read yet. What was counted goes on, unless it was another sensor's.
     pub fn set(&mut self, config: SlotConfig) {
-        *self = Slot { sequence: self.sequence.wrapping_add(1), ..Slot::new(config) };
+        let same = config.source == self.config.source;
+        let counters = if same { self.counters } else { SlotCounters::default() };
+        *self = Slot { sequence: self.sequence.wrapping_add(1), counters, ..Slot::new(config) };
+    }
+
+    /// What is known besides the value.
+    pub fn detail(&self) -> Detail {
+        Detail {
+            counters: self.counters,
+            last_error: self.last_error,
+            is_dead: self.dead,
+            awaits_confirmation: self.gate.hurries(),
+        }
     }
 
     /// Books the next reading one period after this one was due: no drift. A reading that comes so late that
@@ -194,6 +209,7 @@ impl Slot {
             }
             Err(status) => {
                 self.status = status;
+                self.last_error = Some(status);
                 self.gate.relax();
             }
         }

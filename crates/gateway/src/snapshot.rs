@@ -66,13 +66,18 @@ impl Snapshot {
     /// replaced meanwhile is thrown away.
     pub fn read<R>(&self, mut look: impl FnMut(&View<'_>) -> R) -> R {
         loop {
-            let generation = self.shown.load(Ordering::Acquire);
-            let found = look(&View { rows: self.buffer(generation), generation });
-            fence(Ordering::Acquire);
-            if self.begun.load(Ordering::Relaxed).wrapping_sub(generation) < BUFFERS as u32 {
+            let view = self.view();
+            let found = look(&view);
+            if view.holds() {
                 return found;
             }
         }
+    }
+
+    /// The generation that is shown, for those who ask themselves whether it [still holds](View::holds).
+    pub fn view(&self) -> View<'_> {
+        let generation = self.shown.load(Ordering::Acquire);
+        View { rows: self.buffer(generation), generation, begun: &self.begun }
     }
 
     fn buffer(&self, generation: u32) -> &[Row; MAX_SLOTS] {
@@ -88,9 +93,11 @@ impl Default for Snapshot {
 }
 
 /// One generation, to look at.
+#[derive(Clone, Copy)]
 pub struct View<'a> {
     rows: &'a [Row; MAX_SLOTS],
     generation: u32,
+    begun: &'a AtomicU32,
 }
 
 impl View<'_> {
@@ -98,6 +105,13 @@ impl View<'_> {
     pub fn reading(&self, slot: usize) -> Option<Reading> {
         let number = u8::try_from(slot).ok()?;
         self.rows.get(slot).map(|row| words::reading(number, &row.load()))
+    }
+
+    /// Whether everything that was read here until now is of this generation. What was read before this says no is to be
+    /// thrown away.
+    pub fn holds(&self) -> bool {
+        fence(Ordering::Acquire);
+        self.begun.load(Ordering::Relaxed).wrapping_sub(self.generation) < BUFFERS as u32
     }
 
     /// Counts the generations; wraps.

@@ -4,7 +4,6 @@
 //! a bit rate of its own. What it finds and how it ends is [`News`]; the task waits until its news has been fetched, so
 //! that none is lost to a slow reader.
 
-use crate::order::Refusal;
 use clino_bus::{Master, Micros, Outcome, Protocol, Serial};
 use clino_commissioning::{Action, Commissionable, Operation, Progress, Runner};
 
@@ -18,8 +17,6 @@ pub enum News {
     T7(t7::News),
     /// Of a task on the ISU bus.
     Isu(isu::News),
-    /// The order could not be carried out after all.
-    Refused(Refusal),
 }
 
 impl News {

@@ -10,8 +10,9 @@ use crate::Bus;
 use crate::Status;
 use crate::agenda::Asked;
 use crate::counters::bump16;
-use crate::gateway::Action;
+use crate::gateway::{Action, Asker};
 use crate::polling::{Poll, Polling};
+use crate::settings::BusSettings;
 use crate::slot::{Sample, Slot};
 use crate::task::{Lead, Led, News};
 use crate::trace::{Entry, Purpose, Verdict};
@@ -52,10 +53,12 @@ pub(crate) struct Traffic<P: Serve> {
     /// A reading that went well. What it says can wait until the next request is on its way.
     answer: Option<Answered>,
     work: Option<P::Work>,
+    /// Whose task it is, or was.
+    asker: Asker,
     /// Not fetched yet; the task waits until it is.
     news: Option<News>,
     /// How the bus is to run as soon as nothing is under way.
-    pending: Option<(Timing, line::Settings)>,
+    pending: Option<BusSettings>,
     line: line::Settings,
     /// How it ran before the task.
     home: Timing,
@@ -63,15 +66,18 @@ pub(crate) struct Traffic<P: Serve> {
 }
 
 impl<P: Serve> Traffic<P> {
-    pub fn new(timing: Timing, slots: &[Slot]) -> Self {
+    pub fn new(settings: &BusSettings, slots: &[Slot]) -> Self {
+        let timing = settings.timing;
         Traffic {
             master: Master::new(timing),
             polling: Polling::new(slots),
             begun: Entry::begun(Micros::ZERO, P::BUS, (0, 0), Purpose::Task),
             answer: None,
             work: None,
+            asker: Asker::Console,
             news: None,
-            pending: None,
+            // The port runs without delays and echo until it is told otherwise.
+            pending: Some(*settings).filter(|settings| settings.line != timing.line()),
             line: timing.line(),
             home: timing,
             task_is_next: false,
@@ -89,15 +95,16 @@ impl<P: Serve> Traffic<P> {
 
     /// The bus is to run like this.
     pub fn set(&mut self, timing: Timing, line: line::Settings) {
-        self.pending = Some((timing, line));
+        self.pending = Some(BusSettings { timing, line });
     }
 
     /// Begins a task, unless there is one.
-    pub fn begin(&mut self, work: P::Work) -> bool {
+    pub fn begin(&mut self, work: P::Work, asker: Asker) -> bool {
         let idle = self.work.is_none() && self.news.is_none();
         if idle {
             self.home = *self.master.timing();
             self.work = Some(work);
+            self.asker = asker;
         }
         idle
     }
@@ -114,9 +121,26 @@ impl<P: Serve> Traffic<P> {
         self.work.as_ref().map(|work| P::led_ref(work).progress())
     }
 
-    /// What the task has to say.
-    pub fn news(&mut self) -> Option<News> {
-        self.news.take()
+    /// What the task has to say, if it is this asker's.
+    pub fn news(&mut self, asker: Asker) -> Option<News> {
+        self.news.take_if(|_| self.asker == asker)
+    }
+
+    /// Whether the task has something to say to this asker.
+    pub fn has_news(&self, asker: Asker) -> bool {
+        self.news.is_some() && self.asker == asker
+    }
+
+    /// How the bus is set, or will be as soon as nothing is under way.
+    pub fn settings(&self) -> BusSettings {
+        let timing = if self.work.is_some() { self.home } else { *self.master.timing() };
+        let line = line::Settings { serial: timing.serial, guard: timing.guard, ..self.line };
+        self.pending.unwrap_or(BusSettings { timing, line })
+    }
+
+    /// Sets what was counted to zero.
+    pub fn clear_counters(&mut self) {
+        self.master.clear_counters();
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
@@ -160,7 +184,7 @@ impl<P: Serve> Traffic<P> {
     /// Whoever's turn it is may begin an exchange.
     fn begin_next(&mut self, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
         if self.work.is_none()
-            && let Some((timing, line)) = self.pending.take()
+            && let Some(BusSettings { timing, line }) = self.pending.take()
         {
             self.line = line;
             self.run(timing, port);

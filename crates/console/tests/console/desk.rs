@@ -9,7 +9,7 @@ use clino_codec::{isu, pwm, t7};
 use clino_console::{BusState, Host, Shell};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
-use clino_gateway::{Bus, Gateway, Reading, SlotConfig, Source};
+use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, Source};
 use embedded_io::{ErrorType, Write};
 
 /// What the far end reads.
@@ -61,13 +61,13 @@ impl Host for Rest {
     }
 
     fn news(&mut self) -> Option<News> {
-        self.gateway.news()
+        self.gateway.news(Asker::Console)
     }
 
     fn order(&mut self, order: Order) -> Result<(), Refusal> {
         order.check()?;
         self.orders.push(order);
-        self.gateway.carry_out(order)?;
+        self.gateway.carry_out(order, Asker::Console)?;
         for bus in [Bus::T7, Bus::Isu] {
             self.gateway.poll(bus, self.now, |_| {});
         }
@@ -110,7 +110,7 @@ impl Desk {
             SlotConfig::usual(Source::Isu { address: isu::Address::new(3).unwrap() }),
         ];
         let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
-        let gateway = Gateway::new(&table, t7, isu, pwm::Limits::new(84_000_000));
+        let gateway = Gateway::new(&Settings::new(&table, t7, isu), pwm::Limits::new(84_000_000));
         let mut rest = Rest { gateway, readings: Vec::new(), orders: Vec::new(), now: Micros::ZERO };
         rest.publish();
         let port = Port::default();

@@ -58,7 +58,7 @@ impl Bench {
         };
         let wires = [wire(Bus::T7, &t7), wire(Bus::Isu, &isu)];
         Bench {
-            gateway: Gateway::new(&table(), t7, isu, pwm::Limits::new(84_000_000)),
+            gateway: Gateway::new(&Settings::new(&table(), t7, isu), pwm::Limits::new(84_000_000)),
             wires,
             now: Micros::ZERO,
         }
@@ -160,7 +160,7 @@ fn what_a_pwm_input_sees_becomes_a_value_or_a_reason() {
     let mut table = table().to_vec();
     table.push(slot(Source::Pwm { input: PwmInput::Pwm1 }, Span::from_micros(33_333)));
     let timing = Timing::isu();
-    let mut gateway = Gateway::new(&table, timing, timing, pwm::Limits::new(84_000_000));
+    let mut gateway = Gateway::new(&Settings::new(&table, timing, timing), pwm::Limits::new(84_000_000));
     let cycle = |period, high| Capture::Cycle(Ticks { period, high });
     // 2.8 million ticks are 1/30 s; half of them high is 180°.
     for (capture, status, udeg) in [

@@ -45,7 +45,9 @@ fn a_reading_comes_back_as_it_was() {
     let snapshot = Snapshot::new();
     let mut publisher = snapshot.publisher();
     for n in 0..1_000 {
-        publisher.publish(Bits::first(MAX_SLOTS), |slot| Some(reading(slot as u8, n + slot as u32)));
+        publisher.publish(Bits::of(&[(); MAX_SLOTS], |()| true), |slot| {
+            Some(reading(slot as u8, n + slot as u32))
+        });
         snapshot.read(|view| {
             for slot in 0..MAX_SLOTS {
                 assert_eq!(view.reading(slot), Some(reading(slot as u8, n + slot as u32)));
@@ -90,7 +92,8 @@ fn an_empty_snapshot_has_empty_slots() {
 fn a_disturbed_reader_looks_again() {
     let snapshot = Snapshot::new();
     let mut publisher = snapshot.publisher();
-    let mut publish = |n| publisher.publish(Bits::first(2), |slot| Some(reading(slot as u8, n)));
+    let mut publish =
+        |n| publisher.publish(Bits::of(&[(); 2], |()| true), |slot| Some(reading(slot as u8, n)));
     publish(1);
     let mut looks = 0;
     let seen = snapshot.read(|view| {
@@ -121,7 +124,7 @@ fn no_reader_sees_two_generations_at_once() {
         scope.spawn(|| {
             let mut publisher = snapshot.publisher();
             for n in 1..20_000 {
-                publisher.publish(Bits::first(MAX_SLOTS), |slot| Some(reading(slot as u8, n)));
+                publisher.publish(Bits::of(&[(); MAX_SLOTS], |()| true), |slot| Some(reading(slot as u8, n)));
             }
             done.store(true, Ordering::Relaxed);
         });

@@ -135,11 +135,15 @@ fn a_pwm_input_is_confirmed_if_that_is_wanted() {
 fn an_order_while_an_answer_is_in_hand_gets_none_of_it() {
     let mut world = world(&[t7_slot(1, Span::ZERO)]);
     world.skip(1_000_000);
-    for wait in (0..4_000).step_by(37) {
+    // To and fro between two sensors, so that what was counted begins anew.
+    for (wait, address) in (0..4_000).step_by(37).zip([2, 1].into_iter().cycle()) {
         let until = world.now + 10_000 + wait;
         world.skip(until);
-        let config = t7_slot(2, Span::ZERO);
-        world.gateway.carry_out(crate::order::Order::Slot { slot: 0, config }).unwrap();
+        let config = t7_slot(address, Span::ZERO);
+        world
+            .gateway
+            .carry_out(crate::order::Order::Slot { slot: 0, config }, crate::Asker::Console)
+            .unwrap();
         assert_eq!(world.status(0), Status::NeverRead);
         assert_eq!(world.gateway.slot_counters(0).unwrap().requests, 0);
         // An exchange takes 3 ms: whatever ends before that is of the slot as it was.

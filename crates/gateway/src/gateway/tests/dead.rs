@@ -35,7 +35,8 @@ impl World {
             })
             .collect();
         let timing = Timing::t7(Serial::T7_DEFAULT);
-        let gateway = Gateway::new(&table, timing, Timing::isu(), pwm::Limits::new(84_000_000));
+        let gateway =
+            Gateway::new(&Settings::new(&table, timing, Timing::isu()), pwm::Limits::new(84_000_000));
         World {
             gateway,
             alive,
@@ -114,7 +115,7 @@ fn one_living_node_of_32_keeps_nine_tenths_of_its_rate() {
         for index in (0..NODES).filter(|&index| index != 6) {
             let (slot, config) = (index, SlotConfig::OFF);
             solo.gateway
-                .carry_out(crate::order::Order::Slot { slot, config })
+                .carry_out(crate::order::Order::Slot { slot, config }, crate::Asker::Console)
                 .expect("a slot takes anything");
         }
         solo.run(10_000_000);

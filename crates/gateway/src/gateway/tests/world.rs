@@ -167,7 +167,7 @@ impl<S: Sensors> World<S> {
             sent: 0,
         };
         World {
-            gateway: Gateway::new(table, t7, isu, pwm::Limits::new(84_000_000)),
+            gateway: Gateway::new(&Settings::new(table, t7, isu), pwm::Limits::new(84_000_000)),
             sensors,
             now: 0,
             asked: BTreeMap::new(),
