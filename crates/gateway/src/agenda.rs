@@ -11,8 +11,9 @@
 //! are, and the time in which nobody else is due; the others keep the rest. A node that is back is found within 2 s.
 //!
 //! *Deaf nodes.* A T7 that has taken noise for the beginning of a command takes what follows for the rest of it, up to
-//! [500 ms of silence](Agenda::new), and what follows that may look like a beginning again. So when half of a bus's nodes
-//! are dead, one of them since a moment ago, and something was wrong with the line before, the bus keeps silent for once.
+//! [500 ms of silence](Agenda::new), and what follows that may look like a beginning again. So when a node dies after
+//! [a lot](TROUBLES) was wrong with the line, the bus keeps silent for once, and not more often than every
+//! [`SILENCE_EVERY`].
 //!
 //! *Time.* Looking through all slots takes longer than the bus should wait between two exchanges. So it is done while an
 //! answer is awaited ([`Agenda::look_ahead`]), and again only if that exchange does not end well.
@@ -37,6 +38,10 @@ const PAUSE_GROWS: u16 = 16;
 const LONGEST_PAUSE_MS: u16 = 1_200;
 /// What was wrong with the line so long ago has nothing to do with a node that is silent now: [`GONE_AFTER`], and as much.
 const TROUBLE_LASTS: Micros = Micros::from_millis(2_000);
+/// A node that is unplugged while it answers makes one bad answer; more is something else.
+const TROUBLES: u8 = 3;
+/// From one silence to the next, at least: 5 % of the time at most.
+const SILENCE_EVERY: Micros = Micros::from_millis(10_000);
 /// Nothing will be to be asked.
 const NEVER: Micros = Micros(u64::MAX);
 
@@ -63,8 +68,9 @@ pub(crate) struct Agenda {
     /// The silence after which every node takes the next character for the beginning of a request; zero if the nodes do
     /// not need one.
     silence: Micros,
-    /// When something was wrong with the line.
-    trouble_at: Option<Micros>,
+    /// When something was wrong with the line last, and how often in a row.
+    trouble_at: Micros,
+    troubles: u8,
     /// Nobody is asked before this.
     silent_until: Micros,
     /// No dead node is asked before this, unless nobody else is due.
@@ -82,7 +88,8 @@ impl Agenda {
     pub fn new(mine: Bits, probe_share: u64, silence: Micros) -> Self {
         Agenda {
             silence,
-            trouble_at: None,
+            trouble_at: Micros::ZERO,
+            troubles: 0,
             silent_until: Micros::ZERO,
             mine,
             asked: None,
@@ -217,36 +224,33 @@ impl Agenda {
 
     /// Something was wrong with the line at `at`: what was heard was no answer, or somebody else talked.
     pub fn note_trouble(&mut self, at: Micros) {
-        self.trouble_at = Some(at);
+        let before = if self.is_in_trouble(at) { self.troubles } else { 0 };
+        (self.trouble_at, self.troubles) = (at, before.saturating_add(1));
     }
 
-    /// Whether half of the nodes or more are dead.
-    fn are_many_dead(&self, slots: &[Slot]) -> bool {
-        let (dead, all) = self.mine(slots).fold((0_usize, 0_usize), |(dead, all), (_, slot)| {
-            (dead.saturating_add(usize::from(slot.dead)), all.saturating_add(1))
-        });
-        dead.saturating_mul(2) >= all
+    fn is_in_trouble(&self, at: Micros) -> bool {
+        at.since(self.trouble_at) <= TROUBLE_LASTS
     }
 
-    /// A node has just been taken for dead, at `at`: if it may only be deaf, and so may be others, they are given the
-    /// silence in which they come to.
-    pub fn note_dead(&mut self, at: Micros, slots: &[Slot]) {
-        let recent = self.trouble_at.is_some_and(|trouble_at| at.since(trouble_at) <= TROUBLE_LASTS);
-        if recent && self.are_many_dead(slots) {
-            self.trouble_at = None;
+    /// A node has just been taken for dead, at `at`: if it may only be deaf, all are given the silence in which it comes
+    /// to.
+    fn note_death(&mut self, at: Micros) {
+        let often = at < self.silent_until + SILENCE_EVERY && self.silent_until > Micros::ZERO;
+        if self.troubles >= TROUBLES && self.is_in_trouble(at) && !often {
+            self.troubles = 0;
             self.silent_until = at + self.silence;
         }
     }
 
-    /// A reading of the slot ended at `at`, in silence or not. Returns whether its node is dead since now.
-    pub fn note_silence(&mut self, slot: &mut Slot, asked: &Asked, silent: bool, at: Micros) -> bool {
+    /// A reading of the slot ended at `at`, in silence or not.
+    pub fn note_silence(&mut self, slot: &mut Slot, asked: &Asked, silent: bool, at: Micros) {
         let was_dead = slot.dead;
         slot.silent = if silent { slot.silent.saturating_add(1) } else { 0 };
         slot.dead =
             slot.silent >= DEAD_AFTER && slot.measured().is_none_or(|read| at.since(read) >= GONE_AFTER);
         if !slot.dead {
             slot.pause_ms = 0;
-            return false;
+            return;
         }
         slot.lose_track();
         if was_dead {
@@ -256,8 +260,9 @@ impl Agenda {
             let grown = slot.pause_ms.saturating_add(slot.pause_ms / PAUSE_GROWS).saturating_add(1);
             slot.pause_ms = grown.min(LONGEST_PAUSE_MS);
             slot.due = slot.due.max(at + Micros::from_millis(slot.pause_ms.into()));
+        } else {
+            self.note_death(at);
         }
-        !was_dead
     }
 }
 

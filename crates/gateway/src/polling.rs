@@ -125,7 +125,7 @@ impl<P: Poll> Polling<P> {
         let rest = master.timing().serial.characters(asked.rest_characters);
         slot.note_answer(at.since(asked.released + rest), asked.purpose, result.is_ok());
         let fresh = result.as_ref().is_ok_and(|sample| P::note(slot, sample, asked, at));
-        _ = self.agenda.note_silence(slot, asked, false, at);
+        self.agenda.note_silence(slot, asked, false, at);
         let changed = slot.settle(result, at, fresh, P::RESOLUTION);
         if slot.due != due || slot.is_to_confirm() {
             self.look_again();
@@ -151,12 +151,8 @@ impl<P: Poll> Polling<P> {
         }
         slot.tried = 0;
         let status = status_of::<P>(fault);
-        let died = self.agenda.note_silence(slot, &asked, status == Status::NoAnswer, at);
-        let changed = slot.settle(Err(status), at, false, P::RESOLUTION).then_some(asked.slot);
-        if died {
-            self.agenda.note_dead(at, slots);
-        }
-        changed
+        self.agenda.note_silence(slot, &asked, status == Status::NoAnswer, at);
+        slot.settle(Err(status), at, false, P::RESOLUTION).then_some(asked.slot)
     }
 }
 
