@@ -155,9 +155,8 @@ impl<'a, S: Site> Desk<'a, S> {
 
     fn status_bits(&self) -> u16 {
         let dead = |bus: clino_gateway::Bus| {
-            let mut rows = (0..SLOTS).filter_map(|slot| self.row(slot));
-            let mine = |row: &Reading| row.enabled && row.source.bus() == Some(bus);
-            let mut mine = rows.by_ref().filter(mine).peekable();
+            let rows = (0..SLOTS).filter_map(|slot| self.row(slot));
+            let mut mine = rows.filter(|row| row.enabled && row.source.bus() == Some(bus)).peekable();
             mine.peek().is_some() && mine.all(|row| !slot::status(row.status(self.now)).is_online())
         };
         let forced = |bus| self.counters(bus).forced > 0;
@@ -200,10 +199,10 @@ impl<S: Site> Host for Desk<'_, S> {
     }
 
     fn reading(&self, slot: usize) -> SlotReading {
-        self.row(slot).map_or_else(SlotReading::default, |row| SlotReading {
-            status: slot::status(row.status(self.now)),
-            angle: row.angle(self.now).map(|angle| angle.mdeg()),
-            age: row.age(self.now),
+        self.view.value(slot, self.now).map_or_else(SlotReading::default, |value| SlotReading {
+            status: slot::status(value.status),
+            angle: value.angle.map(|angle| angle.mdeg()),
+            age: value.age,
         })
     }
 
