@@ -64,7 +64,8 @@ impl Queues {
 }
 
 /// What the core clock is derived from.
-#[derive(Clone, Copy, defmt::Format)]
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ClockSource {
     /// The 8 MHz crystal.
     Crystal,

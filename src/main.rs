@@ -21,6 +21,7 @@ mod ceiling;
 mod clock;
 mod console;
 mod faults;
+mod log;
 mod modbus;
 mod params;
 mod people;
@@ -30,11 +31,11 @@ mod uart;
 
 use clino_console::Shell;
 use cortex_m_rt::entry;
-use defmt_rtt as _;
 use stm32f4xx_hal::pac;
 
 use crate::board::{Board, Queues};
 use crate::console::Console;
+use crate::log::log;
 use crate::people::Gateway;
 
 #[entry]
@@ -47,7 +48,7 @@ fn main() -> ! {
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
     let Board { mut keys, ports, modbus, inbox, gateway, clock_source } = Board::init(peripherals, QUEUES);
-    defmt::info!("clino {=str}, clock: {}", env!("CARGO_PKG_VERSION"), clock_source);
+    log!(info, "clino {=str}, clock: {}", env!("CARGO_PKG_VERSION"), clock_source);
     bus::start(inbox, gateway);
     modbus::start(modbus);
     ports::start(ports, &mut core.NVIC);

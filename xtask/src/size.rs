@@ -1,44 +1,45 @@
 //! Flash and RAM of the firmware image.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use object::Endianness;
 use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader};
 
-use crate::command::Failure;
+use crate::command::{Failure, Outcome};
 use crate::firmware;
 
-/// Bytes of flash the image is to take in the end. It takes more since it sets sensors up and talks to people.
+/// Bytes of flash the image without its log is to take in the end. It takes twice that since it sets sensors up, judges
+/// values, and talks to people and to Modbus masters.
 const FLASH_GOAL: u64 = 64 * 1024;
 /// Bytes of flash it must not grow beyond meanwhile.
-const FLASH_BUDGET: u64 = 116 * 1024;
-/// Bytes of RAM for static data, the stack not included.
+const FLASH_BUDGET: u64 = 144 * 1024;
+/// Bytes of RAM for its static data, the stack not included.
 const RAM_BUDGET: u64 = 24 * 1024;
 
 /// First address above the flash.
 const RAM_START: u32 = 0x2000_0000;
 
-/// Builds the image and prints its size; fails when it is over its budget. Returns where the image is.
-pub fn run() -> Result<PathBuf, Failure> {
-    let elf = firmware::build()?;
-    let (flash, ram) = print(&elf)?;
+/// Builds the image with and without its log and prints their sizes; fails when the latter is over its budget.
+pub fn run() -> Outcome {
+    print("image with its log", &firmware::build()?)?;
+    let (flash, ram) = print("image without its log", &firmware::build_without_log()?)?;
     if flash > FLASH_BUDGET || ram > RAM_BUDGET {
         return Err(Failure::new(format!(
             "the image is over its budget of {FLASH_BUDGET} bytes of flash and {RAM_BUDGET} bytes of RAM"
         )));
     }
-    Ok(elf)
+    Ok(())
 }
 
 /// Prints the size of an image and returns it: bytes of flash, bytes of static RAM.
-pub fn print(elf: &Path) -> Result<(u64, u64), Failure> {
+pub fn print(what: &str, elf: &Path) -> Result<(u64, u64), Failure> {
     let bytes = fs::read(elf).map_err(|error| Failure::new(format!("{}: {error}", elf.display())))?;
     let (flash, ram) =
         measure(&bytes).map_err(|error| Failure::new(format!("{}: {error}", elf.display())))?;
     let goal = if flash > FLASH_GOAL { "missed" } else { "met" };
-    println!("image: {flash} bytes of flash (goal {FLASH_GOAL}: {goal}), {ram} bytes of static RAM");
+    println!("{what}: {flash} bytes of flash (goal {FLASH_GOAL}: {goal}), {ram} bytes of static RAM");
     Ok((flash, ram))
 }
 

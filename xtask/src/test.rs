@@ -17,7 +17,8 @@ pub fn run() -> Outcome {
     firmware::add_target()?;
     let selftest = ["test", "--package", "clino-board", "--test", "selftest", "--", "--include-ignored"];
     command::run(command::cargo(selftest))?;
-    let elf = size::run()?;
+    size::run()?;
+    let elf = firmware::build()?;
     command::run(command::cargo(["build", "--package", "clino-board", "--bin", "vboard"]))?;
     let mut board = command::cargo([
         "test",
