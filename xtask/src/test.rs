@@ -6,9 +6,10 @@ use crate::{firmware, size};
 /// The drivers' examples; each checks the angle it reads against the simulated sensor's.
 const EXAMPLES: [&str; 6] = ["t7_blocking", "t7_nb", "t7_async", "isu_blocking", "isu_async", "rs485"];
 
-/// Portable tests and examples, then the virtual board's own, then the firmware image (built, sized) on it.
+/// Portable tests, a day of the gateway core in virtual time, and examples, then the virtual board's own, then the firmware image (built, sized) on it.
 pub fn run() -> Outcome {
     command::run(command::cargo(["test"]))?;
+    command::run(command::cargo(["test", "--package", "clino-gateway", "--", "--ignored"]))?;
     command::run(command::cargo(["test", "--package", "clino-drivers", "--all-features"]))?;
     for example in EXAMPLES {
         let run = ["run", "--package", "clino-drivers", "--all-features", "--example", example];
