@@ -60,10 +60,8 @@ impl Mbpoll {
     fn unpacked(root: &Path) -> Option<Mbpoll> {
         let folders = fs::read_dir(root.join("usr/lib")).ok()?;
         let folders = folders.filter_map(Result::ok).map(|entry| entry.path());
-        let mbpoll = Mbpoll {
-            program: root.join("usr/bin/mbpoll"),
-            libraries: std::env::join_paths(folders).ok()?,
-        };
+        let mbpoll =
+            Mbpoll { program: root.join("usr/bin/mbpoll"), libraries: std::env::join_paths(folders).ok()? };
         mbpoll.works().then_some(mbpoll)
     }
 

@@ -55,3 +55,8 @@ pub fn truth() -> Vec<String> {
     let slots = SENSORS.iter().enumerate().map(|(slot, sensor)| of(slot, sensor));
     slots.chain([of(SPARE.number.1.into(), &SPARE)]).collect()
 }
+
+/// What a slot has to say, in degrees, and the tolerance of it; `None` of a slot that reads nothing.
+pub fn angle(slot: usize) -> Option<(f64, f64)> {
+    SENSORS.get(slot).map(|sensor| (sensor.degrees, sensor.tolerance))
+}

@@ -11,4 +11,5 @@
 mod bench;
 mod board;
 mod console;
+mod modbus;
 mod scripts;

@@ -87,7 +87,7 @@ def person_scans_reads_and_zeroes_a_sensor():
 
 def program_speaks_json():
     console.line.write(b"json on\r")
-    console.until(b"json on\r\n")
+    console.is_silent()
     version = console.program("version")
     assert version["what"] == "clino" and re.fullmatch(r"\d+\.\d+\.\d+", version["version"]), version
     for slot in slots:

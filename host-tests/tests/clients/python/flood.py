@@ -3,7 +3,6 @@
 Usage: flood.py PORT SLOT:ANGLE:TOLERANCE... ADDRESS:ANGLE:TOLERANCE. Needs pyserial, and nothing of clino.
 """
 import random
-import re
 import sys
 
 from terminal import Console, angle_of, away, truth
@@ -14,11 +13,6 @@ console = Console(sys.argv[1])
 slots, _ = truth(sys.argv[2:])
 
 
-def uptime():
-    said = "\n".join(console.person("version"))
-    return int(re.search(r"uptime_ms (\d+)", said)[1])
-
-
 def settings():
     """What garbage must not change."""
     sources = [row.split()[:3] for row in console.person("list")[1:]]
@@ -26,7 +20,7 @@ def settings():
 
 
 console.prompt()
-before, was = uptime(), settings()
+before, was = console.uptime(), settings()
 console.line.write_timeout = 120
 garbage = random.Random(1).randbytes(SIZE)
 for at in range(0, SIZE, 1024):
@@ -36,7 +30,7 @@ for at in range(0, SIZE, 1024):
 # In case it ended within a quotation or an escape sequence, or as a program.
 console.line.write(b"\r\x03\r\x03json off\r\r")
 console.prompt()
-after = uptime()
+after = console.uptime()
 # It took that long to go over the line, eleven bits a byte counted generously: less than ten would be a reset.
 assert after - before >= SIZE * 10 * 1000 // 115200, (before, after)
 assert settings() == was, (settings(), was)

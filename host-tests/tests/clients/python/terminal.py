@@ -31,6 +31,17 @@ class Console:
         self.until(b"uptime_ms")
         self.until(PROMPT)
 
+    def uptime(self):
+        """Milliseconds since reset."""
+        return int(re.search(r"uptime_ms (\d+)", "\n".join(self.person("version")))[1])
+
+    def is_silent(self):
+        """Waits until nothing comes any more."""
+        self.line.timeout = 0.5
+        while self.line.read(1000):
+            pass
+        self.line.timeout = 1
+
     def person(self, command):
         """Types a command; the lines between the command and the next prompt."""
         self.line.write(command.encode() + b"\r")

@@ -48,7 +48,9 @@ impl Ports {
             let console = Console::open(run.terminal())?;
             let path = console.pty.path();
             writeln!(out, "console {path}")?;
-            eprintln!("open the console:  python3 -m serial.tools.miniterm {path} {CONSOLE_BAUD}   (or picocom)");
+            eprintln!(
+                "open the console:  python3 -m serial.tools.miniterm {path} {CONSOLE_BAUD}   (or picocom)"
+            );
             ports.console = Some(console);
         }
         if modbus {
