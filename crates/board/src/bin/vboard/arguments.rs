@@ -19,7 +19,8 @@ usage: vboard --elf FILE [--scenario FILE] [--duration TIME] [--bus-log FILE]
   --modbus-pty     in real time, with the Modbus port on a pseudo-terminal
   --help           this text
 
-Each pseudo-terminal is announced on a line of its own before the run begins: `console PATH`, `modbus PATH`.
+Each pseudo-terminal is announced on a line of its own before the run begins: `console PATH`, `modbus PATH`; how to
+use it is told on standard error.
 Ctrl-C ends the run with the summary.
 
 exit status: 0 all well, 1 ran but something is wrong, 2 wrong command line, scenario or image";
