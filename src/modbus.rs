@@ -6,7 +6,7 @@
 use clino_bus::{DriverEnable, Micros};
 use clino_gateway::Gateway;
 use clino_modbus::desk::{Desk, Site, Wish};
-use clino_modbus::{Identification, Refusal, Server};
+use clino_modbus::{Identification, Refusal, Server, Settings};
 use cortex_m::peripheral::NVIC;
 use heapless::spsc::{Consumer, Producer};
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
@@ -56,6 +56,17 @@ pub fn start(lines: Lines) {
 /// Runs the level soon: at once if nothing of higher priority is running.
 pub fn wake() {
     NVIC::pend(INTERRUPT);
+}
+
+/// How the port runs.
+pub fn settings() -> Option<Settings> {
+    LEVEL.with(|level| *level.server.settings())
+}
+
+/// Runs the port like this. A request in hand is lost.
+pub fn set(settings: Settings) {
+    LEVEL.with(|level| level.server.set(settings, clock::now()));
+    wake();
 }
 
 #[interrupt]

@@ -1,12 +1,15 @@
 //! The gateway as the console sees it.
 
 use clino_bus::Micros;
-use clino_console::{BusState, Host};
+use clino_console::{BusState, Host, Saved, Start, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
-use clino_gateway::{Asker, Bus, Reading};
+use clino_gateway::trace::Entry;
+use clino_gateway::{Asker, Bus, Reading, SlotConfig, SlotCounters};
+use clino_modbus::Settings;
+use cortex_m::peripheral::SCB;
 
-use crate::{bus, clock, console, shared};
+use crate::{bus, clock, console, modbus, shared};
 
 /// The gateway: all of it is shared, so there is nothing to hold.
 pub struct Gateway;
@@ -18,6 +21,18 @@ impl Host for Gateway {
 
     fn reading(&self, slot: usize) -> Option<Reading> {
         shared::reading(slot)
+    }
+
+    fn config(&self, slot: usize) -> Option<SlotConfig> {
+        bus::with(|gateway| gateway.config(slot).copied()).flatten()
+    }
+
+    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
+        bus::with(|gateway| gateway.slot_counters(slot).copied()).flatten()
+    }
+
+    fn trace(&self, age: usize) -> Option<Entry> {
+        bus::with(|gateway| gateway.trace().iter().nth(age).copied()).flatten()
     }
 
     fn bus(&self, bus: Bus) -> Option<BusState> {
@@ -45,5 +60,30 @@ impl Host for Gateway {
 
     fn version(&self) -> &'static str {
         env!("CARGO_PKG_VERSION")
+    }
+
+    fn start(&self) -> Option<Start> {
+        None
+    }
+
+    fn save(&mut self) -> Result<Saved, StorageError> {
+        Err(StorageError::Absent)
+    }
+
+    fn factory_reset(&mut self) -> Result<(), StorageError> {
+        Err(StorageError::Absent)
+    }
+
+    fn reboot(&mut self) {
+        console::drain();
+        SCB::sys_reset()
+    }
+
+    fn modbus(&self) -> Option<Settings> {
+        modbus::settings()
+    }
+
+    fn set_modbus(&mut self, settings: Settings) {
+        modbus::set(settings);
     }
 }

@@ -4,6 +4,7 @@
 #[cfg(unix)]
 mod command_line;
 mod commissioning;
+mod console;
 mod faults;
 mod flood;
 mod full_load;
