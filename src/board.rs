@@ -25,10 +25,10 @@ use stm32f4xx_hal::rcc::{BusClock, BusTimerClock, Config, Enable, Rcc, Reset};
 
 use crate::bus::Inbox;
 use crate::capture::{PwmCapture, Tim5, TimerInput};
-use crate::console;
 use crate::ports::Ports;
 use crate::uart::{self, Rs485};
 use crate::{clock, params};
+use crate::{console, modbus};
 
 pub type T7Port = Rs485<pac::USART1, PB8<Output>>;
 pub type IsuPort = Rs485<pac::USART3, PD10<Output>>;
@@ -47,6 +47,7 @@ pub struct Queues {
     pwm1: Queue<Capture, CAPTURES>,
     pwm2: Queue<Capture, CAPTURES>,
     console: console::Queues,
+    modbus: modbus::port::Queues,
 }
 
 impl Queues {
@@ -57,6 +58,7 @@ impl Queues {
             pwm1: Queue::new(),
             pwm2: Queue::new(),
             console: console::Queues::new(),
+            modbus: modbus::port::Queues::new(),
         }
     }
 }
@@ -76,6 +78,8 @@ pub struct Board {
     /// What is typed.
     pub keys: Consumer<'static, u8>,
     pub ports: Ports,
+    /// What the Modbus level talks through.
+    pub modbus: modbus::Lines,
     pub inbox: Inbox,
     pub gateway: Gateway,
     pub clock_source: ClockSource,
@@ -119,8 +123,12 @@ impl Board {
         let divider = uart::divider(clock_hz, params::CONSOLE.baud);
         let keys = console::start(peripherals.USART2, divider, &mut queues.console);
 
-        // Reserved for Modbus: its transceiver listens and stays silent.
-        gpioc.pc8.into_push_pull_output_in_state(PinState::Low);
+        gpioc.pc6.into_alternate::<8>();
+        gpioc.pc7.into_alternate::<8>().internal_resistor(Pull::Up);
+        let de = gpioc.pc8.into_push_pull_output_in_state(PinState::Low);
+        let clock_hz = switch_on::<pac::USART6>(rcc);
+        let modbus =
+            modbus::port::start(peripherals.USART6, de, clock_hz, &params::MODBUS, &mut queues.modbus);
 
         switch_on::<pac::TIM5>(rcc);
         let pin = gpioa.pa1.into_alternate::<2>();
@@ -132,7 +140,7 @@ impl Board {
         let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
         let settings = Settings::new(&params::SLOTS, params::T7, params::ISU);
         let gateway = Gateway::new(&settings, params::pwm_limits(timer_hz));
-        Board { keys, ports: Ports { t7, isu, pwm1, pwm2 }, inbox, gateway, clock_source }
+        Board { keys, modbus, ports: Ports { t7, isu, pwm1, pwm2 }, inbox, gateway, clock_source }
     }
 }
 

@@ -13,6 +13,8 @@ use heapless::spsc::Consumer;
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
 
 use crate::ceiling::Ceiling;
+use crate::clock::Level;
+use crate::modbus;
 use crate::ports::priority;
 use crate::{clock, ports, shared};
 
@@ -81,9 +83,12 @@ impl BusLevel {
         if self.gateway.publish(&mut self.snapshot) || self.gateway.has_news(Asker::Console) {
             shared::note_work();
         }
+        if self.gateway.has_news(Asker::Modbus) {
+            modbus::wake();
+        }
         let gateway_at = shared::BUSES.map(|bus| self.gateway.poll_at(bus)).into_iter().fold(None, earliest);
         if let Some(at) = earliest(ports_at, gateway_at) {
-            clock::wake_at(at);
+            clock::wake_at(Level::Bus, at);
         }
     }
 

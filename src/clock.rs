@@ -1,7 +1,7 @@
-//! Time: microseconds since reset, and one alarm.
+//! Time: microseconds since reset, and an alarm for each level that has deadlines.
 //!
 //! TIM4 counts microseconds; its 16 bits come round every 65.5 ms, and an interrupt counts the rounds in 64
-//! bits. Its first compare channel is the alarm, which wakes the bus level.
+//! bits. A compare channel each is the alarm of the bus level and of the Modbus level.
 
 use core::cell::{Cell, RefCell};
 
@@ -38,24 +38,50 @@ pub fn now() -> Micros {
     critical_section::with(|cs| TIMER.borrow_ref(cs).as_ref().map_or(Micros::ZERO, |timer| read(timer, cs)))
 }
 
-/// Wakes the bus level at `at`, or at the end of the round if that comes first: rounds wake it anyway.
+/// Whom an alarm wakes.
+#[derive(Clone, Copy)]
+pub enum Level {
+    /// The bus level.
+    Bus,
+    /// The Modbus level.
+    Modbus,
+}
+
+impl Level {
+    const ALL: [Level; 2] = [Level::Bus, Level::Modbus];
+
+    /// Number of the compare channel, less one.
+    const fn channel(self) -> u8 {
+        self as u8
+    }
+
+    fn wake(self) {
+        match self {
+            Level::Bus => crate::bus::wake(),
+            Level::Modbus => crate::modbus::wake(),
+        }
+    }
+}
+
+/// Wakes a level at `at`, or at the end of the round if that comes first: rounds wake it anyway.
 /// An instant that has passed wakes it at once.
-pub fn wake_at(at: Micros) {
+pub fn wake_at(level: Level, at: Micros) {
+    let channel = level.channel();
     let missed = critical_section::with(|cs| {
         let timer = TIMER.borrow_ref(cs);
         let Some(timer) = timer.as_ref() else { return false };
         if at.since(read(timer, cs)).0 >= ROUND {
-            timer.dier().modify(|_, w| w.cc1ie().clear_bit());
+            timer.dier().modify(|_, w| w.ccie(channel).clear_bit());
             return false;
         }
-        timer.ccr1().write(|w| w.ccr().set(at.0 as u16));
-        timer.sr().write(|w| w.cc1if().clear_bit());
-        timer.dier().modify(|_, w| w.cc1ie().set_bit());
+        timer.ccr(channel.into()).write(|w| w.ccr().set(at.0 as u16));
+        timer.sr().write(|w| w.ccif(channel).clear_bit());
+        timer.dier().modify(|_, w| w.ccie(channel).set_bit());
         // The counter may have passed the compare value before the write took effect.
         read(timer, cs) >= at
     });
     if missed {
-        crate::bus::wake();
+        level.wake();
     }
 }
 
@@ -76,23 +102,23 @@ fn TIM4() {
     critical_section::with(|cs| {
         let timer = TIMER.borrow_ref(cs);
         let Some(timer) = timer.as_ref() else { return };
-        let status = timer.sr().read();
-        if status.uif().bit_is_set() {
+        let (status, armed) = (timer.sr().read(), timer.dier().read());
+        let round = status.uif().bit_is_set();
+        if round {
             ROUNDS.borrow(cs).set(ROUNDS.borrow(cs).get() + 1);
+            // Only what was seen is cleared, so that nothing is lost that comes up meanwhile.
+            timer.sr().write(|w| w.uif().clear_bit());
         }
-        // Only what was seen is cleared, so that nothing is lost that comes up meanwhile.
-        timer.sr().write(|w| {
-            if status.uif().bit_is_set() {
-                w.uif().clear_bit();
+        for level in Level::ALL {
+            let channel = level.channel();
+            let rings = status.ccif(channel).bit_is_set() && armed.ccie(channel).bit_is_set();
+            if rings {
+                timer.sr().write(|w| w.ccif(channel).clear_bit());
+                timer.dier().modify(|_, w| w.ccie(channel).clear_bit());
             }
-            if status.cc1if().bit_is_set() {
-                w.cc1if().clear_bit();
+            if rings || round {
+                level.wake();
             }
-            w
-        });
-        if status.cc1if().bit_is_set() {
-            timer.dier().modify(|_, w| w.cc1ie().clear_bit());
         }
     });
-    crate::bus::wake();
 }

@@ -1,12 +1,13 @@
 //! clino: reads inclinometers over RS485 and PWM and serves their angles.
 //!
-//! Three levels of work, each interrupting the one below:
+//! Four levels of work, each interrupting the one below:
 //!
 //! 1. *Bytes* (`ports`, `uart`, `capture`, `console`, `clock`): interrupt handlers that move bytes and ticks between
 //!    registers and queues, and switch the line driver.
 //! 2. *Bus* (`bus`): a software interrupt that hands events and `now` to the gateway core, sends what it
 //!    wants sent, publishes what it has read (`shared`), and sets the alarm for the next deadline.
-//! 3. *People* (this loop): the console, and sleep.
+//! 3. *Modbus* (`modbus`): a software interrupt that answers the Modbus master.
+//! 4. *People* (this loop): the console, and sleep.
 //!
 //! No level waits for one below, but for the short looks into the gateway (`ceiling`): the bus never waits for the console.
 #![no_std]
@@ -20,6 +21,7 @@ mod ceiling;
 mod clock;
 mod console;
 mod faults;
+mod modbus;
 mod params;
 mod people;
 mod ports;
@@ -44,9 +46,10 @@ fn main() -> ! {
     };
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let Board { mut keys, ports, inbox, gateway, clock_source } = Board::init(peripherals, QUEUES);
+    let Board { mut keys, ports, modbus, inbox, gateway, clock_source } = Board::init(peripherals, QUEUES);
     defmt::info!("clino {=str}, clock: {}", env!("CARGO_PKG_VERSION"), clock_source);
     bus::start(inbox, gateway);
+    modbus::start(modbus);
     ports::start(ports, &mut core.NVIC);
     let mut shell = Shell::new(Console);
     loop {

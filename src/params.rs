@@ -33,6 +33,24 @@ pub const ISU: Timing = Timing::isu();
 /// Console bit rate, 8N1.
 pub const CONSOLE: Serial = Serial { baud: 115_200 };
 
+/// Modbus port: address 1, 19200 bit/s, 8E1 (MODBUS over Serial Line V1.02, section 2.5.1).
+pub const MODBUS: clino_modbus::Settings = clino_modbus::Settings::DEFAULT;
+
+/// Version of the firmware: major, minor, patch.
+pub const VERSION: (u8, u8, u16) = (
+    number(env!("CARGO_PKG_VERSION_MAJOR")) as u8,
+    number(env!("CARGO_PKG_VERSION_MINOR")) as u8,
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+);
+
+/// Decimal digits as a number.
+const fn number(digits: &str) -> u16 {
+    match u16::from_str_radix(digits, 10) {
+        Ok(number) => number,
+        Err(_) => panic!("not a number"),
+    }
+}
+
 /// A new line is made when fewer characters than this wait for the console: enough to keep the line busy while
 /// the next one is made (16 characters last 1.4 ms, making one takes less than 0.1 ms), few enough that what is printed
 /// is fresh.

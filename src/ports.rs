@@ -26,10 +26,12 @@ static PORTS: Mutex<RefCell<Option<Ports>>> = Mutex::new(RefCell::new(None));
 pub mod priority {
     /// Characters and edges, and the clock that stamps them.
     pub const BYTES: u8 = 1 << 4;
-    /// The console's characters can wait for those of the buses.
+    /// The characters of the console and of Modbus can wait for those of the buses.
     pub const CONSOLE: u8 = 2 << 4;
     /// The bus level: above the levels that talk to others, below every character.
     pub const BUS: u8 = 3 << 4;
+    /// The Modbus level: above the main loop, which may wait for the console.
+    pub const MODBUS: u8 = 4 << 4;
 }
 
 /// Takes the ports into service and lets the interrupts in.
@@ -42,7 +44,9 @@ pub fn start(ports: Ports, nvic: &mut NVIC) {
         (Interrupt::TIM2, priority::BYTES),
         (Interrupt::TIM4, priority::BYTES),
         (Interrupt::USART2, priority::CONSOLE),
+        (Interrupt::USART6, priority::CONSOLE),
         (crate::bus::INTERRUPT, priority::BUS),
+        (crate::modbus::INTERRUPT, priority::MODBUS),
     ];
     for (number, priority) in interrupts {
         // SAFETY: critical sections here mask by PRIMASK, which no priority escapes; and everything the

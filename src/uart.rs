@@ -16,7 +16,7 @@ use clino_codec::character::{Character, LineErrors};
 use cortex_m::peripheral::DWT;
 use embedded_hal::digital::OutputPin;
 use heapless::spsc::Producer;
-use stm32f4xx_hal::pac::usart1::RegisterBlock;
+use stm32f4xx_hal::pac::usart1::{RegisterBlock, sr};
 
 use crate::clock;
 
@@ -151,15 +151,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
                 None => _ = self.uart.cr1().modify(|_, w| w.txeie().clear_bit().tcie().set_bit()),
             }
         }
-        let errors = [
-            (status.ore().bit_is_set(), LineErrors::OVERRUN),
-            (status.fe().bit_is_set(), LineErrors::FRAMING),
-            (status.nf().bit_is_set(), LineErrors::NOISE),
-            (status.pe().bit_is_set(), LineErrors::PARITY),
-        ]
-        .into_iter()
-        .filter_map(|(set, flag)| set.then_some(flag))
-        .fold(LineErrors::NONE, LineErrors::union);
+        let errors = line_errors(&status);
         if status.rxne().bit_is_set() || errors != LineErrors::NONE {
             let byte = self.uart.dr().read().dr().bits() as u8;
             self.received(byte, errors, status.rxne().bit_is_set());
@@ -244,13 +236,24 @@ impl DriverWatch {
     }
 }
 
+/// The receiver's error flags in a status that was read.
+pub fn line_errors(status: &sr::R) -> LineErrors {
+    let flags = [
+        (status.ore().bit_is_set(), LineErrors::OVERRUN),
+        (status.fe().bit_is_set(), LineErrors::FRAMING),
+        (status.nf().bit_is_set(), LineErrors::NOISE),
+        (status.pe().bit_is_set(), LineErrors::PARITY),
+    ];
+    flags.into_iter().filter_map(|(set, flag)| set.then_some(flag)).fold(LineErrors::NONE, LineErrors::union)
+}
+
 /// Transmitter and USART on, 8N1, everything else at its reset value.
 pub fn set_up(uart: &RegisterBlock, divider: u16) {
     set_divider(uart, divider);
     uart.cr1().write(|w| w.ue().set_bit().te().set_bit());
 }
 
-fn set_divider(uart: &RegisterBlock, divider: u16) {
+pub fn set_divider(uart: &RegisterBlock, divider: u16) {
     // SAFETY: USART_BRR takes any 16-bit value but zero (RM0090 section 30.6.3); `divider` is at least 16.
     uart.brr().write(|w| unsafe { w.bits(divider) });
 }

@@ -3,6 +3,8 @@
 //! The image is the file named by `CLINO_ELF`; `cargo xtask test` builds it and sets that.
 
 #[cfg(feature = "virtual-board")]
+pub mod modbus;
+#[cfg(feature = "virtual-board")]
 mod ran;
 
 #[cfg(feature = "virtual-board")]

@@ -48,5 +48,5 @@ pub use gateway::{Action, Asker, Capture, Detail, Gateway};
 pub use health::Health;
 pub use reporter::Reporter;
 pub use settings::{BusSettings, Settings};
-pub use snapshot::{Publisher, Snapshot, View};
+pub use snapshot::{Publisher, Snapshot, Value, View};
 pub use value::{Reading, Status};

@@ -14,9 +14,12 @@
 
 use core::sync::atomic::{AtomicU32, Ordering, fence};
 
-use crate::Reading;
+use clino_bus::Micros;
+use clino_codec::angle::Angle;
+
 use crate::bits::Bits;
 use crate::config::MAX_SLOTS;
+use crate::{Reading, Status};
 
 mod words;
 
@@ -92,6 +95,17 @@ impl Default for Snapshot {
     }
 }
 
+/// What a slot says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Value {
+    /// What the value is worth.
+    pub status: Status,
+    /// The angle, if it is right and fresh.
+    pub angle: Option<Angle>,
+    /// Time since the last good value was received, if there was one.
+    pub age: Option<Micros>,
+}
+
 /// One generation, to look at.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
@@ -105,6 +119,11 @@ impl View<'_> {
     pub fn reading(&self, slot: usize) -> Option<Reading> {
         let number = u8::try_from(slot).ok()?;
         self.rows.get(slot).map(|row| words::reading(number, &row.load()))
+    }
+
+    /// What a slot says at `now`: a sixth of the work of [`View::reading`]. `None` beyond the last one.
+    pub fn value(&self, slot: usize, now: Micros) -> Option<Value> {
+        self.rows.get(slot).map(|row| words::value(&row.0, now))
     }
 
     /// Whether everything that was read here until now is of this generation. What was read before this says no is to be

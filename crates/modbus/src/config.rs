@@ -40,6 +40,12 @@ pub struct SlotConfig {
     pub jump_mdeg_s: u32,
 }
 
+impl BusConfig {
+    /// Of a bus that is not there yet.
+    pub const NONE: BusConfig =
+        BusConfig { baud: 0, guard_us: 0, pre_delay_us: 0, post_delay_us: 0, echo: EchoMode::Off };
+}
+
 /// What smooths an angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -13,10 +13,14 @@ pub const SLOTS: usize = 48;
 /// The gateway as the server sees it.
 ///
 /// A request is answered from one state: the server calls [`Host::snapshot`] before it reads anything for it, and all
-/// methods answer as of then until the next call, whatever an interrupt publishes in between.
+/// methods answer as of then until the next call, whatever an interrupt publishes in between. If a host cannot hold its
+/// state still for that long, it says so in the end, and the server begins again.
 pub trait Host {
-    /// Holds the state still that the next request is answered from.
+    /// Turns to the state that the next request is answered from.
     fn snapshot(&mut self);
+
+    /// Whether all that was answered since is of that state.
+    fn held_still(&self) -> bool;
 
     /// The gateway as a whole.
     fn gateway(&self) -> GatewayView;
@@ -28,7 +32,7 @@ pub trait Host {
     fn detail(&self, slot: usize) -> SlotDetail;
 
     /// What happened on a bus since reset.
-    fn counters(&self, bus: Bus) -> &Counters;
+    fn counters(&self, bus: Bus) -> Counters;
 
     /// How a bus's line driver behaved.
     fn driver_enable(&self, bus: Bus) -> DriverEnable;
@@ -128,16 +132,13 @@ pub mod gateway_bits {
     pub const UNSAVED: u16 = 1 << 3;
     /// A command is under way.
     pub const COMMAND: u16 = 1 << 4;
-    /// The configuration lint has something to say; the console tells what.
-    pub const LINT: u16 = 1 << 5;
     /// The bits with names and meanings, for the documentation.
-    pub const ALL: [(u16, &str, &str); 6] = [
+    pub const ALL: [(u16, &str, &str); 5] = [
         (T7_BUS_DEAD, "t7_bus_dead", "no enabled slot of the T7 bus answers"),
         (ISU_BUS_DEAD, "isu_bus_dead", "no enabled slot of the ISU bus answers"),
         (DRIVER_FORCED, "driver_forced", "a line driver had to be switched off by force since reset"),
         (UNSAVED, "unsaved", "the configuration in force is not the one that is stored"),
         (COMMAND, "command", "a command is under way"),
-        (LINT, "lint", "the check of the configuration has something to say; the console tells what"),
     ];
 }
 
@@ -167,10 +168,6 @@ pub struct SlotDetail {
     pub sequence: u16,
     /// The status of the last reading that failed.
     pub last_error: Option<Status>,
-    /// The status byte of the device's last answer.
-    pub device_status: Option<u8>,
-    /// Serial number of the device.
-    pub serial: Option<u32>,
     /// What the slot reads.
     pub kind: Kind,
     /// Where: address on the bus, or number of the PWM input.
@@ -189,12 +186,22 @@ pub mod slot_bits {
     pub const CROSS_CHECK: u16 = 1 << 2;
     /// The slot is asked less often because it does not answer.
     pub const QUARANTINE: u16 = 1 << 3;
+    /// The accelerations of a T7 do not add up to 1 g.
+    pub const GRAVITY: u16 = 1 << 4;
+    /// So many requests fail that checksums of eight bits are not to be relied upon.
+    pub const NOISY: u16 = 1 << 5;
     /// The bits with names and meanings, for the documentation.
-    pub const ALL: [(u16, &str, &str); 4] = [
+    pub const ALL: [(u16, &str, &str); 6] = [
         (REPEATED, "repeated", "the value is the one before, read again: the sensor had no new one"),
         (UNCONFIRMED, "unconfirmed", "a second reading is awaited before the value is published"),
         (CROSS_CHECK, "cross_check", "a second way to know the angle disagrees with it"),
         (QUARANTINE, "quarantine", "the slot is asked less often because it does not answer"),
+        (GRAVITY, "gravity", "the accelerations of a T7 do not add up to 1 g"),
+        (
+            NOISY,
+            "noisy",
+            "more than one request in 200 fails: checksums of eight bits are not to be relied upon",
+        ),
     ];
 }
 

@@ -42,6 +42,7 @@ extern crate std;
 pub mod command;
 pub mod config;
 mod crc;
+pub mod desk;
 mod diagnostics;
 mod exception;
 mod frame;

@@ -132,12 +132,7 @@ impl Entry {
             Item::Gateway(item) => matches!(item, GatewayItem::OldestAge),
             Item::Detail(item) => matches!(
                 item,
-                DetailItem::Temperature
-                    | DetailItem::Raw
-                    | DetailItem::Unwrapped
-                    | DetailItem::LastError
-                    | DetailItem::DeviceStatus
-                    | DetailItem::Serial
+                DetailItem::Temperature | DetailItem::Raw | DetailItem::Unwrapped | DetailItem::LastError
             ),
             _ => false,
         }

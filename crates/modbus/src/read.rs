@@ -1,11 +1,11 @@
 //! What the registers of the map say.
 
-use clino_bus::Micros;
+use clino_bus::{Counters, DriverEnable, Micros};
 
 use crate::config::{SlotConfig, echo_code};
 use crate::exception::Exception;
 use crate::frame::Frame;
-use crate::host::{Bus, Host, SLOTS, SlotDetail, SlotReading};
+use crate::host::{Bus, GatewayView, Host, SLOTS, SlotDetail, SlotReading};
 use crate::map::lookup::{self, Number, Register};
 use crate::map::{
     BusItem, BusSetting, CommandItem, DetailItem, GatewayItem, Item, MAGIC, PortSetting, ReadingItem,
@@ -27,7 +27,10 @@ const LONGEST_RESPONSE: u32 = 0xFFFF;
 pub struct Reader<'a, H> {
     host: &'a H,
     port: Settings,
+    gateway: Option<GatewayView>,
     detail: Option<(usize, SlotDetail)>,
+    config: Option<(usize, SlotConfig)>,
+    counters: Option<(Bus, Counters, DriverEnable)>,
     summary: Option<Summary>,
 }
 
@@ -43,7 +46,7 @@ struct Summary {
 
 impl<'a, H: Host> Reader<'a, H> {
     pub fn new(host: &'a H, port: Settings) -> Reader<'a, H> {
-        Reader { host, port, detail: None, summary: None }
+        Reader { host, port, gateway: None, detail: None, config: None, counters: None, summary: None }
     }
 
     /// Puts `quantity` registers, beginning with `first`, behind what is in the frame.
@@ -85,7 +88,7 @@ impl<'a, H: Host> Reader<'a, H> {
             Item::Reading(item) => reading(&self.host.reading(index), item),
             Item::Detail(item) => self.detail(item, index),
             Item::Bus(item) => Some(self.bus(item, bus(index))),
-            Item::SlotSetting(item) => Some(slot_setting(&self.host.slot_config(index), item)),
+            Item::SlotSetting(item) => Some(self.slot_setting(item, index)),
             Item::BusSetting(item) => Some(self.bus_setting(item, bus(index))),
             Item::Port(item) => Some(port_setting(&self.port, item)),
             Item::Command(item) => Some(self.command(item)),
@@ -103,19 +106,23 @@ impl<'a, H: Host> Reader<'a, H> {
             GatewayItem::TestNumber => TEST_NUMBER,
             GatewayItem::TestAngle => number::degrees(TEST_ANGLE),
             GatewayItem::Version => {
-                let (major, minor, _) = self.host.gateway().version;
+                let (major, minor, _) = self.view().version;
                 u32::from(u16::from_be_bytes([major, minor]))
             }
-            GatewayItem::Patch => u32::from(self.host.gateway().version.2),
-            GatewayItem::Uptime => (self.host.gateway().uptime.0 / MICROS_PER_SECOND) as u32,
-            GatewayItem::Status => u32::from(self.host.gateway().status),
-            GatewayItem::Sequence => u32::from(self.host.gateway().sequence),
+            GatewayItem::Patch => u32::from(self.view().version.2),
+            GatewayItem::Uptime => (self.view().uptime.0 / MICROS_PER_SECOND) as u32,
+            GatewayItem::Status => u32::from(self.view().status),
+            GatewayItem::Sequence => u32::from(self.view().sequence),
             GatewayItem::Online => bits(self.summary().online),
             GatewayItem::Valid => bits(self.summary().valid),
             GatewayItem::Enabled => self.summary().enabled,
             GatewayItem::Good => self.summary().good,
             GatewayItem::OldestAge => self.summary().oldest,
         })
+    }
+
+    fn view(&mut self) -> GatewayView {
+        *self.gateway.get_or_insert_with(|| self.host.gateway())
     }
 
     fn summary(&mut self) -> Summary {
@@ -154,8 +161,6 @@ impl<'a, H: Host> Reader<'a, H> {
             DetailItem::Raw => return detail.raw.map(|value| value as u32),
             DetailItem::Unwrapped => return detail.unwrapped.map(|value| value as u32),
             DetailItem::LastError => return detail.last_error.map(|status| status as u32),
-            DetailItem::DeviceStatus => return detail.device_status.map(u32::from),
-            DetailItem::Serial => return detail.serial,
             DetailItem::Kind => detail.kind as u32,
             DetailItem::Address => u32::from(detail.address),
             DetailItem::Requests => counters.requests,
@@ -171,8 +176,19 @@ impl<'a, H: Host> Reader<'a, H> {
         })
     }
 
-    fn bus(&self, item: BusItem, bus: Bus) -> u32 {
-        let counters = self.host.counters(bus);
+    fn slot_setting(&mut self, item: SlotSetting, slot: usize) -> u32 {
+        let config = match self.config {
+            Some((known, config)) if known == slot => config,
+            _ => self.config.insert((slot, self.host.slot_config(slot))).1,
+        };
+        slot_setting(&config, item)
+    }
+
+    fn bus(&mut self, item: BusItem, bus: Bus) -> u32 {
+        let (_, counters, driver) = match self.counters {
+            Some(known) if known.0 == bus => known,
+            _ => *self.counters.insert((bus, self.host.counters(bus), self.host.driver_enable(bus))),
+        };
         match item {
             BusItem::Requests => counters.requests,
             BusItem::Retries => counters.retries,
@@ -197,8 +213,8 @@ impl<'a, H: Host> Reader<'a, H> {
             BusItem::ResponseLast => micros(counters.response_last),
             BusItem::ResponseMin => micros(counters.response_min),
             BusItem::ResponseMax => micros(counters.response_max),
-            BusItem::ReleaseMax => self.host.driver_enable(bus).release_max_ns,
-            BusItem::HighMax => self.host.driver_enable(bus).high_max_us,
+            BusItem::ReleaseMax => driver.release_max_ns,
+            BusItem::HighMax => driver.high_max_us,
         }
     }
 
@@ -213,8 +229,8 @@ impl<'a, H: Host> Reader<'a, H> {
         }
     }
 
-    fn command(&self, item: CommandItem) -> u32 {
-        let progress = self.host.gateway().progress;
+    fn command(&mut self, item: CommandItem) -> u32 {
+        let progress = self.view().progress;
         match item {
             CommandItem::Command | CommandItem::Target | CommandItem::Value | CommandItem::Key => 0,
             CommandItem::Last => progress.command.map_or(0, |command| command as u32),

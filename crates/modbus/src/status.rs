@@ -29,8 +29,8 @@ pub enum Status {
     StuckHigh = 10,
     /// The PWM period is not that of an ISU.
     BadPeriod = 11,
-    /// The value awaits its confirmation by a second reading.
-    Unconfirmed = 12,
+    /// Two values in a row disagree; neither is told.
+    Suspect = 12,
     /// The slot is switched off, or there is none.
     #[default]
     Disabled = 13,
@@ -51,7 +51,7 @@ impl Status {
         (Status::StuckLow, "stuck_low", "the PWM input sits at a low level"),
         (Status::StuckHigh, "stuck_high", "the PWM input sits at a high level"),
         (Status::BadPeriod, "bad_period", "the PWM period is not that of an ISU"),
-        (Status::Unconfirmed, "unconfirmed", "the value awaits its confirmation by a second reading"),
+        (Status::Suspect, "suspect", "two values in a row disagree; neither is told"),
         (Status::Disabled, "disabled", "the slot is switched off, or there is none"),
     ];
 
@@ -64,7 +64,7 @@ impl Status {
                 | Status::DeviceError
                 | Status::OutOfRange
                 | Status::BadPeriod
-                | Status::Unconfirmed
+                | Status::Suspect
         )
     }
 }

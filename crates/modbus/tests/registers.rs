@@ -77,8 +77,8 @@ fn every_number_is_what_its_name_says() {
         let mask = if line.registers == 1 { 0xFFFF } else { u32::MAX };
         assert_eq!(found, expected.unwrap_or(none(line.kind)) & mask, "{}", line.name);
     }
-    // Six details of every other slot; eight copies of the angles of six slots; two of the ages of three; the oldest age.
-    assert_eq!(nones, 24 * 6 + 6 * 8 + 3 * 2 + 1);
+    // Four details of every other slot; eight copies of the angles of six slots; two of the ages of three; the oldest age.
+    assert_eq!(nones, 24 * 4 + 6 * 8 + 3 * 2 + 1);
 }
 
 /// What a number of this name has to be, as its bits, in the state that was held.
@@ -151,7 +151,6 @@ fn slot_number(slot: usize, name: &str, held: i32) -> Option<u32> {
         "raw_mdeg" => return known((-5 - slot as i32) as u32),
         "unwrapped_mdeg" => return known(3_600_000 + n),
         "last_error" => return known(4),
-        "device_status" => return known(0x42),
         "requests" => count(0x10_0000 + n),
         "first_try" => count(0x20_0000 + n),
         "retries" => count(0x100 + n),
@@ -162,7 +161,6 @@ fn slot_number(slot: usize, name: &str, held: i32) -> Option<u32> {
         "nv_writes" => count(0x600 + n),
         "response_last" => count(2_083),
         "response_max" => count(65_535),
-        "serial" => return known(0x3000_0000 + n),
         "kind" => count(2),
         "address" => count(n + 1),
         "enabled" => u32::from(slot < 6),

@@ -5,6 +5,7 @@
 mod command_line;
 mod commissioning;
 mod faults;
+mod full_load;
 mod main_job;
 mod pwm;
 mod throughput;

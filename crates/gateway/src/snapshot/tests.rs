@@ -57,6 +57,25 @@ fn a_reading_comes_back_as_it_was() {
 }
 
 #[test]
+fn a_value_is_that_of_the_reading() {
+    let snapshot = Snapshot::new();
+    let mut publisher = snapshot.publisher();
+    for n in 0..1_000_u32 {
+        publisher.publish(Bits::of(&[(); 1], |()| true), |slot| Some(reading(slot as u8, n)));
+        let measured = u64::from(n) * 0x1_0000_0001;
+        // Before, at, and after the instant at which it grows stale.
+        for late in [0, u64::from(n), u64::from(n) + 1, u64::from(n) + 2, 1 << 40] {
+            let now = Micros(measured + late);
+            let view = snapshot.view();
+            let (value, whole) = (view.value(0, now).unwrap(), view.reading(0).unwrap());
+            let expected = Value { status: whole.status(now), angle: whole.angle(now), age: whole.age(now) };
+            assert_eq!(value, expected, "{n} {late}");
+        }
+    }
+    assert_eq!(snapshot.view().value(MAX_SLOTS, Micros::ZERO), None);
+}
+
+#[test]
 fn what_has_not_changed_is_there_in_both_buffers() {
     let snapshot = Snapshot::new();
     let mut publisher = snapshot.publisher();

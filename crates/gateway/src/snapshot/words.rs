@@ -10,12 +10,15 @@
 //!  5  turns
 //! ```
 
+use core::sync::atomic::{AtomicU32, Ordering};
+
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
 use clino_codec::{isu, t7};
 
 use crate::config::{PwmInput, Source, Span};
 use crate::health::Health;
+use crate::snapshot::Value;
 use crate::{Reading, Status};
 
 pub(super) const WORDS: usize = 12;
@@ -87,6 +90,24 @@ pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
         period: Span::from_micros(period),
         report_every: Span::from_micros(report),
     }
+}
+
+pub(super) fn value(words: &[AtomicU32; WORDS], now: Micros) -> Value {
+    let [first, _, _, angle, _, _, _, low, high, stale, ..] = words;
+    let load = |word: &AtomicU32| word.load(Ordering::Relaxed);
+    let [status, flags, ..] = load(first).to_le_bytes();
+    let status = Status::ALL.get(usize::from(status)).copied().unwrap_or_default();
+    let age = (flags & MEASURED != 0).then(|| {
+        let measured = Micros(u64::from(load(high)) << u32::BITS | u64::from(load(low)));
+        now.since(measured)
+    });
+    let status = match (status, age) {
+        (Status::Ok, Some(age)) if age.0 <= u64::from(load(stale)) => Status::Ok,
+        (Status::Ok, _) => Status::Stale,
+        (other, _) => other,
+    };
+    let angle = (status == Status::Ok).then(|| Angle::from_udeg(load(angle).cast_signed()));
+    Value { status, angle, age }
 }
 
 fn source(kind: u8, part: u8, address: u8) -> Source {

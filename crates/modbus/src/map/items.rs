@@ -90,8 +90,6 @@ pub enum DetailItem {
     Unwrapped,
     /// Status of the last failure.
     LastError,
-    /// Status byte of the device.
-    DeviceStatus,
     /// Requests.
     Requests,
     /// Good answers to the first try.
@@ -112,8 +110,6 @@ pub enum DetailItem {
     ResponseLast,
     /// Longest response time.
     ResponseMax,
-    /// Serial number.
-    Serial,
     /// Kind of source.
     Kind,
     /// Address.

@@ -1,5 +1,9 @@
 //! The table. Addresses as on the wire.
 
+use clino_bus::Micros;
+use clino_gateway::config::Filter;
+use clino_gateway::order;
+
 use super::{
     Block, BusItem as B, BusSetting as P, CommandItem as C, DetailItem as D, Entry, Form, GatewayItem as G,
     Item, PortSetting as M, ReadingItem as R, SlotSetting as S,
@@ -25,8 +29,13 @@ const ALL: u8 = SLOTS as u8;
 const FIRST: u8 = 32;
 const OTHERS: u8 = ALL - FIRST;
 
-/// An hour in milliseconds: the longest period.
-const HOUR_MS: i32 = 3_600_000;
+const fn ms(span: Micros) -> i32 {
+    (span.0 / 1_000) as i32
+}
+
+const fn us(span: Micros) -> i32 {
+    span.0 as i32
+}
 
 /// The register map.
 pub const BLOCKS: &[Block] = &[
@@ -258,7 +267,6 @@ const SLOT: &[Entry] = &[
         "angle with the turns since the first value",
     ),
     detail(14, Form::U16, D::LastError, "last_error", "code", "status of the last reading that failed"),
-    detail(15, Form::U16, D::DeviceStatus, "device_status", "", "status byte of the device's last answer"),
     detail(
         16,
         Form::U32,
@@ -283,7 +291,6 @@ const SLOT: &[Entry] = &[
         "response time of the last good answer; 0: none yet",
     ),
     detail(27, Form::U16, D::ResponseMax, "response_max", "10 us", "longest response time"),
-    detail(28, Form::U32, D::Serial, "serial", "", "serial number of the device"),
     detail(30, Form::U16, D::Kind, "kind", "code", "see *kinds*"),
     detail(31, Form::U16, D::Address, "address", "", "address on the bus, or number of the PWM input"),
 ];
@@ -352,9 +359,9 @@ const SLOT_SETTINGS: &[Entry] = &[
         "ms",
         "from one reading to the next; 0: as often as the bus can",
     )
-    .writable(0, HOUR_MS),
+    .writable(0, ms(order::LONGEST_PERIOD)),
     setting(6, Form::U32, S::Stale, "stale", "ms", "a value older than this is stale")
-        .writable(10, 3 * HOUR_MS),
+        .writable(ms(order::SHORTEST_STALE), ms(order::LONGEST_STALE)),
     setting(
         8,
         Form::U16,
@@ -363,8 +370,9 @@ const SLOT_SETTINGS: &[Entry] = &[
         "ms",
         "longest wait for an answer; 0: as the sensor's document says",
     )
-    .writable(0, 1_000),
-    setting(9, Form::U16, S::Retries, "set_retries", "", "further tries within one reading").writable(0, 10),
+    .writable(0, ms(order::LONGEST_TIMEOUT)),
+    setting(9, Form::U16, S::Retries, "set_retries", "", "further tries within one reading")
+        .writable(0, order::MOST_RETRIES as i32),
     setting(10, Form::I32, S::Zero, "zero", "mdeg", "soft zero: subtracted from what the sensor says")
         .writable(-360_000, 360_000),
     setting(12, Form::U16, S::Reversed, "reversed", "", "1: the angle counts the other way").writable(0, 1),
@@ -372,7 +380,8 @@ const SLOT_SETTINGS: &[Entry] = &[
         .writable(0, 1),
     setting(14, Form::U16, S::Filter, "filter", "code", "0: none; 1: circular mean; 2: circular median")
         .writable(0, 2),
-    setting(15, Form::U16, S::FilterLength, "filter_length", "", "readings it goes over").writable(1, 15),
+    setting(15, Form::U16, S::FilterLength, "filter_length", "", "readings it goes over")
+        .writable(1, Filter::MOST as i32),
     setting(
         16,
         Form::U16,
@@ -401,11 +410,11 @@ const BUS_SETTINGS: &[Entry] = &[
     bus_setting(0, Form::U32, P::Baud, "baud", "bit/s", "T7: 9600, 19200, 38400, 57600, 115200; ISU: 9600")
         .writable(9_600, 115_200),
     bus_setting(2, Form::U16, P::Guard, "guard", "us", "silence before our driver is switched on")
-        .writable(0, 20_000),
+        .writable(0, us(order::LONGEST_GUARD)),
     bus_setting(3, Form::U16, P::PreDelay, "pre_delay", "us", "from DE high to our first start bit")
-        .writable(0, 20_000),
+        .writable(0, us(order::LONGEST_DELAY)),
     bus_setting(4, Form::U16, P::PostDelay, "post_delay", "us", "from our last stop bit to DE low")
-        .writable(0, 20_000),
+        .writable(0, us(order::LONGEST_DELAY)),
     bus_setting(
         5,
         Form::U16,

@@ -145,6 +145,10 @@ impl Host for Model {
         self.snapshots += 1;
     }
 
+    fn held_still(&self) -> bool {
+        true
+    }
+
     fn gateway(&self) -> GatewayView {
         self.look();
         GatewayView {
@@ -187,17 +191,15 @@ impl Host for Model {
             temperature: Some(-500 - slot as i16),
             sequence: 0x700 + n,
             last_error: Some(Status::BadAnswer),
-            device_status: Some(0x42),
-            serial: Some(0x3000_0000 + slot as u32),
             kind: Kind::Isu,
             address: slot as u8 + 1,
             counters,
         }
     }
 
-    fn counters(&self, bus: Bus) -> &Counters {
+    fn counters(&self, bus: Bus) -> Counters {
         self.look();
-        &self.counters[bus as usize]
+        self.counters[bus as usize]
     }
 
     fn driver_enable(&self, bus: Bus) -> DriverEnable {

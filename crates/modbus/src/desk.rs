@@ -1,0 +1,320 @@
+//! The gateway core as the server's [`Host`].
+//!
+//! Values come from the [`Snapshot`], all of one generation. How slots and buses are set, their counters and all changes
+//! come from and go to the [`Gateway`] itself, which a [`Site`] lends for one short look at a time. What only a level
+//! that may wait can do, the site is asked for ([`Wish`]).
+
+use clino_bus::{Counters, DriverEnable, Micros};
+use clino_gateway::order::{self, Order};
+use clino_gateway::{Asker, Gateway, Health, Reading, Snapshot, View};
+
+use crate::command::{Command, Outcome, Progress};
+use crate::config::{BusConfig, SlotConfig};
+use crate::host::{
+    Bus, GatewayView, Host, Kind, Refusal, SLOTS, SlotCounters, SlotDetail, SlotReading, Write, gateway_bits,
+    slot_bits,
+};
+
+mod bus;
+mod news;
+mod sensor;
+mod slot;
+
+/// Where the gateway runs.
+pub trait Site {
+    /// Time since reset.
+    fn now(&self) -> Micros;
+
+    /// Lends the gateway; `None` while there is none. The bus level waits meanwhile.
+    fn gateway<R>(&self, look: impl FnOnce(&mut Gateway) -> R) -> Option<R>;
+
+    /// Something was ordered, or fetched: the bus level has to look.
+    fn wake(&self);
+
+    /// How a bus's line driver behaved since reset.
+    fn driver_enable(&self, bus: clino_gateway::Bus) -> DriverEnable;
+
+    /// Version of the firmware: major, minor, patch.
+    fn version(&self) -> (u8, u8, u16);
+
+    /// Has this done soon; [`Desk::done`] is told what has come of it.
+    ///
+    /// # Errors
+    /// [`Refusal::Failed`] where it cannot be done, [`Refusal::Busy`] while something else is.
+    fn ask(&self, wish: Wish) -> Result<(), Refusal>;
+
+    /// Whether the configuration in force is not the one that is stored.
+    fn is_unsaved(&self) -> bool;
+}
+
+/// What takes longer than a Modbus master waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Wish {
+    /// The configuration in force is to be stored.
+    Save,
+    /// The configuration is to be what it was when the gateway was new.
+    FactoryReset,
+}
+
+/// The [`Host`].
+pub struct Desk<'a, S> {
+    site: S,
+    snapshot: &'a Snapshot,
+    view: View<'a>,
+    now: Micros,
+    progress: Progress,
+    /// Where the last command is under way as a task.
+    task: Option<Bus>,
+}
+
+impl<'a, S: Site> Desk<'a, S> {
+    /// A desk at this site.
+    pub fn new(site: S, snapshot: &'a Snapshot) -> Desk<'a, S> {
+        let view = snapshot.view();
+        Desk { site, snapshot, view, now: Micros::ZERO, progress: Progress::default(), task: None }
+    }
+
+    /// Hears what has become of a task. To be called when the bus level has run.
+    pub fn poll(&mut self) {
+        while let Some(news) = self.site.gateway(|gateway| gateway.news(Asker::Modbus)).flatten() {
+            self.site.wake();
+            if let Some(outcome) = news::outcome(&news) {
+                self.end(outcome);
+            }
+        }
+    }
+
+    /// What the site was asked for is done, or has failed.
+    pub fn done(&mut self, well: bool) {
+        self.end(if well { Outcome::Done } else { Outcome::Failed });
+    }
+
+    fn end(&mut self, outcome: Outcome) {
+        self.task = None;
+        self.progress.outcome = outcome;
+    }
+
+    fn row(&self, slot: usize) -> Option<Reading> {
+        self.view.reading(slot)
+    }
+
+    fn order(&self, order: Order) -> Result<(), Refusal> {
+        let result = self.site.gateway(|gateway| gateway.carry_out(order, Asker::Modbus));
+        self.site.wake();
+        match result {
+            Some(Ok(())) => Ok(()),
+            Some(Err(order::Refusal::Busy)) => Err(Refusal::Busy),
+            Some(Err(_)) => Err(Refusal::Value),
+            None => Err(Refusal::Failed),
+        }
+    }
+
+    /// How a slot is set, in the gateway's terms.
+    fn config(&self, slot: usize) -> clino_gateway::SlotConfig {
+        let config = self.site.gateway(|gateway| gateway.config(slot).copied()).flatten();
+        config.unwrap_or(clino_gateway::SlotConfig::OFF)
+    }
+
+    /// Begins a command; says whether it goes on as a task or a wish.
+    fn command(&mut self, command: Command, target: u16, value: i32) -> Result<Outcome, Refusal> {
+        let slot = usize::from(target);
+        match command {
+            Command::Save => self.site.ask(Wish::Save)?,
+            Command::FactoryReset => self.site.ask(Wish::FactoryReset)?,
+            Command::ClearCounters => {
+                self.site.gateway(Gateway::clear_counters);
+                return Ok(Outcome::Done);
+            }
+            Command::SoftZero => {
+                self.zero(target)?;
+                return Ok(Outcome::Done);
+            }
+            Command::Cancel => {
+                let bus = Bus::from_number(target).ok_or(Refusal::Value)?;
+                self.order(Order::Cancel(bus.into()))?;
+                return Ok(Outcome::Done);
+            }
+            _ => {
+                let order = sensor::order(command, self.config(slot).source, value).ok_or(Refusal::Value)?;
+                self.order(order)?;
+                self.task = self.config(slot).source.bus().map(Bus::from);
+            }
+        }
+        Ok(Outcome::Running)
+    }
+
+    /// The slot says zero as it stands.
+    fn zero(&self, target: u16) -> Result<(), Refusal> {
+        let number = u8::try_from(target).map_err(|_| Refusal::Value)?;
+        let row = self.row(usize::from(target)).ok_or(Refusal::Value)?;
+        let soft_zero = row.raw(self.now).ok_or(Refusal::Failed)?;
+        let config = self.config(usize::from(target));
+        self.order(Order::Slot { slot: number, config: clino_gateway::SlotConfig { soft_zero, ..config } })
+    }
+
+    fn status_bits(&self) -> u16 {
+        let dead = |bus: clino_gateway::Bus| {
+            let rows = (0..SLOTS).filter_map(|slot| self.row(slot));
+            let mut mine = rows.filter(|row| row.enabled && row.source.bus() == Some(bus)).peekable();
+            mine.peek().is_some() && mine.all(|row| !slot::status(row.status(self.now)).is_online())
+        };
+        let forced = |bus| self.counters(bus).forced > 0;
+        let bits = [
+            (gateway_bits::T7_BUS_DEAD, dead(clino_gateway::Bus::T7)),
+            (gateway_bits::ISU_BUS_DEAD, dead(clino_gateway::Bus::Isu)),
+            (gateway_bits::DRIVER_FORCED, forced(Bus::T7) || forced(Bus::Isu)),
+            (gateway_bits::UNSAVED, self.site.is_unsaved()),
+            (gateway_bits::COMMAND, self.progress.outcome == Outcome::Running),
+        ];
+        bits.into_iter().filter(|&(_, on)| on).fold(0, |all, (bit, _)| all | bit)
+    }
+}
+
+impl<S: Site> Host for Desk<'_, S> {
+    fn snapshot(&mut self) {
+        self.view = self.snapshot.view();
+        self.now = self.site.now();
+    }
+
+    fn held_still(&self) -> bool {
+        self.view.holds()
+    }
+
+    fn gateway(&self) -> GatewayView {
+        let mut progress = self.progress;
+        if let Some(task) = self.task
+            && let Some(steps) = self.site.gateway(|gateway| gateway.progress(task.into())).flatten()
+        {
+            let short = |n: u32| u16::try_from(n).unwrap_or(u16::MAX);
+            (progress.done, progress.of) = (short(steps.done.into()), short(steps.of.into()));
+        }
+        GatewayView {
+            version: self.site.version(),
+            uptime: self.now,
+            status: self.status_bits(),
+            sequence: self.view.generation() as u16,
+            progress,
+        }
+    }
+
+    fn reading(&self, slot: usize) -> SlotReading {
+        self.view.value(slot, self.now).map_or_else(SlotReading::default, |value| SlotReading {
+            status: slot::status(value.status),
+            angle: value.angle.map(|angle| angle.mdeg()),
+            age: value.age,
+        })
+    }
+
+    fn detail(&self, slot: usize) -> SlotDetail {
+        let known = self.site.gateway(|gateway| gateway.detail(slot)).flatten();
+        let (Some(row), Some(known)) = (self.row(slot), known) else { return SlotDetail::default() };
+        let (kind, address, _) = slot::place(row.source);
+        if kind == Kind::None {
+            return SlotDetail { sequence: row.sequence as u16, ..SlotDetail::default() };
+        }
+        let flags = [
+            (slot_bits::REPEATED, row.angle(self.now).is_some() && !row.is_fresh()),
+            (slot_bits::UNCONFIRMED, known.awaits_confirmation),
+            (slot_bits::CROSS_CHECK, row.health.has(Health::DISAGREES)),
+            (slot_bits::QUARANTINE, known.is_dead),
+            (slot_bits::GRAVITY, row.health.has(Health::GRAVITY)),
+            (slot_bits::NOISY, row.health.has(Health::NOISY)),
+        ];
+        let turn = |angle: clino_codec::angle::Angle| {
+            row.turns().wrapping_mul(slot::TURN_MDEG).wrapping_add(angle.mdeg())
+        };
+        let counters = &known.counters;
+        SlotDetail {
+            flags: flags.into_iter().filter(|&(_, on)| on).fold(0, |all, (bit, _)| all | bit),
+            raw: row.raw(self.now).map(|angle| angle.mdeg()),
+            unwrapped: row.angle(self.now).map(turn),
+            temperature: row.temperature(),
+            sequence: row.sequence as u16,
+            last_error: known.last_error.map(slot::status),
+            kind,
+            address,
+            counters: SlotCounters {
+                requests: counters.requests,
+                first_try: counters.first_try,
+                retries: counters.retries as u16,
+                timeouts: counters.no_answer as u16,
+                checksum: counters.checksum,
+                length: counters.length.wrapping_add(counters.foreign),
+                late: counters.late,
+                writes: counters.writes,
+                response_last: counters.response_last(),
+                response_max: counters.response_max(),
+            },
+        }
+    }
+
+    fn counters(&self, bus: Bus) -> Counters {
+        self.site.gateway(|gateway| *gateway.counters(bus.into())).unwrap_or_default()
+    }
+
+    fn driver_enable(&self, bus: Bus) -> DriverEnable {
+        self.site.driver_enable(bus.into())
+    }
+
+    fn slot_config(&self, slot: usize) -> SlotConfig {
+        slot::shown(&self.config(slot))
+    }
+
+    fn bus_config(&self, bus: Bus) -> BusConfig {
+        let settings = self.site.gateway(|gateway| gateway.bus_settings(bus.into()));
+        settings.map_or(BusConfig::NONE, |settings| bus::shown(&settings))
+    }
+
+    fn write(&mut self, write: &Write) -> Result<(), Refusal> {
+        match *write {
+            Write::Slot { slot, config } => {
+                let now = self.config(usize::from(slot));
+                let config = slot::changed(&now, &config).ok_or(Refusal::Value)?;
+                self.order(Order::Slot { slot, config })
+            }
+            Write::Bus { bus, config } => {
+                let settings = self.site.gateway(|gateway| gateway.bus_settings(bus.into()));
+                let settings = bus::changed(bus.into(), &settings.ok_or(Refusal::Failed)?, &config);
+                self.order(Order::Bus { bus: bus.into(), timing: settings.timing, line: settings.line })
+            }
+            Write::Port(_) => Ok(()),
+            Write::Command { command, target, value } => {
+                if self.progress.outcome == Outcome::Running && command != Command::Cancel {
+                    return Err(Refusal::Busy);
+                }
+                let outcome = self.command(command, target, value)?;
+                // What is cancelled has its own end to tell.
+                if command != Command::Cancel {
+                    let sequence = self.progress.sequence.wrapping_add(1);
+                    self.progress = Progress { command: Some(command), outcome, sequence, done: 0, of: 0 };
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+impl Bus {
+    fn from_number(number: u16) -> Option<Bus> {
+        [Bus::T7, Bus::Isu].into_iter().find(|&bus| bus as u16 == number)
+    }
+}
+
+impl From<Bus> for clino_gateway::Bus {
+    fn from(bus: Bus) -> clino_gateway::Bus {
+        match bus {
+            Bus::T7 => clino_gateway::Bus::T7,
+            Bus::Isu => clino_gateway::Bus::Isu,
+        }
+    }
+}
+
+impl From<clino_gateway::Bus> for Bus {
+    fn from(bus: clino_gateway::Bus) -> Bus {
+        match bus {
+            clino_gateway::Bus::T7 => Bus::T7,
+            clino_gateway::Bus::Isu => Bus::Isu,
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! The desk: what a gateway says through the map, and what becomes of writes.
+//!
+//! The gateway is real, its buses are not connected: PWM cycles are handed in, tasks find nobody.
+
+use std::cell::{Cell, RefCell};
+
+use clino_bus::{DriverEnable, Micros, Serial, Timing};
+use clino_codec::pwm::{Limits, Ticks};
+use clino_codec::{isu, t7};
+use clino_gateway::{
+    Bus as Line, Capture, Gateway, Publisher, PwmInput, Settings, SlotConfig, Snapshot, Source, Span,
+};
+use clino_modbus::command::{Command, Outcome};
+use clino_modbus::config::{self, Filter};
+use clino_modbus::desk::{Desk, Site, Wish};
+use clino_modbus::{Bus, Host, Kind, Refusal, Status, Write, gateway_bits, slot_bits};
+
+const CLOCK: u32 = 84_000_000;
+
+struct Board {
+    gateway: RefCell<Gateway>,
+    now: Cell<Micros>,
+    wishes: RefCell<Vec<Wish>>,
+}
+
+impl Site for &Board {
+    fn now(&self) -> Micros {
+        self.now.get()
+    }
+
+    fn gateway<R>(&self, look: impl FnOnce(&mut Gateway) -> R) -> Option<R> {
+        Some(look(&mut self.gateway.borrow_mut()))
+    }
+
+    fn wake(&self) {}
+
+    fn driver_enable(&self, _: Line) -> DriverEnable {
+        DriverEnable { release_max_ns: 1_700, high_max_us: 300 }
+    }
+
+    fn version(&self) -> (u8, u8, u16) {
+        (1, 2, 3)
+    }
+
+    fn ask(&self, wish: Wish) -> Result<(), Refusal> {
+        self.wishes.borrow_mut().push(wish);
+        Ok(())
+    }
+
+    fn is_unsaved(&self) -> bool {
+        true
+    }
+}
+
+impl Board {
+    /// Slot 0 reads T7 5, slot 1 ISU 3, slot 2 the first PWM input.
+    fn new() -> Board {
+        let t7 = Source::T7 { address: t7::Address::new(5).unwrap(), axis: t7::Axis::Two };
+        let isu = Source::Isu { address: isu::Address::new(3).unwrap() };
+        let table = [t7, isu, Source::Pwm { input: PwmInput::Pwm1 }].map(SlotConfig::usual);
+        let settings = Settings::new(&table, Timing::t7(Serial::T7_DEFAULT), Timing::isu());
+        Board {
+            gateway: RefCell::new(Gateway::new(&settings, Limits::new(CLOCK))),
+            now: Cell::new(Micros(1_000_000)),
+            wishes: RefCell::default(),
+        }
+    }
+
+    /// A PWM cycle of 30 Hz with this duty, in parts of a million.
+    fn cycle(&self, publisher: &mut Publisher<'_>, ppm: u64) {
+        let period = CLOCK / 30;
+        let high = (u64::from(period) * ppm / 1_000_000) as u32;
+        let mut gateway = self.gateway.borrow_mut();
+        gateway.pwm(PwmInput::Pwm1, Capture::Cycle(Ticks { period, high }), self.now.get());
+        gateway.publish(publisher);
+    }
+
+    fn config(&self, slot: usize) -> SlotConfig {
+        *self.gateway.borrow().config(slot).unwrap()
+    }
+
+    /// Lets the bus levels run for a second; frames go nowhere.
+    fn run(&self) {
+        for _ in 0..1_000 {
+            self.now.set(self.now.get() + Micros(1_000));
+            let mut gateway = self.gateway.borrow_mut();
+            gateway.poll(Line::T7, self.now.get(), |_| {});
+            gateway.poll(Line::Isu, self.now.get(), |_| {});
+        }
+    }
+}
+
+fn slot(desk: &impl Host, slot: u8, change: impl FnOnce(&mut config::SlotConfig)) -> Write {
+    let mut config = desk.slot_config(slot.into());
+    change(&mut config);
+    Write::Slot { slot, config }
+}
+
+fn command(command: Command, target: u16, value: i32) -> Write {
+    Write::Command { command, target, value }
+}
+
+#[test]
+fn a_value_is_what_the_gateway_says() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut publisher = snapshot.publisher();
+    let mut desk = Desk::new(&board, &snapshot);
+    // Half: 6.749 * 50 - 157.45 = 180.
+    board.cycle(&mut publisher, 500_000);
+    board.now.set(Micros(1_020_000));
+    desk.snapshot();
+    let reading = desk.reading(2);
+    assert_eq!((reading.status, reading.age), (Status::Ok, Some(Micros(20_000))));
+    assert!((reading.angle.unwrap() - 180_000).abs() <= 1, "{reading:?}");
+    assert_eq!(desk.reading(0).status, Status::NeverRead);
+    assert_eq!(desk.reading(9).status, Status::Disabled);
+    assert!(desk.held_still());
+    let detail = desk.detail(2);
+    assert_eq!((detail.kind, detail.address), (Kind::Pwm, 1));
+    assert_eq!(detail.raw, reading.angle);
+    assert_eq!(detail.flags & slot_bits::REPEATED, 0);
+    // Both buses have slots, and none has answered.
+    let expected = gateway_bits::T7_BUS_DEAD | gateway_bits::ISU_BUS_DEAD | gateway_bits::UNSAVED;
+    assert_eq!(desk.gateway().status, expected);
+    assert_eq!(desk.gateway().version, (1, 2, 3));
+    // Two publications later what was looked at does not hold any more.
+    board.cycle(&mut publisher, 400_000);
+    board.cycle(&mut publisher, 300_000);
+    assert!(!desk.held_still());
+    desk.snapshot();
+    assert!(desk.held_still());
+    // Three periods without a cycle.
+    board.now.set(Micros(1_020_000 + 100_001));
+    desk.snapshot();
+    let reading = desk.reading(2);
+    assert_eq!((reading.status, reading.angle), (Status::Stale, None));
+}
+
+#[test]
+fn what_is_not_written_stays_as_it_is() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    let before = board.config(2);
+    assert_eq!(before.period.as_micros(), 33_333, "finer than the map can tell");
+    desk.write(&slot(&desk, 2, |config| config.retries = 4)).unwrap();
+    assert_eq!(board.config(2), SlotConfig { retries: 4, ..before });
+    desk.write(&slot(&desk, 0, |config| {
+        config.zero_mdeg = -1_234;
+        config.reversed = true;
+        config.filter = Filter::Median;
+        config.filter_length = 5;
+        config.stale_ms = 250;
+    }))
+    .unwrap();
+    let config = board.config(0);
+    assert_eq!(config.soft_zero.mdeg(), -1_234);
+    assert_eq!(config.filter, clino_gateway::config::Filter::Median(5));
+    assert_eq!(config.direction, clino_gateway::config::Direction::Reversed);
+    assert_eq!(config.stale_after, Span::from_millis(250));
+    assert_eq!(config.period, Span::from_millis(20));
+}
+
+#[test]
+fn another_kind_brings_what_is_usual_for_it() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    desk.write(&slot(&desk, 40, |config| {
+        config.kind = Kind::Isu;
+        config.address = 14;
+        config.retries = 3;
+    }))
+    .unwrap();
+    let usual = SlotConfig::usual(Source::Isu { address: isu::Address::new(14).unwrap() });
+    assert_eq!(board.config(40), SlotConfig { retries: 3, ..usual });
+    desk.write(&slot(&desk, 40, |config| config.kind = Kind::None)).unwrap();
+    assert_eq!(board.config(40), SlotConfig::OFF);
+}
+
+#[test]
+fn what_cannot_be_is_refused_and_changes_nothing() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    let before = board.config(0);
+    let wrong: [fn(&mut config::SlotConfig); 5] = [
+        |config| config.address = 101,
+        |config| config.axis = 3,
+        |config| config.filter_length = 9,
+        |config| config.stale_ms = 9,
+        |config| (config.kind, config.address) = (Kind::Pwm, 3),
+    ];
+    for (number, change) in wrong.into_iter().enumerate() {
+        let mut write = slot(&desk, 0, change);
+        if let Write::Slot { config, .. } = &mut write
+            && number == 2
+        {
+            config.filter = Filter::Mean;
+        }
+        assert_eq!(desk.write(&write), Err(Refusal::Value), "{number}");
+        assert_eq!(board.config(0), before, "{number}");
+    }
+    let bus = config::BusConfig { baud: 19_200, ..desk.bus_config(Bus::Isu) };
+    assert_eq!(desk.write(&Write::Bus { bus: Bus::Isu, config: bus }), Err(Refusal::Value));
+}
+
+#[test]
+fn a_bus_is_told_as_it_will_be() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    let config = config::BusConfig { baud: 57_600, post_delay_us: 12, ..desk.bus_config(Bus::T7) };
+    desk.write(&Write::Bus { bus: Bus::T7, config }).unwrap();
+    let shown = desk.bus_config(Bus::T7);
+    assert_eq!((shown.baud, shown.post_delay_us), (57_600, 12));
+    // A character is 174 us now.
+    assert_eq!(shown.guard_us, 174);
+    assert_eq!(board.gateway.borrow().timing(Line::T7).serial.baud, 115_200, "not yet");
+    board.run();
+    assert_eq!(board.gateway.borrow().timing(Line::T7).serial.baud, 57_600);
+    assert_eq!(desk.bus_config(Bus::T7).baud, 57_600);
+}
+
+#[test]
+fn a_slot_is_zeroed_as_it_stands_or_not_at_all() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut publisher = snapshot.publisher();
+    let mut desk = Desk::new(&board, &snapshot);
+    board.cycle(&mut publisher, 500_000);
+    desk.snapshot();
+    assert_eq!(desk.write(&command(Command::SoftZero, 0, 0)), Err(Refusal::Failed), "never read");
+    assert_eq!(desk.write(&command(Command::SoftZero, 48, 0)), Err(Refusal::Value));
+    desk.write(&command(Command::SoftZero, 2, 0)).unwrap();
+    assert!((board.config(2).soft_zero.mdeg() - 180_000).abs() <= 1);
+    assert_eq!(desk.gateway().progress.outcome, Outcome::Done);
+    board.cycle(&mut publisher, 500_000);
+    desk.snapshot();
+    let angle = desk.reading(2).angle.unwrap();
+    assert!(angle <= 1 || angle >= 359_999, "{angle}");
+    assert!((desk.detail(2).raw.unwrap() - 180_000).abs() <= 1);
+}
+
+#[test]
+fn a_task_runs_alone_and_tells_how_it_ends() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    desk.snapshot();
+    for (wrong, target, value) in [
+        (Command::SensorDamping, 2, 100), // a PWM input
+        (Command::SensorDamping, 30, 100),
+        (Command::SensorDamping, 0, 5_001),
+        (Command::SensorDirection, 0, 2),
+        (Command::SensorBaud, 0, 9_601),
+        (Command::SensorRepair, 0, 0), // a T7
+        (Command::SensorNull, 1, 65_536),
+        (Command::SensorAddress, 0, 126),
+    ] {
+        assert_eq!(desk.write(&command(wrong, target, value)), Err(Refusal::Value), "{wrong:?} {value}");
+    }
+    assert_eq!(desk.gateway().progress.sequence, 0);
+    desk.write(&command(Command::SensorDamping, 0, 100)).unwrap();
+    let progress = desk.gateway().progress;
+    assert_eq!((progress.command, progress.outcome), (Some(Command::SensorDamping), Outcome::Running));
+    assert_eq!(desk.write(&command(Command::ClearCounters, 0, 0)), Err(Refusal::Busy));
+    // Nobody answers.
+    for _ in 0..10 {
+        board.run();
+        desk.poll();
+    }
+    let progress = desk.gateway().progress;
+    assert_eq!((progress.outcome, progress.sequence), (Outcome::Failed, 1));
+
+    desk.write(&command(Command::SensorZero, 1, 0)).unwrap();
+    desk.write(&command(Command::Cancel, Bus::Isu as u16, 0)).unwrap();
+    for _ in 0..10 {
+        board.run();
+        desk.poll();
+    }
+    let progress = desk.gateway().progress;
+    assert_eq!((progress.command, progress.outcome), (Some(Command::SensorZero), Outcome::Cancelled));
+}
+
+#[test]
+fn counters_are_cleared_and_wishes_passed_on() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    desk.snapshot();
+    board.run();
+    assert!(desk.counters(Bus::T7).requests > 10);
+    desk.write(&command(Command::ClearCounters, 0, 0)).unwrap();
+    assert_eq!(desk.counters(Bus::T7).requests, 0);
+    desk.write(&command(Command::Save, 0, 0)).unwrap();
+    assert_eq!(desk.gateway().progress.outcome, Outcome::Running);
+    assert_eq!(desk.write(&command(Command::FactoryReset, 0, 0)), Err(Refusal::Busy));
+    desk.done(true);
+    assert_eq!(desk.gateway().progress.outcome, Outcome::Done);
+    assert_eq!(*board.wishes.borrow(), [Wish::Save]);
+}

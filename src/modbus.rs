@@ -1,0 +1,124 @@
+//! The Modbus level: a software interrupt in which the Modbus server runs.
+//!
+//! The port and the clock's second alarm raise it. Each run hands the server what has come in, sends the answer that it
+//! has made, and sets the alarm for the next deadline.
+
+use clino_bus::{DriverEnable, Micros};
+use clino_gateway::Gateway;
+use clino_modbus::desk::{Desk, Site, Wish};
+use clino_modbus::{Identification, Refusal, Server};
+use cortex_m::peripheral::NVIC;
+use heapless::spsc::{Consumer, Producer};
+use stm32f4xx_hal::pac::{Interrupt, interrupt};
+
+use crate::ceiling::Ceiling;
+use crate::clock::Level;
+use crate::ports::priority;
+use crate::{bus, clock, params, ports, shared};
+
+pub mod port;
+
+use port::Event;
+
+/// The interrupt line is borrowed from EXTI1, which has nothing connected here; only software raises it.
+pub const INTERRUPT: Interrupt = Interrupt::EXTI1;
+
+const IDENTIFICATION: Identification = Identification([
+    "clino",
+    "clino-f407",
+    env!("CARGO_PKG_VERSION"),
+    env!("CARGO_PKG_REPOSITORY"),
+    "Inclinometer gateway",
+    "STM32F407",
+]);
+
+/// What the level moves characters with.
+pub struct Lines {
+    pub events: Consumer<'static, Event>,
+    pub answer: Producer<'static, u8>,
+}
+
+struct ModbusLevel {
+    lines: Lines,
+    server: Server,
+    desk: Desk<'static, Board>,
+}
+
+static LEVEL: Ceiling<ModbusLevel, { priority::MODBUS }> = Ceiling::new();
+
+/// Makes the level ready to run; it does once its interrupt is let in.
+pub fn start(lines: Lines) {
+    let server = Server::new(params::MODBUS, &IDENTIFICATION, clock::now());
+    LEVEL.fill(ModbusLevel { lines, server, desk: Desk::new(Board, &shared::SNAPSHOT) });
+    wake();
+}
+
+/// Runs the level soon: at once if nothing of higher priority is running.
+pub fn wake() {
+    NVIC::pend(INTERRUPT);
+}
+
+#[interrupt]
+fn EXTI1() {
+    LEVEL.with(ModbusLevel::run);
+}
+
+impl ModbusLevel {
+    fn run(&mut self) {
+        // What comes in after this look is for the next run.
+        let now = clock::now();
+        while let Some(event) = self.lines.events.dequeue() {
+            match event {
+                Event::Heard { character, at } => self.server.heard(character, at.before(now)),
+                Event::Sent { at } => self.server.sent(at.before(now)),
+            }
+        }
+        self.desk.poll();
+        if let Some(answer) = self.server.poll(now, &mut self.desk) {
+            for &byte in answer {
+                // There is room for the longest frame, and the one before is out.
+                _ = self.lines.answer.enqueue(byte);
+            }
+            port::send();
+        }
+        if let Some(settings) = self.server.reconfigured() {
+            port::run(&settings);
+        }
+        if let Some(at) = self.server.poll_at() {
+            clock::wake_at(Level::Modbus, at);
+        }
+    }
+}
+
+/// The board as the Modbus server sees it: all of it is shared, so there is nothing to hold.
+struct Board;
+
+impl Site for Board {
+    fn now(&self) -> Micros {
+        clock::now()
+    }
+
+    fn gateway<R>(&self, look: impl FnOnce(&mut Gateway) -> R) -> Option<R> {
+        bus::with(look)
+    }
+
+    fn wake(&self) {
+        bus::wake();
+    }
+
+    fn driver_enable(&self, bus: clino_gateway::Bus) -> DriverEnable {
+        ports::driver_enable(bus)
+    }
+
+    fn version(&self) -> (u8, u8, u16) {
+        params::VERSION
+    }
+
+    fn ask(&self, _: Wish) -> Result<(), Refusal> {
+        Err(Refusal::Failed)
+    }
+
+    fn is_unsaved(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,170 @@
+//! The Modbus port's USART and its driver-enable pin: characters in, answers out.
+//!
+//! The transceiver's receiver is off while its driver is on (PC8 is DE and R̅E̅), so nothing of an answer comes back. DE
+//! falls in the transmission-complete interrupt of the last character.
+
+use core::cell::RefCell;
+
+use clino_bus::Micros;
+use clino_codec::character::{Character, LineErrors};
+use clino_modbus::settings::{Parity, StopBits};
+use clino_modbus::{MAX_FRAME, Settings};
+use critical_section::Mutex;
+use heapless::spsc::{Consumer, Producer, Queue};
+use stm32f4xx_hal::gpio::{Output, PC8};
+use stm32f4xx_hal::pac::{self, interrupt};
+
+use super::Lines;
+use crate::{clock, uart};
+
+/// Characters that can wait for the Modbus level: 2.7 ms of them at 115200 bit/s.
+const EVENTS: usize = 32;
+/// A queue holds one less than its size.
+const ANSWER: usize = MAX_FRAME + 1;
+
+/// What has happened on the line.
+#[derive(Clone, Copy)]
+pub enum Event {
+    /// A character has come in; this was the centre of its stop bit.
+    Heard { character: Character, at: Moment },
+    /// The last stop bit of the answer is out.
+    Sent { at: Moment },
+}
+
+/// A time not long ago: the lower half of the microseconds.
+#[derive(Clone, Copy)]
+pub struct Moment(u32);
+
+impl Moment {
+    fn now() -> Moment {
+        Moment(clock::now().0 as u32)
+    }
+
+    /// The last such time before `now`.
+    pub fn before(self, now: Micros) -> Micros {
+        Micros(now.0.wrapping_sub(u64::from((now.0 as u32).wrapping_sub(self.0))))
+    }
+}
+
+/// The queues between the interrupt and the Modbus level.
+pub struct Queues {
+    events: Queue<Event, EVENTS>,
+    answer: Queue<u8, ANSWER>,
+}
+
+impl Queues {
+    pub const fn new() -> Queues {
+        Queues { events: Queue::new(), answer: Queue::new() }
+    }
+}
+
+struct Port {
+    uart: pac::USART6,
+    clock_hz: u32,
+    de: PC8<Output>,
+    events: Producer<'static, Event>,
+    answer: Consumer<'static, u8>,
+    /// An event found no room, or an overrun came without a character: the next one carries it.
+    overrun: bool,
+}
+
+static PORT: Mutex<RefCell<Option<Port>>> = Mutex::new(RefCell::new(None));
+
+/// Takes over a USART whose clock runs at `clock_hz`.
+pub fn start(
+    uart: pac::USART6,
+    de: PC8<Output>,
+    clock_hz: u32,
+    settings: &Settings,
+    queues: &'static mut Queues,
+) -> Lines {
+    let (event_in, events) = queues.events.split();
+    let (answer, answer_out) = queues.answer.split();
+    let mut port = Port { uart, clock_hz, de, events: event_in, answer: answer_out, overrun: false };
+    port.set_up(settings);
+    critical_section::with(|cs| PORT.replace(cs, Some(port)));
+    Lines { events, answer }
+}
+
+/// Sends what is in the queue.
+pub fn send() {
+    with(Port::send);
+}
+
+/// Runs the port like this. An answer that is going out is cut short.
+pub fn run(settings: &Settings) {
+    with(|port| port.set_up(settings));
+}
+
+fn with(work: impl FnOnce(&mut Port)) {
+    critical_section::with(|cs| PORT.borrow_ref_mut(cs).as_mut().map(work));
+}
+
+#[interrupt]
+fn USART6() {
+    with(Port::on_interrupt);
+}
+
+impl Port {
+    fn set_up(&mut self, settings: &Settings) {
+        self.de.set_low();
+        while self.answer.dequeue().is_some() {}
+        let parity = settings.parity != Parity::None;
+        let two = settings.stop_bits == StopBits::Two;
+        // The word length counts the parity bit (RM0090 section 30.3.7). Switched off before it is changed.
+        self.uart.cr1().modify(|_, w| w.ue().clear_bit());
+        // SAFETY: 0 is one stop bit, 2 is two (RM0090 section 30.6.5).
+        self.uart.cr2().write(|w| unsafe { w.stop().bits(if two { 0b10 } else { 0b00 }) });
+        uart::set_divider(&self.uart, uart::divider(self.clock_hz, settings.baud));
+        self.uart.cr1().write(|w| {
+            w.m().bit(parity).pce().bit(parity).ps().bit(settings.parity == Parity::Odd);
+            w.te().set_bit().re().set_bit().rxneie().set_bit().ue().set_bit()
+        });
+    }
+
+    fn send(&mut self) {
+        let Some(byte) = self.answer.dequeue() else { return };
+        self.de.set_high();
+        // Reading the status before writing the data clears the old transmission-complete flag.
+        _ = self.uart.sr().read();
+        self.write(byte);
+        self.uart.cr1().modify(|_, w| w.txeie().set_bit());
+    }
+
+    fn write(&self, byte: u8) {
+        self.uart.dr().write(|w| w.dr().set(u16::from(byte)));
+    }
+
+    fn on_interrupt(&mut self) {
+        let status = self.uart.sr().read();
+        let control = self.uart.cr1().read();
+        if control.tcie().bit_is_set() && status.tc().bit_is_set() {
+            self.uart.cr1().modify(|_, w| w.tcie().clear_bit());
+            self.de.set_low();
+            self.report(Event::Sent { at: Moment::now() });
+        }
+        if control.txeie().bit_is_set() && status.txe().bit_is_set() {
+            match self.answer.dequeue() {
+                Some(byte) => self.write(byte),
+                None => _ = self.uart.cr1().modify(|_, w| w.txeie().clear_bit().tcie().set_bit()),
+            }
+        }
+        let errors = uart::line_errors(&status);
+        if status.rxne().bit_is_set() || errors != LineErrors::NONE {
+            let byte = self.uart.dr().read().dr().bits() as u8;
+            let lost = core::mem::take(&mut self.overrun);
+            if !status.rxne().bit_is_set() {
+                // The data register was read before the flag came up.
+                self.overrun = true;
+                return;
+            }
+            let errors = if lost { errors.union(LineErrors::OVERRUN) } else { errors };
+            self.report(Event::Heard { character: Character { byte, errors }, at: Moment::now() });
+        }
+    }
+
+    fn report(&mut self, event: Event) {
+        self.overrun |= self.events.enqueue(event).is_err();
+        super::wake();
+    }
+}
