@@ -1,0 +1,62 @@
+//! The gateway's configuration in flash: after a power cut the old one or the new one, never a mix, never none.
+//!
+//! [`Store`] keeps one [`record`] with everything that is configured: 48 slots, both buses, the Modbus port. The
+//! record is one item of a `sequential-storage` map: written behind the last one, found again by being the newest that is
+//! whole. Between that library and the flash are the [`pages`], which make an erase one step.
+//!
+//! ```text
+//! Store ── record: version, content, CRC-32
+//!   │
+//! sequential-storage: one item, CRC-32C; the newest whole one counts
+//!   │
+//! Pages: a sector is marked when it was erased to the end
+//!   │
+//! embedded-storage `NorFlash`: three sectors of 16 KiB
+//! ```
+//!
+//! # Wear
+//!
+//! The part bears 10 000 erases of a sector (DS8626 table 42). The library goes round the three sectors and erases one
+//! when another is full, so that a sector is erased once in as many saves as fit in all three:
+//!
+//! | | record | in flash, with its header | saves per sector | saves of life |
+//! |---|---|---|---|---|
+//! | the longest the gateway takes | 2104 bytes | 2112 bytes | 7 | 210 000 |
+//! | all 48 slots as usual | 256 bytes | 264 bytes | 62 | 1 860 000 |
+//!
+//! A save that changes nothing costs nothing: the flash is not touched. `tests/wear.rs` measures these figures.
+//!
+//! # Limits
+//!
+//! - The erase of a sector stalls this part for 250 to 500 ms (DS8626 table 40). It happens within [`Store::save`] and
+//!   [`Store::factory_reset`], never in [`Store::load`]; [`Store::erases`] counts.
+//! - A record that rots in flash cannot be told from one that was cut off while it was written: the one before it is
+//!   found then, if it is still there.
+//! - A bit that reads now one way and now the other, after a torn word, is not expected: what was once read as whole is
+//!   taken as whole.
+//! - RAM: one buffer of [`record::LONGEST`] bytes (2232) for the longest record, and about 40 for the rest.
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::arithmetic_side_effects,
+        clippy::expect_used,
+        clippy::indexing_slicing,
+        clippy::panic,
+        clippy::unwrap_used
+    )
+)]
+
+#[cfg(test)]
+extern crate std;
+
+mod crc;
+pub mod pages;
+pub mod record;
+mod store;
+mod wait;
+
+pub use pages::FlashError;
+pub use record::Reject;
+pub use store::{LoadError, Loaded, SaveError, Saved, Store};

@@ -1,0 +1,183 @@
+//! The flash as `sequential-storage` is to see it: three pages that are blank or written, never half erased.
+//!
+//! ```text
+//! sector   0        8                                                    16384
+//!          ┌────────┬─────────────────────────────────────────────────────┐
+//!          │  mark  │  page: 16 376 bytes                                 │
+//!          └────────┴─────────────────────────────────────────────────────┘
+//! ```
+//!
+//! | | |
+//! |---|---|
+//! | mark | Eight bytes, programmed after the sector was erased to the end. A sector without it reads as blank, whatever is in it. |
+//! | erasing a page | clears the mark. Nothing else: one word decides. |
+//! | writing to a page | erases the sector first if it has no mark, then marks it. |
+//!
+//! An erase that is cut off leaves anything at all in a sector. The library tells the state of a page from a few bits at
+//! its ends and would take such a sector for one in use; here it has no mark, and is erased again when it is needed.
+//! Reading never erases, so that nothing stalls while the gateway starts.
+//!
+//! What is programmed is read back. A word is programmed only when it is erased, or else cleared whole: the part may
+//! turn ones into zeros at any time (RM0090 section 3.6.4).
+
+use embedded_storage::nor_flash::NorFlash;
+use embedded_storage_async::nor_flash as asynchronous;
+
+/// Bytes of a sector: 1 to 3 of the part (RM0090 table 5).
+pub const SECTOR: u32 = 16 * 1024;
+/// Sectors.
+pub const SECTORS: u32 = 3;
+/// Bytes that are programmed at once: a word, at 2.7 V and more (RM0090 table 7).
+pub const WORD: usize = 4;
+/// Bytes of a sector that the library has for itself.
+pub const PAGE: u32 = SECTOR.saturating_sub(MARK.len() as u32);
+/// Bytes of all pages.
+pub const PAGES: u32 = PAGE.saturating_mul(SECTORS);
+
+/// "This sector was erased to the end." Half of its bits are ones.
+const MARK: [u8; 8] = *b"\xC1\x1A\x0C\xE5\x5E\xC0\xA1\xBF";
+/// No mark any more.
+const CLEARED: [u8; MARK.len()] = [0; MARK.len()];
+/// A byte that was not programmed since the erase.
+const ERASED: u8 = 0xFF;
+
+/// Why the flash did not do as it was told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlashError<E> {
+    /// The flash itself says so.
+    Driver(E),
+    /// It reads other than it was programmed.
+    Verify {
+        /// Offset of the first wrong word from the beginning of the first sector.
+        offset: u32,
+    },
+    /// An address outside the pages, or across the end of one.
+    Address(u32),
+}
+
+impl<E: core::fmt::Debug> asynchronous::NorFlashError for FlashError<E> {
+    fn kind(&self) -> asynchronous::NorFlashErrorKind {
+        match self {
+            FlashError::Address(_) => asynchronous::NorFlashErrorKind::OutOfBounds,
+            FlashError::Driver(_) | FlashError::Verify { .. } => asynchronous::NorFlashErrorKind::Other,
+        }
+    }
+}
+
+/// The three sectors as pages. Offsets of `flash` begin with its first sector.
+#[derive(Debug)]
+pub struct Pages<F> {
+    flash: F,
+    erases: u32,
+}
+
+impl<F: NorFlash> Pages<F> {
+    /// Over this flash.
+    pub const fn new(flash: F) -> Pages<F> {
+        Pages { flash, erases: 0 }
+    }
+
+    /// Sectors erased since this was made.
+    pub const fn erases(&self) -> u32 {
+        self.erases
+    }
+
+    /// Whether the sector that begins there was erased to the end and is in use.
+    fn is_marked(&mut self, sector: u32) -> Result<bool, FlashError<F::Error>> {
+        let mut mark = CLEARED;
+        self.flash.read(sector, &mut mark).map_err(FlashError::Driver)?;
+        Ok(mark == MARK)
+    }
+
+    fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), FlashError<F::Error>> {
+        let place = Place::of(address, bytes.len())?;
+        if self.is_marked(place.sector)? {
+            return self.flash.read(place.offset, bytes).map_err(FlashError::Driver);
+        }
+        bytes.fill(ERASED);
+        Ok(())
+    }
+
+    fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), FlashError<F::Error>> {
+        let place = Place::of(address, bytes.len())?;
+        if !self.is_marked(place.sector)? {
+            self.erases = self.erases.saturating_add(1);
+            let end = place.sector.saturating_add(SECTOR);
+            self.flash.erase(place.sector, end).map_err(FlashError::Driver)?;
+            self.program(place.sector, &MARK)?;
+        }
+        self.program(place.offset, bytes)
+    }
+
+    fn erase(&mut self, page: u32) -> Result<(), FlashError<F::Error>> {
+        let sector = Place::of(page, 0)?.sector;
+        if self.is_marked(sector)? {
+            self.program(sector, &CLEARED)?;
+        }
+        Ok(())
+    }
+
+    /// Programs and reads back, word by word.
+    fn program(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError<F::Error>> {
+        self.flash.write(offset, bytes).map_err(FlashError::Driver)?;
+        let words = bytes.chunks(WORD).zip((offset..).step_by(WORD));
+        for (word, offset) in words {
+            let mut seen = [0; WORD];
+            self.flash.read(offset, &mut seen).map_err(FlashError::Driver)?;
+            if word != seen {
+                return Err(FlashError::Verify { offset });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where an address of the pages is in flash.
+struct Place {
+    /// Offset of its sector.
+    sector: u32,
+    /// Its own offset.
+    offset: u32,
+}
+
+impl Place {
+    fn of<E>(address: u32, length: usize) -> Result<Place, FlashError<E>> {
+        let (page, within) = (address / PAGE, address % PAGE);
+        let fits = u32::try_from(length).is_ok_and(|length| length <= PAGE.saturating_sub(within));
+        if page >= SECTORS || !fits {
+            return Err(FlashError::Address(address));
+        }
+        let sector = page.saturating_mul(SECTOR);
+        let offset = sector.saturating_add(MARK.len() as u32).saturating_add(within);
+        Ok(Place { sector, offset })
+    }
+}
+
+impl<F: NorFlash> asynchronous::ErrorType for Pages<F> {
+    type Error = FlashError<F::Error>;
+}
+
+impl<F: NorFlash> asynchronous::ReadNorFlash for Pages<F> {
+    const READ_SIZE: usize = WORD;
+
+    async fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        Pages::read(self, address, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        PAGES as usize
+    }
+}
+
+impl<F: NorFlash> asynchronous::NorFlash for Pages<F> {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = PAGE as usize;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        (from..to).step_by(PAGE as usize).try_for_each(|page| Pages::erase(self, page))
+    }
+
+    async fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        Pages::write(self, address, bytes)
+    }
+}

@@ -1,0 +1,216 @@
+//! The record: everything that is configured, in a few hundred bytes.
+//!
+//! ```text
+//! ┌─────────┬──────┬──────────────────────────────────────────────┬────────┐
+//! │ version │ kind │ T7 bus │ ISU bus │ Modbus │ count │ slots …  │ CRC-32 │
+//! └─────────┴──────┴──────────────────────────────────────────────┴────────┘
+//!   1 byte    1 byte                                                4 bytes, little-endian, of all before it
+//! ```
+//!
+//! | version | |
+//! |---|---|
+//! | 1 | without the Modbus port |
+//! | 2 | this one |
+//!
+//! The first byte and the last four are there in every version, so that a record of a newer one is known for what it is:
+//! [`Reject::Newer`]. Kind 0 is a configuration, kind 1 ends here and stands for the factory's settings.
+//!
+//! Numbers are LEB128: seven bits a byte, the lowest first, the top bit says that more follow; signed ones zigzag. Spans
+//! are in microseconds, angles in micro-degrees. How a bus and a slot are written is said in `record/bus.rs` and
+//! `record/slot.rs`. Nothing is believed: decoding refuses what [`Order::check`] would refuse.
+
+mod base;
+mod bus;
+mod bytes;
+mod modbus;
+mod slot;
+#[cfg(test)]
+mod tests;
+
+use clino_gateway::order::{Order, Refusal};
+use clino_gateway::{Bus, BusSettings, MAX_SLOTS, Settings, SlotConfig};
+
+use bytes::Reader;
+pub(crate) use bytes::{Compare, Fill, Sink, Writer};
+
+use crate::crc::Crc;
+
+/// The version that is written.
+pub const VERSION: u8 = 2;
+/// The version without the Modbus port.
+const WITHOUT_MODBUS: u8 = 1;
+
+/// There is a configuration.
+const CONFIGURATION: u8 = 0;
+/// There is none: the factory's settings are asked for.
+const FACTORY: u8 = 1;
+
+/// Bytes of the checksum.
+const CRC: usize = 4;
+
+/// Longest record, in whole words: both buses, the Modbus port and every slot at their longest, and seven bytes around.
+pub const LONGEST: usize = {
+    let slots = slot::LONGEST.saturating_mul(MAX_SLOTS);
+    let buses = bus::LONGEST.saturating_mul(2);
+    let all = slots.saturating_add(buses).saturating_add(modbus::LONGEST).saturating_add(CRC + 3);
+    all.next_multiple_of(crate::pages::WORD)
+};
+
+/// Why a record is not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reject {
+    /// It ends too early.
+    Short,
+    /// So many bytes are left over.
+    Surplus(u16),
+    /// Its checksum is wrong.
+    Checksum {
+        /// As stored.
+        stored: u32,
+        /// Of what is there.
+        computed: u32,
+    },
+    /// A newer firmware wrote it.
+    Newer {
+        /// Its version.
+        version: u8,
+    },
+    /// Nothing has this code.
+    Code {
+        /// What was to be read.
+        what: &'static str,
+        /// What was there.
+        code: u8,
+    },
+    /// A number that does not fit.
+    Number {
+        /// What was to be read.
+        what: &'static str,
+    },
+    /// A configuration that the gateway would not take.
+    Refused(Refusal),
+    /// Settings that the Modbus port would not take.
+    Modbus,
+}
+
+/// A part of a configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// How a bus runs.
+    Bus(Bus, BusSettings),
+    /// How the Modbus port runs.
+    Modbus(clino_modbus::Settings),
+    /// What a slot reads.
+    Slot(u8, SlotConfig),
+}
+
+/// What there is to be stored.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Content<'a> {
+    /// A configuration.
+    Configuration(&'a Settings, &'a clino_modbus::Settings),
+    /// The factory's settings.
+    Factory,
+}
+
+/// What was stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A configuration, by this version.
+    Configuration(u8),
+    /// The factory's settings are asked for.
+    Factory,
+}
+
+/// Whether the configuration can be carried out.
+pub(crate) fn check(settings: &Settings, modbus: &clino_modbus::Settings) -> Result<(), Reject> {
+    bus_order(Bus::T7, &settings.t7)?;
+    bus_order(Bus::Isu, &settings.isu)?;
+    if !modbus.is_valid() {
+        return Err(Reject::Modbus);
+    }
+    settings.slots.iter().zip(0..).try_for_each(|(config, slot)| slot_order(slot, config))
+}
+
+fn bus_order(bus: Bus, settings: &BusSettings) -> Result<(), Reject> {
+    let BusSettings { timing, line } = *settings;
+    Order::Bus { bus, timing, line }.check().map_err(Reject::Refused)
+}
+
+fn slot_order(slot: u8, config: &SlotConfig) -> Result<(), Reject> {
+    Order::Slot { slot, config: *config }.check().map_err(Reject::Refused)
+}
+
+/// Writes the record. What [`check`] finds nothing wrong with can be read again.
+pub(crate) fn encode(content: Content<'_>, sink: &mut dyn Sink) {
+    let mut writer = Writer::new(sink);
+    writer.byte(VERSION);
+    match content {
+        Content::Factory => writer.byte(FACTORY),
+        Content::Configuration(settings, modbus) => {
+            writer.byte(CONFIGURATION);
+            bus::encode(&settings.t7, &mut writer);
+            bus::encode(&settings.isu, &mut writer);
+            modbus::encode(modbus, &mut writer);
+            writer.byte(MAX_SLOTS as u8);
+            settings.slots.iter().for_each(|config| slot::encode(config, &mut writer));
+        }
+    }
+    writer.finish();
+}
+
+/// Reads the record, part by part. After an error the parts seen so far are worth nothing: read it once without taking
+/// them.
+pub(crate) fn decode(record: &[u8], take: &mut dyn FnMut(Part)) -> Result<Kind, Reject> {
+    let (bytes, stored) = record.split_last_chunk::<CRC>().ok_or(Reject::Short)?;
+    let (stored, computed) = (u32::from_le_bytes(*stored), Crc::of(bytes));
+    if stored != computed {
+        return Err(Reject::Checksum { stored, computed });
+    }
+    let reader = &mut Reader::new(bytes);
+    let version = reader.byte()?;
+    if version > VERSION {
+        return Err(Reject::Newer { version });
+    }
+    if version < WITHOUT_MODBUS {
+        return Err(Reject::Code { what: "version", code: version });
+    }
+    let kind = match reader.byte()? {
+        CONFIGURATION => {
+            parts(version, reader, take)?;
+            Kind::Configuration(version)
+        }
+        FACTORY => Kind::Factory,
+        code => return Err(Reject::Code { what: "kind", code }),
+    };
+    reader.end()?;
+    Ok(kind)
+}
+
+fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part)) -> Result<(), Reject> {
+    for bus in [Bus::T7, Bus::Isu] {
+        let settings = bus::decode(reader)?;
+        bus_order(bus, &settings)?;
+        take(Part::Bus(bus, settings));
+    }
+    let modbus = match version {
+        // Before it was a setting, the port ran like this.
+        WITHOUT_MODBUS => clino_modbus::Settings::DEFAULT,
+        _ => modbus::decode(reader)?,
+    };
+    if !modbus.is_valid() {
+        return Err(Reject::Modbus);
+    }
+    take(Part::Modbus(modbus));
+    let count = reader.byte()?;
+    if usize::from(count) > MAX_SLOTS {
+        return Err(Reject::Code { what: "slots", code: count });
+    }
+    for slot in 0..MAX_SLOTS as u8 {
+        // A record of a gateway with fewer slots says nothing of the others.
+        let config = if slot < count { slot::decode(reader)? } else { SlotConfig::OFF };
+        slot_order(slot, &config)?;
+        take(Part::Slot(slot, config));
+    }
+    Ok(())
+}

@@ -1,0 +1,149 @@
+//! Numbers into bytes and back.
+
+use super::{CRC, Reject};
+use crate::crc::Crc;
+
+/// Takes a record byte by byte.
+pub(crate) trait Sink {
+    /// The next byte.
+    fn put(&mut self, byte: u8);
+}
+
+/// Puts a record into a buffer.
+pub(crate) struct Fill<'a> {
+    free: core::slice::IterMut<'a, u8>,
+    fits: bool,
+}
+
+impl<'a> Fill<'a> {
+    pub fn new(buffer: &'a mut [u8]) -> Fill<'a> {
+        Fill { free: buffer.iter_mut(), fits: true }
+    }
+
+    /// Bytes that are left, if all fitted.
+    pub fn left(&self) -> Option<usize> {
+        self.fits.then_some(self.free.len())
+    }
+}
+
+impl Sink for Fill<'_> {
+    fn put(&mut self, byte: u8) {
+        match self.free.next() {
+            Some(place) => *place = byte,
+            None => self.fits = false,
+        }
+    }
+}
+
+/// Compares a record with a stored one.
+pub(crate) struct Compare<'a> {
+    stored: core::slice::Iter<'a, u8>,
+    same: bool,
+}
+
+impl<'a> Compare<'a> {
+    pub fn new(stored: &'a [u8]) -> Compare<'a> {
+        Compare { stored: stored.iter(), same: true }
+    }
+
+    /// Whether it is the same, to the last byte.
+    pub fn same(&self) -> bool {
+        self.same && self.stored.len() == 0
+    }
+}
+
+impl Sink for Compare<'_> {
+    fn put(&mut self, byte: u8) {
+        self.same &= self.stored.next() == Some(&byte);
+    }
+}
+
+/// Writes numbers, and the checksum of all of them.
+pub(crate) struct Writer<'a> {
+    sink: &'a mut dyn Sink,
+    crc: Crc,
+}
+
+impl<'a> Writer<'a> {
+    pub fn new(sink: &'a mut dyn Sink) -> Writer<'a> {
+        Writer { sink, crc: Crc::new() }
+    }
+
+    pub fn byte(&mut self, byte: u8) {
+        self.crc.byte(byte);
+        self.sink.put(byte);
+    }
+
+    pub fn number(&mut self, mut value: u32) {
+        while value > 0x7F {
+            self.byte(value as u8 | 0x80);
+            value >>= 7;
+        }
+        self.byte(value as u8);
+    }
+
+    pub fn signed(&mut self, value: i32) {
+        // The sign goes to the lowest bit, so that small numbers are short on both sides of zero.
+        self.number((value.wrapping_shl(1) ^ (value >> 31)) as u32);
+    }
+
+    pub fn finish(self) {
+        self.crc.value().to_le_bytes().iter().for_each(|byte| self.sink.put(*byte));
+    }
+}
+
+/// Reads numbers.
+pub(crate) struct Reader<'a> {
+    left: core::slice::Iter<'a, u8>,
+}
+
+/// Bytes of the longest number.
+pub(crate) const LONGEST_NUMBER: usize = 5;
+/// Bytes of the longest number of 16 bits.
+pub(crate) const LONGEST_SHORT: usize = 3;
+const _: () = assert!(CRC == size_of::<u32>());
+
+impl<'a> Reader<'a> {
+    pub fn new(bytes: &'a [u8]) -> Reader<'a> {
+        Reader { left: bytes.iter() }
+    }
+
+    pub fn byte(&mut self) -> Result<u8, Reject> {
+        self.left.next().copied().ok_or(Reject::Short)
+    }
+
+    pub fn number(&mut self, what: &'static str) -> Result<u32, Reject> {
+        let mut value = 0_u64;
+        for place in 0..LONGEST_NUMBER as u32 {
+            let byte = self.byte()?;
+            value |= u64::from(byte & 0x7F).wrapping_shl(place.saturating_mul(7));
+            if byte & 0x80 == 0 {
+                return u32::try_from(value).map_err(|_| Reject::Number { what });
+            }
+        }
+        Err(Reject::Number { what })
+    }
+
+    pub fn short(&mut self, what: &'static str) -> Result<u16, Reject> {
+        u16::try_from(self.number(what)?).map_err(|_| Reject::Number { what })
+    }
+
+    pub fn signed(&mut self, what: &'static str) -> Result<i32, Reject> {
+        let value = self.number(what)?;
+        Ok((value >> 1) as i32 ^ ((value & 1) as i32).wrapping_neg())
+    }
+
+    /// One of these, by its number.
+    pub fn choice<T: Copy>(&mut self, what: &'static str, of: &[T]) -> Result<T, Reject> {
+        let code = self.byte()?;
+        of.get(usize::from(code)).copied().ok_or(Reject::Code { what, code })
+    }
+
+    /// Nothing may be left.
+    pub fn end(&self) -> Result<(), Reject> {
+        match self.left.len() {
+            0 => Ok(()),
+            left => Err(Reject::Surplus(u16::try_from(left).unwrap_or(u16::MAX))),
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Load, save, factory reset.
+
+use clino_gateway::{Bus, Settings};
+use embedded_storage::nor_flash::NorFlash;
+use sequential_storage::cache::{Cache, Uncached};
+use sequential_storage::map::{MapConfig, MapStorage, SerializationError, Value};
+
+use crate::pages::{FlashError, PAGES, Pages};
+use crate::record::{self, Compare, Content, Fill, Kind, LONGEST, Part, Reject};
+use crate::wait;
+
+/// The library looks everything up in flash: it is asked once a boot and once a save.
+type NoCache = Cache<Uncached, Uncached, Uncached, ()>;
+/// One item, therefore no key.
+type Map<F> = MapStorage<(), Pages<F>, NoCache>;
+type LibraryError<E> = sequential_storage::Error<FlashError<E>>;
+
+/// What [`Store::load`] found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Loaded {
+    /// A configuration, stored as this version of the record.
+    Stored {
+        /// Older than [`record::VERSION`]: it was migrated.
+        version: u8,
+    },
+    /// The factory's settings were asked for and nothing was saved since.
+    Factory,
+    /// Nothing was ever saved.
+    Nothing,
+}
+
+/// What [`Store::save`] did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Saved {
+    /// Nothing: the same was stored already.
+    Unchanged,
+    /// It is stored now.
+    Written,
+}
+
+/// Why nothing was loaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoadError<E> {
+    /// What is stored is not taken.
+    Rejected(Reject),
+    /// The flash cannot be read.
+    Flash(FlashError<E>),
+    /// The library does not find its way in what is stored.
+    Library,
+}
+
+/// Why nothing was saved. The last configuration is still there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SaveError<E> {
+    /// The gateway could not run like this.
+    Rejected(Reject),
+    /// The flash does not do as it is told.
+    Flash(FlashError<E>),
+    /// The library does not find its way in what is stored.
+    Library,
+}
+
+/// The configuration in three sectors of flash. See the crate's documentation.
+pub struct Store<F: NorFlash> {
+    map: Map<F>,
+    /// The record that was read or is to be written.
+    buffer: [u8; LONGEST],
+    saves: u32,
+}
+
+impl<F: NorFlash> Store<F> {
+    /// In this flash, whose offsets begin with the first of the sectors. Nothing is read yet.
+    pub const fn new(flash: F) -> Store<F> {
+        let map = MapStorage::new(Pages::new(flash), MapConfig::new(0..PAGES), Cache::new_uncached());
+        Store { map, buffer: [0; LONGEST], saves: 0 }
+    }
+
+    /// Takes over what is stored. Nothing is changed unless it is a configuration, and then everything is. The flash is
+    /// only read.
+    ///
+    /// # Errors
+    /// [`LoadError`]; nothing has changed then.
+    pub fn load(
+        &mut self,
+        settings: &mut Settings,
+        modbus: &mut clino_modbus::Settings,
+    ) -> Result<Loaded, LoadError<F::Error>> {
+        let Some(record) = self.stored().map_err(LoadError::from)? else { return Ok(Loaded::Nothing) };
+        // Once without taking it: a record that is wrong at its end must leave no beginning behind.
+        match record::decode(record, &mut |_| ()).map_err(LoadError::Rejected)? {
+            Kind::Factory => Ok(Loaded::Factory),
+            Kind::Configuration(version) => {
+                record::decode(record, &mut |part| apply(part, settings, modbus))
+                    .map_err(LoadError::Rejected)?;
+                Ok(Loaded::Stored { version })
+            }
+        }
+    }
+
+    /// Stores this configuration, unless it is stored already. Stalls the core for up to half a second when a sector is
+    /// full.
+    ///
+    /// # Errors
+    /// [`SaveError`]; the last configuration is still there then.
+    pub fn save(
+        &mut self,
+        settings: &Settings,
+        modbus: &clino_modbus::Settings,
+    ) -> Result<Saved, SaveError<F::Error>> {
+        record::check(settings, modbus).map_err(SaveError::Rejected)?;
+        self.put(Content::Configuration(settings, modbus))
+    }
+
+    /// From now on [`Store::load`] finds [`Loaded::Factory`], as safe from power cuts as a configuration.
+    ///
+    /// # Errors
+    /// [`SaveError`]; the last configuration is still there then.
+    pub fn factory_reset(&mut self) -> Result<Saved, SaveError<F::Error>> {
+        self.put(Content::Factory)
+    }
+
+    /// Records written since start.
+    pub const fn saves(&self) -> u32 {
+        self.saves
+    }
+
+    /// Sectors erased since start.
+    pub const fn erases(&mut self) -> u32 {
+        self.map.flash().erases()
+    }
+
+    /// The newest whole record.
+    fn stored(&mut self) -> Result<Option<&[u8]>, Failure<F::Error>> {
+        match wait::now(self.map.fetch_item::<&[u8]>(&mut self.buffer, &())) {
+            Some(Ok(record)) => Ok(record),
+            Some(Err(error)) => Err(error.into()),
+            None => Err(Failure::Library),
+        }
+    }
+
+    fn put(&mut self, content: Content<'_>) -> Result<Saved, SaveError<F::Error>> {
+        if let Some(stored) = self.stored()? {
+            let mut compare = Compare::new(stored);
+            record::encode(content, &mut compare);
+            if compare.same() {
+                return Ok(Saved::Unchanged);
+            }
+        }
+        match wait::now(self.map.store_item(&mut self.buffer, &(), &content)) {
+            Some(Ok(())) => {
+                self.saves = self.saves.saturating_add(1);
+                Ok(Saved::Written)
+            }
+            Some(Err(error)) => Err(Failure::from(error).into()),
+            None => Err(SaveError::Library),
+        }
+    }
+}
+
+fn apply(part: Part, settings: &mut Settings, modbus: &mut clino_modbus::Settings) {
+    match part {
+        Part::Bus(Bus::T7, bus) => settings.t7 = bus,
+        Part::Bus(Bus::Isu, bus) => settings.isu = bus,
+        Part::Modbus(port) => *modbus = port,
+        Part::Slot(slot, config) => {
+            if let Some(place) = settings.slots.get_mut(usize::from(slot)) {
+                *place = config;
+            }
+        }
+    }
+}
+
+impl Value<'_> for Content<'_> {
+    fn serialize_into(&self, buffer: &mut [u8]) -> Result<usize, SerializationError> {
+        let room = buffer.len();
+        let mut fill = Fill::new(buffer);
+        record::encode(*self, &mut fill);
+        let left = fill.left().ok_or(SerializationError::BufferTooSmall)?;
+        Ok(room.saturating_sub(left))
+    }
+
+    /// Nobody reads one: what is read is bytes.
+    fn deserialize_from(_: &[u8]) -> Result<(Self, usize), SerializationError> {
+        Err(SerializationError::InvalidFormat)
+    }
+}
+
+/// What both directions have in common.
+enum Failure<E> {
+    Flash(FlashError<E>),
+    Library,
+}
+
+impl<E> From<LibraryError<E>> for Failure<E> {
+    fn from(error: LibraryError<E>) -> Failure<E> {
+        match error {
+            sequential_storage::Error::Storage { value, .. } => Failure::Flash(value),
+            _ => Failure::Library,
+        }
+    }
+}
+
+impl<E> From<Failure<E>> for LoadError<E> {
+    fn from(failure: Failure<E>) -> LoadError<E> {
+        match failure {
+            Failure::Flash(error) => LoadError::Flash(error),
+            Failure::Library => LoadError::Library,
+        }
+    }
+}
+
+impl<E> From<Failure<E>> for SaveError<E> {
+    fn from(failure: Failure<E>) -> SaveError<E> {
+        match failure {
+            Failure::Flash(error) => SaveError::Flash(error),
+            Failure::Library => SaveError::Library,
+        }
+    }
+}
