@@ -5,7 +5,7 @@ use clino_console::{BusState, Host, Saved, Start, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Asker, Bus, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 use cortex_m::peripheral::SCB;
 
@@ -21,6 +21,10 @@ impl Host for Gateway {
 
     fn reading(&self, slot: usize) -> Option<Reading> {
         shared::reading(slot)
+    }
+
+    fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
+        shared::SNAPSHOT.read(|view| view.glance(slot, now))
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {

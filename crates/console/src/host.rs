@@ -6,7 +6,7 @@ use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{Bus, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 
 /// The gateway as the console sees it. Each call is short: one slot, one transaction, one bus.
@@ -16,6 +16,11 @@ pub trait Host {
 
     /// The last reading of a slot; `None` beyond the last slot.
     fn reading(&self, slot: usize) -> Option<Reading>;
+
+    /// The least of that, as of `now`: asked of every slot before every line of a stream.
+    fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
+        self.reading(slot).map(|reading| reading.glance(now))
+    }
 
     /// How a slot is set; `None` beyond the last slot.
     fn config(&self, slot: usize) -> Option<SlotConfig>;

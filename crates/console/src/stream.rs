@@ -29,8 +29,8 @@ impl Stream {
     /// Writes the next line, if there is one; returns whether there was. People do not see statistics.
     pub fn next(&mut self, host: &dyn Host, reply: &mut Reply<'_>) -> bool {
         let now = host.now();
-        let read = |slot| host.reading(slot);
-        if let Some(reading) = self.reporter.next(read, now) {
+        let next = self.reporter.next(|slot| host.glance(slot, now), now);
+        if let Some(reading) = next.and_then(|slot| host.reading(slot)) {
             table::row(reply, &reading, now);
             return true;
         }

@@ -29,7 +29,8 @@ fn scenario(flood: impl Fn(&mut String)) -> Ran {
     flood(&mut text);
     // What was taken of the flood is answered first; what was taken of its last line is ended.
     text += "[[typed]]\nat = \"4100ms\"\nline = \"\"\n";
-    text += "[[typed]]\nat = \"4200ms\"\nline = \"json on\"\n[[typed]]\nat = \"4300ms\"\nline = \"version\"\n";
+    text +=
+        "[[typed]]\nat = \"4200ms\"\nline = \"json on\"\n[[typed]]\nat = \"4300ms\"\nline = \"version\"\n";
     run(&text)
 }
 
