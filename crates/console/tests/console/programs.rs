@@ -154,7 +154,7 @@ fn every_line_is_an_object_and_no_value_is_none() {
     for line in said.lines() {
         assert!(line.starts_with('{') && line.ends_with('}') && !line.contains("NaN"), "{line}");
     }
-    assert!(said.contains(r#""status":"never_read","angle_deg":null,"age_ms":null}"#), "{said}");
+    assert!(said.contains(r#""status":"never_read","angle_deg":null,"age_ms":null,"health":[]}"#), "{said}");
 }
 
 #[test]
