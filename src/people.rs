@@ -14,6 +14,13 @@ use crate::{bus, clock, console, modbus, shared};
 /// The gateway: all of it is shared, so there is nothing to hold.
 pub struct Gateway;
 
+/// What is found in the gateway. In one place, not in an option in an option, which would be copied twice.
+fn look<R>(find: impl FnOnce(&mut clino_gateway::Gateway) -> Option<R>) -> Option<R> {
+    let mut found = None;
+    bus::with(|gateway| found = find(gateway));
+    found
+}
+
 impl Host for Gateway {
     fn now(&self) -> Micros {
         clock::now()
@@ -28,15 +35,15 @@ impl Host for Gateway {
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {
-        bus::with(|gateway| gateway.config(slot).copied()).flatten()
+        look(|gateway| gateway.config(slot).copied())
     }
 
     fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
-        bus::with(|gateway| gateway.slot_counters(slot).copied()).flatten()
+        look(|gateway| gateway.slot_counters(slot).copied())
     }
 
     fn trace(&self, age: usize) -> Option<Entry> {
-        bus::with(|gateway| gateway.trace().iter().nth(age).copied()).flatten()
+        look(|gateway| gateway.trace().iter().nth(age).copied())
     }
 
     fn bus(&self, bus: Bus) -> Option<BusState> {
@@ -44,7 +51,7 @@ impl Host for Gateway {
     }
 
     fn news(&mut self) -> Option<News> {
-        let news = bus::with(|gateway| gateway.news(Asker::Console)).flatten();
+        let news = look(|gateway| gateway.news(Asker::Console));
         if news.is_some() {
             // The task has waited for this.
             bus::wake();

@@ -50,64 +50,55 @@ impl Error<'_> {
             _ = writeln!(reply.out, "error: {self}");
             return;
         }
-        _ = write!(reply.out, "{{\"error\":{{\"kind\":\"{}\"", self.kind());
-        self.details(reply);
+        let (kind, names, values) = self.parts();
+        _ = write!(reply.out, "{{\"error\":{{\"kind\":\"{kind}\"");
+        if !names.is_empty() {
+            reply.members(names, &values);
+        }
         reply.say("}}\n");
     }
 
-    fn kind(&self) -> &'static str {
-        match self {
-            Error::Unknown => "unknown_command",
-            Error::Missing(_) => "missing_argument",
-            Error::Word { .. } | Error::Range { value: None, .. } | Error::BareMinus => "bad_argument",
-            Error::Range { .. }
-            | Error::Refused(Refusal::Range { .. } | Refusal::T7(EncodeError::OutOfRange { .. })) => {
-                "out_of_range"
-            }
-            Error::Unexpected("", _) => "unexpected_argument",
-            Error::Unexpected(..) | Error::UnexpectedLetter(_) => "unexpected_option",
-            Error::Refused(Refusal::BitRate { .. }) => "bit_rate",
-            Error::Refused(Refusal::T7(_) | Refusal::Isu(_)) => "refused",
-            Error::Refused(Refusal::Busy) => "busy",
-            Error::TooLong(_) => "line_too_long",
-            Error::Unconfirmed => "unconfirmed",
-            Error::NoValue { .. } => "no_value",
-            Error::Storage(error) => error.name(),
-            Error::Absent(_) => "absent",
-        }
-    }
-
-    fn details(&self, reply: &mut Reply<'_>) {
+    /// Its kind, and what belongs to it: as many values as there are names.
+    fn parts(&self) -> (&'static str, &'static str, [Value<'_>; 4]) {
+        const NONE: Value<'static> = Value::None;
         let why = Value::Words(self);
         match *self {
-            Error::Missing(what) | Error::Absent(what) => reply.members("what", &[what.into()]),
+            Error::Unknown => ("unknown_command", "", [NONE; 4]),
+            Error::Missing(what) => ("missing_argument", "what", [what.into(), NONE, NONE, NONE]),
             Error::Word { value, expected } => {
-                reply.members("value expected", &[value.into(), Value::Words(&List(expected))]);
+                ("bad_argument", "value expected", [value.into(), Value::OneOf(expected), NONE, NONE])
             }
             Error::Range { what, word, value, least, most, decimals } => {
+                let kind = if value.is_some() { "out_of_range" } else { "bad_argument" };
                 let value = value.map_or(Value::Text(word), |value| scaled(value, decimals));
-                let values = [what.into(), value, scaled(least, decimals), scaled(most, decimals)];
-                reply.members(RANGE, &values);
+                (kind, RANGE, [what.into(), value, scaled(least, decimals), scaled(most, decimals)])
+            }
+            Error::BareMinus => ("bad_argument", "why", [why, NONE, NONE, NONE]),
+            Error::Unexpected(dashes, value) => {
+                let kind = if dashes.is_empty() { "unexpected_argument" } else { "unexpected_option" };
+                (kind, "value", [value.into(), NONE, NONE, NONE])
+            }
+            Error::UnexpectedLetter(ref letter) => {
+                ("unexpected_option", "value", [Value::Words(letter), NONE, NONE, NONE])
             }
             Error::Refused(Refusal::Range { what, value, least, most }) => {
-                reply.members(RANGE, &[what.into(), value.into(), least.into(), most.into()]);
+                ("out_of_range", RANGE, [what.into(), value.into(), least.into(), most.into()])
             }
             Error::Refused(Refusal::T7(EncodeError::OutOfRange { value, min, max, .. })) => {
-                reply.members("value least most", &[value.into(), min.into(), max.into()]);
+                ("out_of_range", "value least most", [value.into(), min.into(), max.into(), NONE])
             }
-            Error::Unexpected(_, value) => reply.members("value", &[value.into()]),
-            Error::UnexpectedLetter(letter) => reply.members("value", &[Value::Words(&letter)]),
             Error::Refused(Refusal::BitRate { value, .. }) => {
-                reply.members("value why", &[value.into(), why]);
+                ("bit_rate", "value why", [value.into(), why, NONE, NONE])
             }
-            Error::TooLong(most) => reply.members("most", &[Value::from(most as u64)]),
+            Error::Refused(Refusal::T7(_) | Refusal::Isu(_)) => ("refused", "why", [why, NONE, NONE, NONE]),
+            Error::Refused(Refusal::Busy) => ("busy", "", [NONE; 4]),
+            Error::TooLong(most) => ("line_too_long", "most", [Value::from(most as u64), NONE, NONE, NONE]),
+            Error::Unconfirmed => ("unconfirmed", "why", [why, NONE, NONE, NONE]),
             Error::NoValue { slot, status } => {
-                reply.members("slot status", &[slot.into(), status.name().into()]);
+                ("no_value", "slot status", [slot.into(), status.name().into(), NONE, NONE])
             }
-            Error::BareMinus | Error::Unconfirmed | Error::Refused(Refusal::Isu(_)) => {
-                reply.members("why", &[why]);
-            }
-            Error::Unknown | Error::Refused(Refusal::T7(_) | Refusal::Busy) | Error::Storage(_) => {}
+            Error::Storage(error) => (error.name(), "", [NONE; 4]),
+            Error::Absent(what) => ("absent", "what", [what.into(), NONE, NONE, NONE]),
         }
     }
 }
@@ -124,7 +115,7 @@ impl Display for Error<'_> {
         match self {
             Error::Unknown => out.write_str("unknown command, try help"),
             Error::Missing(what) => write!(out, "missing {what}"),
-            Error::Word { value, expected } => write!(out, "{value}: expected {}", List(expected)),
+            Error::Word { value, expected } => write!(out, "{value}: expected {}", Value::OneOf(expected)),
             Error::Range { what, word, value, least, most, decimals } => {
                 let number = if value.is_none() { "a number " } else { "" };
                 let [least, most] = [*least, *most].map(|number| scaled(number, *decimals));
@@ -150,22 +141,5 @@ impl Display for Error<'_> {
             Error::Storage(error) => out.write_str(error.name()),
             Error::Absent(what) => write!(out, "this board has no {what}"),
         }
-    }
-}
-
-/// Words, one of which is expected.
-struct List(&'static [&'static str]);
-
-impl Display for List {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let last = self.0.len().saturating_sub(1);
-        self.0.iter().enumerate().try_for_each(|(place, word)| {
-            out.write_str(match place {
-                0 => "",
-                _ if place == last => " or ",
-                _ => ", ",
-            })?;
-            out.write_str(word)
-        })
     }
 }

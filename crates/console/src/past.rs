@@ -8,6 +8,7 @@ use crate::meter::BUSES;
 use crate::reply::Reply;
 use crate::slots::LAST_SLOT;
 use crate::table;
+use crate::value::Value;
 use crate::words::Words as _;
 
 /// `counters [SLOT]`
@@ -35,15 +36,13 @@ pub fn counters(job: &mut Job<'_, '_>) -> Outcome {
 
 fn of_slot(job: &mut Job<'_, '_>, slot: u8) {
     let Some(counters) = job.host.slot_counters(slot.into()) else { return };
-    let answered = counters.response_min() > Micros::ZERO;
-    let response = |time: Micros| answered.then_some(time.0).into();
     let names = "requests first_try retries no_answer skipped checksum length foreign garbled refused not_sent \
                  late writes response_us response_min_us response_max_us";
-    let values = [
-        counters.requests.into(),
-        counters.first_try.into(),
-        counters.retries.into(),
-        counters.no_answer.into(),
+    let counts = [
+        counters.requests,
+        counters.first_try,
+        counters.retries,
+        counters.no_answer,
         counters.skipped.into(),
         counters.checksum.into(),
         counters.length.into(),
@@ -53,10 +52,17 @@ fn of_slot(job: &mut Job<'_, '_>, slot: u8) {
         counters.not_sent.into(),
         counters.late.into(),
         counters.writes.into(),
-        response(counters.response_last()),
-        response(counters.response_min()),
-        response(counters.response_max()),
+        counters.response_last().0 as u32,
+        counters.response_min().0 as u32,
+        counters.response_max().0 as u32,
     ];
+    // Before the first answer there are no times.
+    let known =
+        if counters.response_min() > Micros::ZERO { counts.len() } else { counts.len().saturating_sub(3) };
+    let mut values = [Value::None; 16];
+    for (value, count) in values.iter_mut().zip(counts).take(known) {
+        *value = count.into();
+    }
     job.reply.list("counters", slot.into(), names, &values);
 }
 

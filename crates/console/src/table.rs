@@ -8,7 +8,7 @@ use clino_gateway::{Bus, Reading, Source};
 
 use crate::host::BusState;
 use crate::reply::Reply;
-use crate::value::DECIMALS;
+use crate::value::{DECIMALS, Value};
 use crate::words::Words as _;
 
 /// The head of a table of readings.
@@ -72,24 +72,24 @@ pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
     }
     let names = "requests good no_answer bad_answer late retries writes contention busy forced junk framing noise \
                  overrun response_us response_max_us de_release_max_ns";
-    let values = [
-        counters.requests.into(),
-        counters.good.into(),
-        counters.no_answer.into(),
-        counters.bad_answer.into(),
-        counters.late.into(),
-        counters.retries.into(),
-        counters.writes.into(),
-        counters.contention.into(),
-        counters.line_busy.into(),
-        counters.forced.into(),
-        counters.junk.into(),
-        counters.framing.into(),
-        counters.noise.into(),
-        counters.overrun.into(),
-        counters.response_last.0.into(),
-        counters.response_max.0.into(),
-        driver.release_max_ns.into(),
+    let counts = [
+        counters.requests,
+        counters.good,
+        counters.no_answer,
+        counters.bad_answer,
+        counters.late,
+        counters.retries,
+        counters.writes,
+        counters.contention,
+        counters.line_busy,
+        counters.forced,
+        counters.junk,
+        counters.framing,
+        counters.noise,
+        counters.overrun,
+        counters.response_last.0 as u32,
+        counters.response_max.0 as u32,
+        driver.release_max_ns,
     ];
-    reply.list("bus", bus.name().into(), names, &values);
+    reply.list("bus", bus.name().into(), names, &counts.map(Value::from));
 }

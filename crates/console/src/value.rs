@@ -23,6 +23,8 @@ pub enum Value<'a> {
     Text(&'a str),
     /// Something that says itself in words.
     Words(&'a dyn Display),
+    /// Words, one of which is expected.
+    OneOf(&'static [&'static str]),
     /// Yes or no.
     Flag(bool),
     /// Signals of a slot.
@@ -85,6 +87,11 @@ impl Value<'_> {
             Value::Angle(angle) => out.write_str(angle.text(DECIMALS).as_str()),
             Value::Text(text) => write!(out, "{quote}{}{quote}", Plain(&text)),
             Value::Words(words) => write!(out, "{quote}{}{quote}", Plain(words)),
+            Value::OneOf(words) => {
+                out.write_str(quote)?;
+                one_of(out, words)?;
+                out.write_str(quote)
+            }
             Value::Flag(flag) => out.write_str(match (programs, flag) {
                 (false, true) => "yes",
                 (false, false) => "no",
@@ -112,6 +119,19 @@ fn thousandths(out: &mut dyn Write, number: i64) -> fmt::Result {
         0 => Ok(()),
         rest => write!(out, ".{rest:03}"),
     }
+}
+
+fn one_of(out: &mut dyn Write, words: &[&str]) -> fmt::Result {
+    let last = words.len().saturating_sub(1);
+    for (place, word) in words.iter().enumerate() {
+        out.write_str(match place {
+            0 => "",
+            _ if place == last => " or ",
+            _ => ", ",
+        })?;
+        out.write_str(word)?;
+    }
+    Ok(())
 }
 
 /// As people read it.
