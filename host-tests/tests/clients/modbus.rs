@@ -16,12 +16,10 @@ fn csv() -> String {
     path.to_str().expect("a path that is text").to_owned()
 }
 
-fn with_master(script: &str, with_console: bool) {
+fn with_master(script: &str) {
     let board = Board::start(script);
     let (csv, truth) = (csv(), truth());
-    let mut arguments = vec![board.modbus.as_str()];
-    arguments.extend(with_console.then_some(board.console.as_str()));
-    arguments.push(&csv);
+    let mut arguments = vec![board.modbus.as_str(), &board.console, &csv];
     arguments.extend(truth.iter().map(String::as_str));
     run(script, &arguments);
     board.stop();
@@ -29,17 +27,17 @@ fn with_master(script: &str, with_console: bool) {
 
 #[test]
 fn pymodbus_reads_the_block_and_knows_who_it_is() {
-    with_master("block.py", false);
+    with_master("block.py");
 }
 
 #[test]
 fn pymodbus_changes_settings_and_is_refused_what_must_not_be() {
-    with_master("settings.py", true);
+    with_master("settings.py");
 }
 
 #[test]
 fn pymodbus_finds_every_number_of_the_list() {
-    with_master("map.py", false);
+    with_master("map.py");
 }
 
 /// `mbpoll`, if it can be had.

@@ -1,19 +1,19 @@
 """A SCADA system: the block of 96 registers, the header, the identification and the counters.
 
-Usage: block.py PORT CSV SLOT:ANGLE:TOLERANCE... ADDRESS:ANGLE:TOLERANCE. Needs pymodbus, and nothing of clino.
+Usage: block.py PORT CONSOLE CSV SLOT:ANGLE:TOLERANCE... ADDRESS:ANGLE:TOLERANCE. Needs pymodbus, and nothing of clino.
 """
 import struct
 import sys
 import time
 
-from master import Master, value
-from terminal import away, truth
+from master import Master
+from terminal import Console, away, truth
 
 SLOTS_IN_BLOCK = 32
 NO_ANGLE, NO_AGE = -0x80000000, 0xFFFF
 
-master = Master(sys.argv[1], sys.argv[2])
-slots, _ = truth(sys.argv[3:])
+master, console = Master(sys.argv[1], sys.argv[3]), Console(sys.argv[2])
+slots, _ = truth(sys.argv[4:])
 
 
 def header_describes_itself():
@@ -104,6 +104,8 @@ one_read_has_all_angles_and_ages(master.client.read_input_registers)
 copies_agree()
 identification_says_who_it_is()
 counters_count()
+# Somebody at the console ends its stream of readings, which is most of the board's work.
+console.prompt()
 began = time.monotonic()
 for _ in range(10):
     one_read_has_all_angles_and_ages(master.client.read_holding_registers)

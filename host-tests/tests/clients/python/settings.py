@@ -33,6 +33,22 @@ def a_slot_reads_another_sensor():
     assert master.get("slot01_address") == spare
 
 
+def a_slot_that_was_not_in_use_is_set_up():
+    """Enabled, kind, address and axis in one request; the rest is what is usual."""
+    unused = len(slots)
+    assert master.get(f"slot{unused:02}_set_kind") == 0
+    master.write(master.address(f"slot{unused:02}_enabled"), [1, 1, spare, 2])
+    wait(lambda: shows(unused, spare_angle))
+    assert master.get("slots_enabled") == len(slots) + 1
+    # And as one block, as it was read: nothing changes.
+    first = master.address(f"slot{unused:02}_enabled")
+    block = master.read(first, 17)
+    master.write(first, block)
+    assert master.read(first, 17) == block
+    master.write_one(first, 0)
+    wait(lambda: master.get(f"angle_{unused:02}") is None)
+
+
 def a_soft_zero_and_a_sense():
     before = master.settings()[0]
     wait(lambda: shows(0, slots[0][0]))
@@ -123,6 +139,7 @@ def random_bytes_change_nothing():
 
 
 a_slot_reads_another_sensor()
+a_slot_that_was_not_in_use_is_set_up()
 a_soft_zero_and_a_sense()
 what_is_refused()
 with_the_key_the_sensor_is_zeroed()
