@@ -35,15 +35,17 @@ pub type IsuPort = Rs485<pac::USART3, PD10<Output>>;
 pub type Pwm1Port = PwmCapture<Tim5, PA1<Alternate<2>>>;
 pub type Pwm2Port = PwmCapture<pac::TIM2, PA15<Alternate<1>>>;
 
-/// Events a bus can have in hand before the bus level fetches them: a 34-byte answer and then some.
-const LINE_EVENTS: usize = 64;
+/// Events the T7 bus can have in hand before the bus level fetches them: 2.8 ms of characters at 115200 bit/s.
+const T7_EVENTS: usize = 32;
+/// The same for the ISU bus: 17 ms at 9600 bit/s.
+const ISU_EVENTS: usize = 16;
 /// Cycles a PWM input can have in hand.
 const CAPTURES: usize = 4;
 
 /// The queues between interrupts and the levels above.
 pub struct Queues {
-    t7: Queue<Event, LINE_EVENTS>,
-    isu: Queue<Event, LINE_EVENTS>,
+    t7: Queue<Event, T7_EVENTS>,
+    isu: Queue<Event, ISU_EVENTS>,
     pwm1: Queue<Capture, CAPTURES>,
     pwm2: Queue<Capture, CAPTURES>,
     console: console::Queues,
