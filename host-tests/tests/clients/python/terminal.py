@@ -50,12 +50,22 @@ class Console:
         assert command in lines[0], f"{command!r} is not echoed: {text!r}"
         return lines[1:-1]
 
-    def task(self, command, last):
-        """Types a command that takes its time; the lines up to the one that begins with `last`."""
+    def task(self, command, last, sure=False):
+        """Types a command that takes its time; what it says up to the line that begins with `last`. `sure`: it writes
+        to a sensor's memory, asks whether it is meant, and is told so."""
         self.line.write(command.encode() + b"\r")
-        text = self.until(f"\n{last}".encode()) + self.until(b"\n")
+        if sure:
+            self.until(b"y/N ")
+            self.line.write(b"y\r")
+        text = self.until(last.encode()) + self.until(b"\n")
         self.until(PROMPT)
-        return [line.strip() for line in text.decode("ascii").split("\r\n")][1:]
+        # Progress is written over.
+        return [line.split("\x1b[K")[-1].strip() for line in text.decode("ascii").split("\n")]
+
+    def row(self, slot):
+        """The row of a slot in the list."""
+        row, = [row for row in self.person("list")[1:] if angle_of(row)[0] == slot]
+        return row
 
     def object(self):
         """The next line: a JSON object, with no number that is none."""
