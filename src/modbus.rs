@@ -80,8 +80,8 @@ impl ModbusLevel {
         let now = clock::now();
         while let Some(event) = self.lines.events.dequeue() {
             match event {
-                Event::Heard { character, at } => self.server.heard(character, at.before(now)),
-                Event::Sent { at } => self.server.sent(at.before(now)),
+                Event::Heard { character, at } => self.server.heard(character, at.near(now)),
+                Event::Sent { at } => self.server.sent(at.near(now)),
             }
         }
         self.desk.poll();
