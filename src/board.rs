@@ -17,6 +17,7 @@
 use clino_bus::Event;
 use clino_gateway::{Capture, Gateway, Settings};
 use cortex_m::peripheral::DWT;
+use cortex_m::singleton;
 use heapless::spsc::{Consumer, Queue};
 use stm32f4xx_hal::gpio::{Alternate, Output, PA1, PA15, PB8, PD10, PinState, Pull};
 use stm32f4xx_hal::pac;
@@ -25,9 +26,10 @@ use stm32f4xx_hal::rcc::{BusClock, BusTimerClock, Config, Enable, Rcc, Reset};
 
 use crate::bus::Inbox;
 use crate::capture::{PwmCapture, Tim5, TimerInput};
+use crate::keeper::Keeper;
 use crate::ports::Ports;
 use crate::uart::{self, Rs485};
-use crate::{clock, params};
+use crate::{clock, params, start};
 use crate::{console, modbus};
 
 pub type T7Port = Rs485<pac::USART1, PB8<Output>>;
@@ -82,16 +84,25 @@ pub struct Board {
     pub keys: Consumer<'static, u8>,
     pub ports: Ports,
     /// What the Modbus level talks through.
-    pub modbus: modbus::Lines,
+    pub modbus: (modbus::Lines, clino_modbus::Settings),
     pub inbox: Inbox,
     pub gateway: Gateway,
+    /// Who stores the configuration.
+    pub keeper: &'static mut Keeper,
     pub clock_source: ClockSource,
 }
 
 impl Board {
     /// Brings the board up. No interrupt is on yet.
     pub fn init(peripherals: pac::Peripherals, queues: &'static mut Queues) -> Board {
+        start::note(&peripherals.RCC);
         let (clock_source, mut rcc) = start_clocks(peripherals.RCC);
+        let mut settings = Settings::new(&params::SLOTS, params::T7, params::ISU);
+        let mut modbus_settings = params::MODBUS;
+        let Some(keeper) = singleton!(: Keeper = Keeper::new(peripherals.FLASH)) else {
+            panic!("the board is brought up once");
+        };
+        keeper.load(&mut settings, &mut modbus_settings);
         let rcc = &mut rcc;
         clock::start(peripherals.TIM4, rcc);
 
@@ -112,13 +123,13 @@ impl Board {
         gpiob.pb7.into_alternate::<7>().internal_resistor(Pull::Up);
         let de = gpiob.pb8.into_push_pull_output_in_state(PinState::Low);
         let clock_hz = switch_on::<pac::USART1>(rcc);
-        let t7 = Rs485::new(peripherals.USART1, de, &params::T7, clock_hz, core_hz, t7_producer);
+        let t7 = Rs485::new(peripherals.USART1, de, &settings.t7.timing, clock_hz, core_hz, t7_producer);
 
         gpiod.pd8.into_alternate::<7>();
         gpiod.pd9.into_alternate::<7>().internal_resistor(Pull::Up);
         let de = gpiod.pd10.into_push_pull_output_in_state(PinState::Low);
         let clock_hz = switch_on::<pac::USART3>(rcc);
-        let isu = Rs485::new(peripherals.USART3, de, &params::ISU, clock_hz, core_hz, isu_producer);
+        let isu = Rs485::new(peripherals.USART3, de, &settings.isu.timing, clock_hz, core_hz, isu_producer);
 
         gpioa.pa2.into_alternate::<7>();
         gpioa.pa3.into_alternate::<7>().internal_resistor(Pull::Up);
@@ -131,7 +142,7 @@ impl Board {
         let de = gpioc.pc8.into_push_pull_output_in_state(PinState::Low);
         let clock_hz = switch_on::<pac::USART6>(rcc);
         let modbus =
-            modbus::port::start(peripherals.USART6, de, clock_hz, &params::MODBUS, &mut queues.modbus);
+            modbus::port::start(peripherals.USART6, de, clock_hz, &modbus_settings, &mut queues.modbus);
 
         switch_on::<pac::TIM5>(rcc);
         let pin = gpioa.pa1.into_alternate::<2>();
@@ -141,9 +152,16 @@ impl Board {
         let pwm2 = PwmCapture::new(peripherals.TIM2, TimerInput::Ti1, pin, pwm2_producer);
 
         let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
-        let settings = Settings::new(&params::SLOTS, params::T7, params::ISU);
         let gateway = Gateway::new(&settings, params::pwm_limits(timer_hz));
-        Board { keys, modbus, ports: Ports { t7, isu, pwm1, pwm2 }, inbox, gateway, clock_source }
+        Board {
+            keys,
+            modbus: (modbus, modbus_settings),
+            keeper,
+            ports: Ports { t7, isu, pwm1, pwm2 },
+            inbox,
+            gateway,
+            clock_source,
+        }
     }
 }
 

@@ -7,12 +7,26 @@ use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
+use clino_modbus::desk::Wish;
 use cortex_m::peripheral::SCB;
 
-use crate::{bus, clock, console, modbus, shared};
+use crate::keeper::Keeper;
+use crate::{bus, clock, console, modbus, shared, start};
 
-/// The gateway: all of it is shared, so there is nothing to hold.
-pub struct Gateway;
+/// The gateway: all of it is shared, but for who stores its configuration.
+pub struct Gateway {
+    pub keeper: &'static mut Keeper,
+}
+
+impl Gateway {
+    /// Does what the Modbus level cannot wait for; says whether it was done.
+    pub fn fulfil(&mut self, wish: Wish) -> bool {
+        match wish {
+            Wish::Save => self.keeper.save().is_ok(),
+            Wish::FactoryReset => self.keeper.factory_reset().is_ok(),
+        }
+    }
+}
 
 /// What is found in the gateway. In one place, not in an option in an option, which would be copied twice.
 fn look<R>(find: impl FnOnce(&mut clino_gateway::Gateway) -> Option<R>) -> Option<R> {
@@ -74,15 +88,15 @@ impl Host for Gateway {
     }
 
     fn start(&self) -> Option<Start> {
-        None
+        start::start()
     }
 
     fn save(&mut self) -> Result<Saved, StorageError> {
-        Err(StorageError::Absent)
+        self.keeper.save()
     }
 
     fn factory_reset(&mut self) -> Result<(), StorageError> {
-        Err(StorageError::Absent)
+        self.keeper.factory_reset()
     }
 
     fn reboot(&mut self) {
@@ -91,7 +105,7 @@ impl Host for Gateway {
     }
 
     fn modbus(&self) -> Option<Settings> {
-        modbus::settings()
+        Some(modbus::settings())
     }
 
     fn set_modbus(&mut self, settings: Settings) {

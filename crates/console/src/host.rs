@@ -95,11 +95,13 @@ pub struct Start {
     pub boots: u32,
 }
 
-/// What was stored.
+/// What storing has taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Saved {
-    /// Its size in bytes.
-    pub bytes: u32,
+pub enum Saved {
+    /// Nothing: the same was stored already.
+    Unchanged,
+    /// It is stored now.
+    Written,
 }
 
 /// Why something cannot be stored or forgotten.

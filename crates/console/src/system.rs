@@ -4,6 +4,7 @@ use clino_gateway::order::Refusal;
 use clino_modbus::settings::{ADDRESSES, BIT_RATES};
 
 use crate::error::Error;
+use crate::host::Saved;
 use crate::job::{Job, Outcome};
 use crate::words::{PortField, Words as _};
 
@@ -28,7 +29,8 @@ pub fn reset_cause(job: &mut Job<'_, '_>) -> Outcome {
 pub fn save(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     match job.host.save() {
-        Ok(saved) => job.reply.line("saved", "bytes", &[saved.bytes.into()]),
+        Ok(Saved::Written) => job.reply.line("saved", "stored", &["written".into()]),
+        Ok(Saved::Unchanged) => job.reply.line("saved", "stored", &["unchanged".into()]),
         Err(error) => return Err(job.refuse(&Error::Storage(error))),
     }
     Ok(())

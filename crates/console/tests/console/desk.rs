@@ -109,7 +109,7 @@ impl Host for Rest {
             return Err(StorageError::Failed);
         }
         self.done.push("save");
-        Ok(Saved { bytes: 345 })
+        Ok(Saved::Written)
     }
 
     fn factory_reset(&mut self) -> Result<(), StorageError> {

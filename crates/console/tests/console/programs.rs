@@ -178,7 +178,7 @@ fn what_cannot_be_undone_wants_to_be_confirmed() {
 #[test]
 fn the_storage_is_asked_and_its_errors_are_told() {
     let mut desk = Desk::new();
-    assert_eq!(desk.type_in("save\r"), "{\"what\":\"saved\",\"bytes\":345}\r\n");
+    assert_eq!(desk.type_in("save\r"), "{\"what\":\"saved\",\"stored\":\"written\"}\r\n");
     desk.rest.broken_storage = true;
     for line in ["save\r", "factory-reset --yes\r"] {
         assert_eq!(desk.type_in(line), "{\"error\":{\"kind\":\"storage_failed\"}}\r\n");
