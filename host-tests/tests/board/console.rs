@@ -89,7 +89,8 @@ fn a_slot_is_set_zeroed_and_shown() {
 fn the_trace_the_counters_and_the_load_fit_the_wire() {
     let ran = typed("4s", &[(3_000, "trace"), (3_700, "counters 0"), (3_800, "load")]);
     let trace = lines(&ran, "{\"trace\":");
-    assert_eq!(trace.len(), 32);
+    // All that are kept, but for one that ended while they were fetched.
+    assert!((31..=32).contains(&trace.len()), "{}", trace.len());
     let times: Vec<u64> = trace.iter().map(|line| number(line, "at_us") as u64).collect();
     assert!(times.is_sorted_by(|newer, older| newer > older), "{times:?}");
     // Each one was on the wire, at one distance between power-up and the begin of the gateway's clock.

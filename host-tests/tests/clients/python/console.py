@@ -47,7 +47,7 @@ def person_is_told_value_and_limit():
     for command, answer in [
         ("read 99", "error: slot 99 is not between 0 and 47"),
         ("bus t7 -g 20001", "error: guard_us 20001 is not between 0 and 20000"),
-        ("bus t7 -b 300", "error: the sensors do not have 300 bit/s, only 115200 57600 38400 19200 9600"),
+        ("bus t7 -b 300", "error: 300 bit/s is not among 115200 57600 38400 19200 9600"),
         ("slot 1 tape 1", "error: tape: expected t7, isu, pwm or off"),
         ("nonsense", "error: unknown command, try help"),
     ]:
@@ -80,7 +80,7 @@ def person_scans_reads_and_zeroes_a_sensor():
     assert addresses == [1, 2, 3, spare], found
     assert console.person(f"slot 2 t7 {spare}") == ["done"]
     wait_for(2, spare_angle, spare_tolerance)
-    zeroed, = [line for line in console.task(f"t7 zero {spare}", "zeroed: ") if line.startswith("zeroed: ")]
+    zeroed, = [line for line in console.task(f"t7 zero {spare} --yes", "zeroed: ") if line.startswith("zeroed: ")]
     assert f"before_mdeg {round(spare_angle * 1000)}, after_mdeg 0, " in zeroed, zeroed
     wait_for(2, 0, spare_tolerance)
 
@@ -98,7 +98,7 @@ def program_speaks_json():
     for command, error in [
         ("read 48", {"kind": "out_of_range", "what": "slot", "value": 48, "least": 0, "most": 47}),
         ("slot 1 isu 15", {"kind": "out_of_range", "what": "isu_address", "value": 15, "least": 1, "most": 14}),
-        ("read x", {"kind": "bad_argument", "value": "x", "expected": "u8"}),
+        ("read x", {"kind": "bad_argument", "what": "slot", "value": "x", "least": 0, "most": 47}),
         ("nonsense", {"kind": "unknown_command"}),
     ]:
         assert console.program(command) == {"error": error}, command
@@ -112,9 +112,9 @@ def wait_for(slot, true, tolerance):
     """The slot shows that angle, before long."""
     deadline = time.monotonic() + 30
     while True:
-        rows = [row for row in console.person(f"read {slot}") if row]
-        shown, angle = angle_of(rows[0])
-        if shown == slot and angle is not None and away(angle, true) <= tolerance:
+        rows = [row for row in console.person("list")[1:] if row]
+        angle = dict(angle_of(row) for row in rows)[slot]
+        if angle is not None and away(angle, true) <= tolerance:
             return
         assert time.monotonic() < deadline, (rows, true)
 
