@@ -28,7 +28,7 @@ def a_slot_reads_another_sensor():
     master.write_one(master.address("slot01_set_address"), spare)
     wait(lambda: shows(1, spare_angle))
     console.prompt()
-    row, = [line for line in console.person("read 1") if line]
+    row, = [line for line in console.person("list")[1:] if line.split()[:1] == ["1"]]
     assert row.split()[:4] == ["1", "t7", str(spare), f"{spare_angle:.3f}"], row
     assert master.get("slot01_address") == spare
 
