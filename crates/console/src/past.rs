@@ -82,12 +82,12 @@ pub fn trace(job: &mut Job<'_, '_>) -> Outcome {
         job.reply.say("       at_us  bus  addr  code  took_us  purpose       verdict\n");
     }
     // One that ended between two calls has moved the others on: it makes one of them come twice.
-    let mut after = None;
+    let mut before = None;
     for entry in entries.iter().flatten() {
-        if after.is_none_or(|after| entry.at < after) {
+        if before != Some(entry) {
             row(&mut job.reply, entry);
         }
-        after = Some(entry.at);
+        before = Some(entry);
     }
     Ok(())
 }

@@ -24,8 +24,6 @@ const PROMPT: &str = "clino> ";
 const INTERRUPT: u8 = 0x03;
 /// How long a question waits for its answer.
 const PATIENCE: Micros = Micros::from_millis(30_000);
-/// Back to the begin of the line, and empty it.
-const REWRITE: &str = "\r\x1b[K";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
@@ -145,9 +143,6 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         if let Some(news) = host.news() {
             let mut reply = Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) };
             let waits = matches!(self.mode, Mode::Task(_));
-            if waits {
-                reply.say(REWRITE);
-            }
             news::write(&mut reply, &news);
             if waits && news.is_end() {
                 self.speak(Audience::People);
@@ -181,7 +176,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             if audience == Audience::Programs {
                 reply.list("progress", bus.name().into(), "done of", &[done.into(), of.into()]);
             } else if self.mode == Mode::Task(bus) {
-                _ = write!(reply.out, "{REWRITE}under way: {done} of {of}, Ctrl-C stops");
+                reply.line("under way", "done of", &[done.into(), of.into()]);
             } else {
                 continue;
             }

@@ -10,6 +10,7 @@ mod flood;
 mod full_load;
 mod main_job;
 mod pwm;
+mod saving;
 mod throughput;
 mod timing;
 mod unplugging;
