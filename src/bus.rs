@@ -53,6 +53,14 @@ pub fn with<R>(work: impl FnOnce(&mut Gateway) -> R) -> Option<R> {
     LEVEL.with(|level| work(&mut level.gateway))
 }
 
+/// Does something that may stall the core, while no line driver is on and none can be switched on; `None` if one is on now.
+///
+/// A driver that is on while the core stands still holds its line against everybody. An answer that comes in meanwhile is
+/// lost, and asked for again.
+pub fn while_silent<R>(work: impl FnOnce() -> R) -> Option<R> {
+    LEVEL.with(|_| (!ports::is_driving() && !modbus::port::is_driving()).then(work)).flatten()
+}
+
 /// What happened on a bus since reset, and how it is set.
 pub fn state(bus: Bus) -> Option<BusState> {
     with(|gateway| BusState {

@@ -15,6 +15,10 @@ use crate::flash::{self, ConfigurationFlash};
 use crate::log::log;
 use crate::{bus, modbus, params};
 
+/// Interrupts after which a line that is driven all the time is not waited for any more: the longest answer on the Modbus
+/// port has 256 characters.
+const MOST_WAITS: usize = 4_096;
+
 /// What was in force when it was stored last: revision of the gateway's settings, and the Modbus port.
 static STORED: Mutex<Cell<(u32, clino_modbus::Settings)>> = Mutex::new(Cell::new((0, params::MODBUS)));
 
@@ -60,7 +64,7 @@ impl Keeper {
         let stored = in_force();
         let mut settings = Settings::new(&[], params::T7, params::ISU);
         bus::with(|gateway| gateway.settings(&mut settings)).ok_or(StorageError::Busy)?;
-        let saved = self.store.save(&settings, &stored.1).map_err(told)?;
+        let saved = silently(|| self.store.save(&settings, &stored.1))?.map_err(told)?;
         note_stored(stored);
         Ok(match saved {
             clino_storage::Saved::Unchanged => Saved::Unchanged,
@@ -70,8 +74,19 @@ impl Keeper {
 
     /// Forgets what is stored, from the next start on.
     pub fn factory_reset(&mut self) -> Result<(), StorageError> {
-        self.store.factory_reset().map(|_| ()).map_err(told)
+        silently(|| self.store.factory_reset())?.map(|_| ()).map_err(told)
     }
+}
+
+/// Waits until all lines are silent, and does this.
+fn silently<R>(mut work: impl FnMut() -> R) -> Result<R, StorageError> {
+    for _ in 0..MOST_WAITS {
+        if let Some(result) = bus::while_silent(&mut work) {
+            return Ok(result);
+        }
+        cortex_m::asm::wfi();
+    }
+    Err(StorageError::Busy)
 }
 
 fn told(error: SaveError<flash::Error>) -> StorageError {

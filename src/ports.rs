@@ -96,6 +96,11 @@ pub fn poll() -> Option<Micros> {
     .flatten()
 }
 
+/// Whether a bus's line driver is on.
+pub fn is_driving() -> bool {
+    with(|ports| ports.t7.is_driving() || ports.isu.is_driving()).unwrap_or(false)
+}
+
 /// How a bus's driver enable behaved since reset.
 pub fn driver_enable(bus: Bus) -> DriverEnable {
     with(|ports| match bus {

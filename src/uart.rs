@@ -128,6 +128,11 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
         self.line.poll_at()
     }
 
+    /// Whether DE is high.
+    pub fn is_driving(&self) -> bool {
+        self.raised
+    }
+
     /// How the driver enable behaved since reset.
     pub fn driver_enable(&self) -> DriverEnable {
         self.watch.figures

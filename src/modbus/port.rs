@@ -92,6 +92,11 @@ pub fn send() {
     with(Port::send);
 }
 
+/// Whether an answer is going out.
+pub fn is_driving() -> bool {
+    critical_section::with(|cs| PORT.borrow_ref(cs).as_ref().is_some_and(|port| port.de.is_set_high()))
+}
+
 /// Runs the port like this. An answer that is going out is cut short.
 pub fn run(settings: &Settings) {
     with(|port| port.set_up(settings));

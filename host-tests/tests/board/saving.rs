@@ -90,16 +90,16 @@ fn a_modbus_master_saves() {
     let requests = [
         modbus::request(&[16, 0x10, 0x01, 0, 3, 6, 0, 1, 0, 7, 0, 2], 300),
         modbus::request(&[6, 0x1F, 0x00, 0, 1], 400),
-        modbus::request(&[3, 0x1F, 0x00, 0, 9], 1_300),
+        modbus::request(&[3, 0x1F, 0x08, 0, 3], 1_300),
     ];
     let ran = scenario(3_000, &[(1_500, "reboot --yes")], &requests.concat());
     let exchanges = modbus::exchanges(&ran.bus_log);
-    println!("{exchanges:02x?}");
     assert_eq!(exchanges.len(), 3);
     for exchange in &exchanges[..2] {
         let answer = exchange.answer.as_ref().expect("an answer");
         assert_eq!(answer.bytes[1], exchange.request.bytes[1], "not refused");
     }
+    assert_eq!(exchanges[2].registers(), Some(vec![1, 2, 1]), "save, done, the first command");
     let last = ran.slot(0).last().expect("a reading");
     assert!(last.at > 2_500 * MS && last.is_ok());
     assert_eq!(last.reading.angle_deg, Some(70.5));
