@@ -8,12 +8,13 @@
 //! - lets the board's [`Actor`]s act at their own instants, in order of time, with the position set back to that
 //!   very cycle (a timer input captures the cycle of the edge, not of the instruction that follows),
 //! - catches up the stock timers when one of them has an event, also one armed a moment ago,
-//! - jumps to the next of all these when the core sleeps.
+//! - jumps to the next of all these when the core sleeps, or when busy flash stalls it.
 //!
 //! It returns early from a round only where the machine has to act between rounds: a change of clock rates and
 //! a reset of the whole chip.
 
 mod device;
+mod stall;
 mod step;
 
 use crate::timeline::{Actor, Rate, Timeline, lock};
@@ -32,6 +33,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use step::step;
 
 pub(crate) use device::{CLASS_NAME, class, schema};
+pub(crate) use stall::BusyFlash;
 
 /// Instructions between two looks at what firmware can change without telling: timers, clock tree, reset
 /// request, sleep. A timer event armed less than this many instructions ahead may arrive that much late.
@@ -49,6 +51,10 @@ pub struct CpuStats {
     pub awake_cycles: u64,
     /// Core cycles spent in WFI or WFE.
     pub asleep_cycles: u64,
+    /// Core cycles spent waiting for flash that was programmed or erased.
+    pub stalled_cycles: u64,
+    /// Words of flash programmed, and sectors erased.
+    pub flash_steps: u64,
     /// Resets of the whole chip after power-up: watchdog or software.
     pub resets: u64,
 }
@@ -95,6 +101,7 @@ struct Work {
     /// Instant of the last act: time does not go back.
     acted: Ns,
     timers: Vec<Timer>,
+    flash: Option<BusyFlash>,
     stats: CpuStats,
 }
 
@@ -128,6 +135,23 @@ impl Cpu {
         let mut work = lock(&self.work);
         work.actors = actors;
         work.timers = timers.into_iter().map(|(device, handle)| Timer { device, handle, base: 0 }).collect();
+    }
+
+    /// Takes the flash that the core executes from, and stalls for.
+    pub fn execute_from(&self, flash: BusyFlash) {
+        lock(&self.work).flash = Some(flash);
+    }
+
+    /// The supply fails in the middle of this step of the flash, counted from power-up.
+    pub fn cut_power_at(&self, step: u64, seed: u64) {
+        if let Some(flash) = &mut lock(&self.work).flash {
+            flash.cut_at(step, seed);
+        }
+    }
+
+    /// Whether it has failed.
+    pub fn is_without_power(&self) -> bool {
+        lock(&self.work).is_without_power()
     }
 
     /// Counters since power-up.
@@ -166,6 +190,9 @@ impl Cpu {
         let mut until_look = LOOK_EVERY;
         let mut dozing = false;
 
+        if work.is_without_power() {
+            return budget;
+        }
         while at < end {
             if at >= acting {
                 self.let_act(work, cursor, at);
@@ -179,6 +206,17 @@ impl Cpu {
                     let _ = timer.handle.sync(AccessKind::Guest);
                 }
                 timing = work.next_timer_event(anchor);
+            }
+            if until_look == LOOK_EVERY
+                && let Some(until) = self.stalled_until(work, at)
+            {
+                // One cycle at least, in case an event lies where the core stands.
+                at += self.stall(work, at, until.min(end).min(acting).min(timing).max(at + 1));
+                timing = work.next_timer_event(anchor);
+                if self.must_leave(work) {
+                    break;
+                }
+                continue;
             }
             let cycles = step(&self.core);
             if cycles == 0 {
@@ -307,6 +345,11 @@ impl Cpu {
 }
 
 impl Work {
+    /// Whether the supply has failed.
+    fn is_without_power(&self) -> bool {
+        self.flash.as_ref().is_some_and(BusyFlash::is_without_power)
+    }
+
     /// The part of `budget` after which a tick of the timer clock begins.
     ///
     /// The emulator counts ticks from the beginning of the round; begun within a tick, all that follows would be

@@ -3,6 +3,7 @@
 //! Only what the chip gets counts: loadable segments at their physical (load) addresses, gaps filled with the
 //! erased value. Flash and RAM bounds are those of the STM32F407VG (RM0090 §2.3).
 
+use crate::flash;
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol, elf};
 use std::collections::BTreeMap;
@@ -108,6 +109,20 @@ impl Image {
     /// Contents of flash from its first address.
     pub fn flash(&self) -> &[u8] {
         &self.flash
+    }
+
+    /// The same with these contents of the sectors that firmware writes to, as [`Board::stored`](crate::Board::stored)
+    /// hands them over: the next power-up.
+    ///
+    /// # Errors
+    ///
+    /// [`ElfError::OutsideFlash`] if it is more than the sectors hold.
+    pub fn with_stored(mut self, contents: &[u8]) -> Result<Image, ElfError> {
+        if contents.len() > flash::LENGTH {
+            return Err(ElfError::OutsideFlash { address: flash::ADDRESS, length: contents.len() as u32 });
+        }
+        place(&mut self.flash, flash::ADDRESS, contents)?;
+        Ok(self)
     }
 
     /// Address of the symbol called `name`.

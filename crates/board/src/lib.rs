@@ -12,6 +12,7 @@ pub mod summary;
 // The emulator half.
 mod cpu;
 pub mod elf;
+pub mod flash;
 mod machine;
 mod narrow;
 mod ports;

@@ -1,7 +1,8 @@
 //! The assembled board: image in, virtual time forward, and what can be looked at from outside.
 
-use crate::cpu::{self, Cpu, CpuStats, Fault};
+use crate::cpu::{self, BusyFlash, Cpu, CpuStats, Fault};
 use crate::elf::Image;
+use crate::flash::Sectors;
 use crate::narrow::Narrow;
 use crate::ports::{self, Ports};
 use crate::pwm::{self, Pulse, PwmDevice, PwmWaveform, Source};
@@ -56,6 +57,11 @@ pub enum Stopped {
         /// has pushed something itself hides it.
         frame: [Option<u32>; 8],
     },
+    /// The supply failed in the middle of a step of the flash, as [`Board::cut_power_at`] wanted.
+    PowerLost {
+        /// Up to 1 ms after that.
+        at: Ns,
+    },
     /// The emulator gave up.
     Emulator(String),
 }
@@ -106,6 +112,8 @@ impl Board {
         let rtt = image.symbol(rtt::SYMBOL).map(reader);
         actors.extend(rtt.clone().map(|reader| reader as Arc<dyn Actor>));
         cpu.surround(actors, timers(&machine)?);
+        let (device, handle) = lazy(&machine, "eflash")?;
+        cpu.execute_from(BusyFlash::new(device, handle));
         Ok(Board { machine, scheduled: 0, space, timeline, cpu, pwm, rtt })
     }
 
@@ -126,6 +134,9 @@ impl Board {
             self.machine
                 .run_until(GlobalTime::from_nanos(self.scheduled))
                 .map_err(|error| Stopped::Emulator(error.to_string()))?;
+            if self.cpu.is_without_power() {
+                return Err(Stopped::PowerLost { at: self.now() });
+            }
             // A handler that records the fault and resets is through long before it is seen twice.
             if let Some(fault) = self.cpu.fault().filter(|fault| was_faulted || fault.lockup) {
                 return Err(self.stopped(fault));
@@ -157,6 +168,17 @@ impl Board {
     /// What the core has done since power-up.
     pub fn stats(&self) -> CpuStats {
         self.cpu.stats()
+    }
+
+    /// Cuts the power in the middle of a step of the flash: a word programmed, or a sector erased. Steps are counted from
+    /// power-up, from 1; what the torn step leaves behind follows from `seed`.
+    pub fn cut_power_at(&mut self, step: u64, seed: u64) {
+        self.cpu.cut_power_at(step, seed);
+    }
+
+    /// What is in the sectors that firmware writes to, for [`Image::with_stored`].
+    pub fn stored(&self) -> Vec<u8> {
+        Sectors::read(&self.space).bytes()
     }
 
     /// Program counter of the core.
@@ -233,15 +255,17 @@ fn bind(options: &mut BuildOptions, parts: &Arc<Parts>) -> rsemu::core::Result<(
 
 type LazyDevice = (Arc<dyn rsemu::core::device::Device>, rsemu::core::sched::LazyHandle);
 
+/// A stock device and the handle that catches it up.
+fn lazy(machine: &Machine, name: &str) -> rsemu::core::Result<LazyDevice> {
+    let missing = || Error::State(format!("the board text has no lazy device `{name}`"));
+    let entry = machine.device(name).ok_or_else(missing)?;
+    let handle = machine.scheduler().lazy_handle(entry.lazy().ok_or_else(missing)?);
+    Ok((Arc::clone(entry.device()), handle.map_err(|error| Error::State(error.to_string()))?))
+}
+
 /// The stock timers and the handles that catch them up.
 fn timers(machine: &Machine) -> rsemu::core::Result<Vec<LazyDevice>> {
-    let find = |name: &&str| {
-        let missing = || Error::State(format!("the board text has no timer `{name}`"));
-        let entry = machine.device(name).ok_or_else(missing)?;
-        let handle = machine.scheduler().lazy_handle(entry.lazy().ok_or_else(missing)?);
-        Ok((Arc::clone(entry.device()), handle.map_err(|error| Error::State(error.to_string()))?))
-    };
-    TIMERS.iter().map(find).collect()
+    TIMERS.iter().map(|name| lazy(machine, name)).collect()
 }
 
 impl std::fmt::Display for BuildError {
@@ -255,6 +279,9 @@ impl std::error::Error for BuildError {}
 impl std::fmt::Display for Stopped {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            Stopped::PowerLost { at } => {
+                write!(f, "the power was cut at {:.6} s, while flash was written", *at as f64 / 1e9)
+            }
             Stopped::Emulator(why) => write!(f, "the emulator stopped: {why}"),
             Stopped::Faulted { at, fault, frame } => {
                 let what = if fault.lockup { "locked up" } else { "is in a fault handler" };

@@ -2,17 +2,19 @@
 
 use clino_gateway::{Bus, Settings};
 use embedded_storage::nor_flash::NorFlash;
+use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage, SerializationError, Value};
 
-use crate::pages::{FlashError, PAGES, Pages};
+use crate::pages::{FlashError, PAGES, Pages, SECTOR, WORD};
 use crate::record::{self, Compare, Content, Fill, Kind, LONGEST, Part, Reject};
 use crate::wait;
 
-/// The library looks everything up in flash: it is asked once a boot and once a save.
-type NoCache = Cache<Uncached, Uncached, Uncached, ()>;
+/// The library remembers where the newest item is. Without that it would look for it again for every item of a sector that
+/// is to be erased: a tenth of a second, for the longest.
+type WhereItIs = Cache<Uncached, Uncached, ArrayKeyPointers<(), 1>, ()>;
 /// One item, therefore no key.
-type Map<F> = MapStorage<(), Pages<F>, NoCache>;
+type Map<F> = MapStorage<(), Pages<F>, WhereItIs>;
 type LibraryError<E> = sequential_storage::Error<FlashError<E>>;
 
 /// What [`Store::load`] found.
@@ -61,18 +63,23 @@ pub enum SaveError<E> {
 }
 
 /// The configuration in three sectors of flash. See the crate's documentation.
-pub struct Store<F: NorFlash> {
+pub struct Store<'b, F: NorFlash> {
     map: Map<F>,
     /// The record that was read or is to be written.
-    buffer: [u8; LONGEST],
+    buffer: &'b mut Buffer,
     saves: u32,
 }
 
-impl<F: NorFlash> Store<F> {
+/// Room for the longest record.
+pub type Buffer = [u8; LONGEST];
+
+impl<'b, F: NorFlash> Store<'b, F> {
     /// In this flash, whose offsets begin with the first of the sectors. Nothing is read yet.
-    pub const fn new(flash: F) -> Store<F> {
-        let map = MapStorage::new(Pages::new(flash), MapConfig::new(0..PAGES), Cache::new_uncached());
-        Store { map, buffer: [0; LONGEST], saves: 0 }
+    pub fn new(flash: F, buffer: &'b mut Buffer) -> Store<'b, F> {
+        const { assert!(F::READ_SIZE == 1 && F::WRITE_SIZE == WORD && F::ERASE_SIZE == SECTOR as usize) };
+        let where_it_is = Cache::new(Uncached, Uncached, ArrayKeyPointers::new());
+        let map = MapStorage::new(Pages::new(flash), const { MapConfig::new(0..PAGES) }, where_it_is);
+        Store { map, buffer, saves: 0 }
     }
 
     /// Takes over what is stored. Nothing is changed unless it is a configuration, and then everything is. The flash is
@@ -131,7 +138,7 @@ impl<F: NorFlash> Store<F> {
 
     /// The newest whole record.
     fn stored(&mut self) -> Result<Option<&[u8]>, Failure<F::Error>> {
-        match wait::now(self.map.fetch_item::<&[u8]>(&mut self.buffer, &())) {
+        match wait::now(self.map.fetch_item::<&[u8]>(self.buffer, &())) {
             Some(Ok(record)) => Ok(record),
             Some(Err(error)) => Err(error.into()),
             None => Err(Failure::Library),
@@ -146,7 +153,7 @@ impl<F: NorFlash> Store<F> {
                 return Ok(Saved::Unchanged);
             }
         }
-        match wait::now(self.map.store_item(&mut self.buffer, &(), &content)) {
+        match wait::now(self.map.store_item(self.buffer, &(), &content)) {
             Some(Ok(())) => {
                 self.saves = self.saves.saturating_add(1);
                 Ok(Saved::Written)

@@ -4,6 +4,7 @@ mod support;
 
 use clino_storage::record::LONGEST;
 use clino_storage::{Loaded, Saved, Store};
+use support::BUFFER;
 use support::configurations::{Configuration, factory, longest, numbered, usual};
 use support::flash::Flash;
 
@@ -19,7 +20,7 @@ fn life(configuration: impl Fn(u32) -> Configuration) -> (u64, u64) {
     for n in 0..SAVES {
         let before = flash.steps;
         let Configuration { settings, modbus } = configuration(n as u32);
-        assert_eq!(Store::new(&mut flash).save(&settings, &modbus), Ok(Saved::Written));
+        assert_eq!(Store::new(&mut flash, &mut { BUFFER }).save(&settings, &modbus), Ok(Saved::Written));
         words = words.min(flash.steps - before);
     }
     let most = u64::from(flash.erases.into_iter().max().unwrap());
@@ -48,9 +49,10 @@ fn a_hundred_thousand_saves() {
 fn the_same_again_costs_nothing() {
     let mut flash = Flash::new();
     let Configuration { settings, modbus } = numbered(7);
-    assert_eq!(Store::new(&mut flash).save(&settings, &modbus), Ok(Saved::Written));
+    assert_eq!(Store::new(&mut flash, &mut { BUFFER }).save(&settings, &modbus), Ok(Saved::Written));
     let steps = flash.steps;
-    let mut store = Store::new(&mut flash);
+    let mut buffer = BUFFER;
+    let mut store = Store::new(&mut flash, &mut buffer);
     assert_eq!(store.save(&settings, &modbus), Ok(Saved::Unchanged));
     assert_eq!((store.saves(), store.erases()), (0, 0));
     assert_eq!(flash.steps, steps);
@@ -60,7 +62,7 @@ fn the_same_again_costs_nothing() {
 fn reading_costs_nothing() {
     let mut flash = Flash::new();
     let Configuration { mut settings, mut modbus } = factory();
-    assert_eq!(Store::new(&mut flash).load(&mut settings, &mut modbus), Ok(Loaded::Nothing));
+    assert_eq!(Store::new(&mut flash, &mut { BUFFER }).load(&mut settings, &mut modbus), Ok(Loaded::Nothing));
     assert_eq!(flash.steps, 0);
 }
 
@@ -68,7 +70,8 @@ fn reading_costs_nothing() {
 fn a_factory_reset_is_found_again() {
     let mut flash = Flash::new();
     let Configuration { mut settings, mut modbus } = numbered(7);
-    let mut store = Store::new(&mut flash);
+    let mut buffer = BUFFER;
+    let mut store = Store::new(&mut flash, &mut buffer);
     assert_eq!(store.save(&settings, &modbus), Ok(Saved::Written));
     assert_eq!(store.factory_reset(), Ok(Saved::Written));
     assert_eq!(store.factory_reset(), Ok(Saved::Unchanged));
@@ -76,4 +79,21 @@ fn a_factory_reset_is_found_again() {
     assert_eq!((store.saves(), store.erases()), (2, 1));
     // What is running goes on.
     assert_eq!(Configuration { settings, modbus }, numbered(7));
+}
+
+/// One store for years: what it remembers of the flash stays true.
+#[test]
+fn a_store_that_lives_long() {
+    let (mut flash, mut buffer) = (Flash::new(), BUFFER);
+    let mut store = Store::new(&mut flash, &mut buffer);
+    let Configuration { mut settings, mut modbus } = factory();
+    for n in 0..100 {
+        let wanted = if n % 3 == 0 { numbered(n) } else { longest(n) };
+        assert_eq!(store.save(&wanted.settings, &wanted.modbus), Ok(Saved::Written));
+        assert_eq!(store.save(&wanted.settings, &wanted.modbus), Ok(Saved::Unchanged));
+        assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 2 }));
+        assert_eq!(Configuration { settings: settings.clone(), modbus }, wanted);
+    }
+    assert_eq!(store.saves(), 100);
+    assert!(store.erases() > 6);
 }
