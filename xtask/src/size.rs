@@ -17,6 +17,9 @@ const FLASH_BUDGET: u64 = 116 * 1024;
 /// Bytes of RAM for static data, the stack not included.
 const RAM_BUDGET: u64 = 24 * 1024;
 
+/// Sectors 1 to 3 of flash: the stored configuration. Nothing of the image may be there.
+const CONFIGURATION: std::ops::Range<u32> = 0x0800_4000..0x0801_0000;
+
 /// First address above the flash.
 const RAM_START: u32 = 0x2000_0000;
 
@@ -24,6 +27,7 @@ const RAM_START: u32 = 0x2000_0000;
 pub fn run() -> Result<PathBuf, Failure> {
     let elf = firmware::build()?;
     let (flash, ram) = print(&elf)?;
+    check_sectors(&elf)?;
     if flash > FLASH_BUDGET || ram > RAM_BUDGET {
         return Err(Failure::new(format!(
             "the image is over its budget of {FLASH_BUDGET} bytes of flash and {RAM_BUDGET} bytes of RAM"
@@ -40,6 +44,24 @@ pub fn print(elf: &Path) -> Result<(u64, u64), Failure> {
     let goal = if flash > FLASH_GOAL { "missed" } else { "met" };
     println!("image: {flash} bytes of flash (goal {FLASH_GOAL}: {goal}), {ram} bytes of static RAM");
     Ok((flash, ram))
+}
+
+/// Fails if flashing the image would overwrite the stored configuration.
+fn check_sectors(elf: &Path) -> Result<(), Failure> {
+    let failure = |why: &dyn std::fmt::Display| Failure::new(format!("{}: {why}", elf.display()));
+    let bytes = fs::read(elf).map_err(|error| failure(&error))?;
+    let file = ElfFile32::<Endianness>::parse(&*bytes).map_err(|error| failure(&error))?;
+    let endian = file.endian();
+    for header in file.elf_program_headers() {
+        let (start, length) = (header.p_paddr(endian), header.p_filesz(endian));
+        let loaded = header.p_type(endian) == PT_LOAD && length > 0;
+        if loaded && start < CONFIGURATION.end && start.saturating_add(length) > CONFIGURATION.start {
+            let why =
+                format!("{length} bytes at {start:#010x} are in the sectors of the stored configuration");
+            return Err(failure(&why));
+        }
+    }
+    Ok(())
 }
 
 /// What is written to flash (initial values of RAM included), and what lies in RAM.
