@@ -17,6 +17,7 @@
 use clino_bus::Event;
 use clino_gateway::{Capture, Gateway, Settings};
 use cortex_m::peripheral::DWT;
+use cortex_m::singleton;
 use heapless::spsc::{Consumer, Queue};
 use stm32f4xx_hal::gpio::{Alternate, Output, PA1, PA15, PB8, PD10, PinState, Pull};
 use stm32f4xx_hal::pac;
@@ -25,9 +26,10 @@ use stm32f4xx_hal::rcc::{BusClock, BusTimerClock, Config, Enable, Rcc, Reset};
 
 use crate::bus::Inbox;
 use crate::capture::{PwmCapture, Tim5, TimerInput};
+use crate::keeper::Keeper;
 use crate::ports::Ports;
 use crate::uart::{self, Rs485};
-use crate::{clock, params};
+use crate::{clock, params, start};
 use crate::{console, modbus};
 
 pub type T7Port = Rs485<pac::USART1, PB8<Output>>;
@@ -35,15 +37,17 @@ pub type IsuPort = Rs485<pac::USART3, PD10<Output>>;
 pub type Pwm1Port = PwmCapture<Tim5, PA1<Alternate<2>>>;
 pub type Pwm2Port = PwmCapture<pac::TIM2, PA15<Alternate<1>>>;
 
-/// Events a bus can have in hand before the bus level fetches them: a 34-byte answer and then some.
-const LINE_EVENTS: usize = 64;
+/// Events the T7 bus can have in hand before the bus level fetches them: 2.8 ms of characters at 115200 bit/s.
+const T7_EVENTS: usize = 32;
+/// The same for the ISU bus: 17 ms at 9600 bit/s.
+const ISU_EVENTS: usize = 16;
 /// Cycles a PWM input can have in hand.
 const CAPTURES: usize = 4;
 
 /// The queues between interrupts and the levels above.
 pub struct Queues {
-    t7: Queue<Event, LINE_EVENTS>,
-    isu: Queue<Event, LINE_EVENTS>,
+    t7: Queue<Event, T7_EVENTS>,
+    isu: Queue<Event, ISU_EVENTS>,
     pwm1: Queue<Capture, CAPTURES>,
     pwm2: Queue<Capture, CAPTURES>,
     console: console::Queues,
@@ -64,7 +68,8 @@ impl Queues {
 }
 
 /// What the core clock is derived from.
-#[derive(Clone, Copy, defmt::Format)]
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ClockSource {
     /// The 8 MHz crystal.
     Crystal,
@@ -79,16 +84,25 @@ pub struct Board {
     pub keys: Consumer<'static, u8>,
     pub ports: Ports,
     /// What the Modbus level talks through.
-    pub modbus: modbus::Lines,
+    pub modbus: (modbus::Lines, clino_modbus::Settings),
     pub inbox: Inbox,
     pub gateway: Gateway,
+    /// Who stores the configuration.
+    pub keeper: &'static mut Keeper,
     pub clock_source: ClockSource,
 }
 
 impl Board {
     /// Brings the board up. No interrupt is on yet.
     pub fn init(peripherals: pac::Peripherals, queues: &'static mut Queues) -> Board {
+        start::note(&peripherals.RCC);
         let (clock_source, mut rcc) = start_clocks(peripherals.RCC);
+        let mut settings = Settings::new(&params::SLOTS, params::T7, params::ISU);
+        let mut modbus_settings = params::MODBUS;
+        let Some(keeper) = singleton!(: Keeper = Keeper::new(peripherals.FLASH)) else {
+            panic!("the board is brought up once");
+        };
+        keeper.load(&mut settings, &mut modbus_settings);
         let rcc = &mut rcc;
         clock::start(peripherals.TIM4, rcc);
 
@@ -109,13 +123,13 @@ impl Board {
         gpiob.pb7.into_alternate::<7>().internal_resistor(Pull::Up);
         let de = gpiob.pb8.into_push_pull_output_in_state(PinState::Low);
         let clock_hz = switch_on::<pac::USART1>(rcc);
-        let t7 = Rs485::new(peripherals.USART1, de, &params::T7, clock_hz, core_hz, t7_producer);
+        let t7 = Rs485::new(peripherals.USART1, de, &settings.t7.timing, clock_hz, core_hz, t7_producer);
 
         gpiod.pd8.into_alternate::<7>();
         gpiod.pd9.into_alternate::<7>().internal_resistor(Pull::Up);
         let de = gpiod.pd10.into_push_pull_output_in_state(PinState::Low);
         let clock_hz = switch_on::<pac::USART3>(rcc);
-        let isu = Rs485::new(peripherals.USART3, de, &params::ISU, clock_hz, core_hz, isu_producer);
+        let isu = Rs485::new(peripherals.USART3, de, &settings.isu.timing, clock_hz, core_hz, isu_producer);
 
         gpioa.pa2.into_alternate::<7>();
         gpioa.pa3.into_alternate::<7>().internal_resistor(Pull::Up);
@@ -128,7 +142,7 @@ impl Board {
         let de = gpioc.pc8.into_push_pull_output_in_state(PinState::Low);
         let clock_hz = switch_on::<pac::USART6>(rcc);
         let modbus =
-            modbus::port::start(peripherals.USART6, de, clock_hz, &params::MODBUS, &mut queues.modbus);
+            modbus::port::start(peripherals.USART6, de, clock_hz, &modbus_settings, &mut queues.modbus);
 
         switch_on::<pac::TIM5>(rcc);
         let pin = gpioa.pa1.into_alternate::<2>();
@@ -138,9 +152,16 @@ impl Board {
         let pwm2 = PwmCapture::new(peripherals.TIM2, TimerInput::Ti1, pin, pwm2_producer);
 
         let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
-        let settings = Settings::new(&params::SLOTS, params::T7, params::ISU);
         let gateway = Gateway::new(&settings, params::pwm_limits(timer_hz));
-        Board { keys, modbus, ports: Ports { t7, isu, pwm1, pwm2 }, inbox, gateway, clock_source }
+        Board {
+            keys,
+            modbus: (modbus, modbus_settings),
+            keeper,
+            ports: Ports { t7, isu, pwm1, pwm2 },
+            inbox,
+            gateway,
+            clock_source,
+        }
     }
 }
 

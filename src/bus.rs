@@ -79,7 +79,7 @@ impl BusLevel {
                 Action::Run(timing, line) => ports::run(bus, &timing, line),
             });
         }
-        let ports_at = ports::poll(now);
+        let ports_at = ports::poll();
         if self.gateway.publish(&mut self.snapshot) || self.gateway.has_news(Asker::Console) {
             shared::note_work();
         }

@@ -99,6 +99,14 @@ pub fn lost() -> u32 {
     critical_section::with(|cs| LOST.borrow(cs).get())
 }
 
+/// Waits until everything that was written is out, its last stop bit included.
+pub fn drain() {
+    while !critical_section::with(|cs| match PORT.borrow_ref(cs).as_ref() {
+        Some(port) => port.outgoing.len() == 0 && port.uart.sr().read().tc().bit_is_set(),
+        None => true,
+    }) {}
+}
+
 fn with_writer<R: Default>(work: impl FnOnce(&mut Producer<'static, u8>) -> R) -> R {
     critical_section::with(|cs| WRITER.borrow_ref_mut(cs).as_mut().map(work)).unwrap_or_default()
 }

@@ -31,7 +31,8 @@ const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 const ERRORS: u32 = 0b1111_0010;
 
 /// The flash did not do as it was told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error {
     /// Error flags of the status register.
     Status(u32),

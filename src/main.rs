@@ -21,20 +21,24 @@ mod ceiling;
 mod clock;
 mod console;
 mod faults;
+mod flash;
+mod keeper;
+mod log;
 mod modbus;
 mod params;
 mod people;
 mod ports;
 mod shared;
+mod start;
 mod uart;
 
 use clino_console::Shell;
 use cortex_m_rt::entry;
-use defmt_rtt as _;
 use stm32f4xx_hal::pac;
 
 use crate::board::{Board, Queues};
 use crate::console::Console;
+use crate::log::log;
 use crate::people::Gateway;
 
 #[entry]
@@ -46,16 +50,20 @@ fn main() -> ! {
     };
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let Board { mut keys, ports, modbus, inbox, gateway, clock_source } = Board::init(peripherals, QUEUES);
-    defmt::info!("clino {=str}, clock: {}", env!("CARGO_PKG_VERSION"), clock_source);
+    let Board { mut keys, ports, modbus, inbox, gateway, keeper, clock_source } =
+        Board::init(peripherals, QUEUES);
+    log!(info, "clino {=str}, clock: {}", env!("CARGO_PKG_VERSION"), clock_source);
     bus::start(inbox, gateway);
-    modbus::start(modbus);
+    modbus::start(modbus.0, modbus.1);
     ports::start(ports, &mut core.NVIC);
     let mut shell = Shell::new(Console);
+    let mut host = Gateway { keeper };
     loop {
         if let Some(key) = keys.dequeue() {
-            shell.input(key, &mut Gateway);
-        } else if !(Console.has_room() && shell.poll(&mut Gateway)) {
+            shell.input(key, &mut host);
+        } else if let Some(wish) = modbus::wish() {
+            modbus::done(host.fulfil(wish));
+        } else if !(Console.has_room() && shell.poll(&mut host)) {
             shared::sleep_until_work();
         }
     }

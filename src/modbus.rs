@@ -3,18 +3,21 @@
 //! The port and the clock's second alarm raise it. Each run hands the server what has come in, sends the answer that it
 //! has made, and sets the alarm for the next deadline.
 
+use core::cell::Cell;
+
 use clino_bus::{DriverEnable, Micros};
 use clino_gateway::Gateway;
 use clino_modbus::desk::{Desk, Site, Wish};
-use clino_modbus::{Identification, Refusal, Server};
+use clino_modbus::{Identification, Refusal, Server, Settings};
 use cortex_m::peripheral::NVIC;
+use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer};
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
 
 use crate::ceiling::Ceiling;
 use crate::clock::Level;
 use crate::ports::priority;
-use crate::{bus, clock, params, ports, shared};
+use crate::{bus, clock, keeper, params, ports, shared};
 
 pub mod port;
 
@@ -44,11 +47,19 @@ struct ModbusLevel {
     desk: Desk<'static, Board>,
 }
 
+/// What the people level is asked for, and whether it has done it.
+static WISH: Mutex<Cell<Option<Wish>>> = Mutex::new(Cell::new(None));
+static DONE: Mutex<Cell<Option<bool>>> = Mutex::new(Cell::new(None));
+
+/// How the port runs, for those who ask while the level itself is running.
+static SETTINGS: Mutex<Cell<Settings>> = Mutex::new(Cell::new(params::MODBUS));
+
 static LEVEL: Ceiling<ModbusLevel, { priority::MODBUS }> = Ceiling::new();
 
 /// Makes the level ready to run; it does once its interrupt is let in.
-pub fn start(lines: Lines) {
-    let server = Server::new(params::MODBUS, &IDENTIFICATION, clock::now());
+pub fn start(lines: Lines, settings: Settings) {
+    note(settings);
+    let server = Server::new(settings, &IDENTIFICATION, clock::now());
     LEVEL.fill(ModbusLevel { lines, server, desk: Desk::new(Board, &shared::SNAPSHOT) });
     wake();
 }
@@ -56,6 +67,32 @@ pub fn start(lines: Lines) {
 /// Runs the level soon: at once if nothing of higher priority is running.
 pub fn wake() {
     NVIC::pend(INTERRUPT);
+}
+
+/// What the people level is to do for the Modbus master.
+pub fn wish() -> Option<Wish> {
+    critical_section::with(|cs| WISH.borrow(cs).take())
+}
+
+/// The people level has done it, or has failed.
+pub fn done(well: bool) {
+    critical_section::with(|cs| DONE.borrow(cs).set(Some(well)));
+    wake();
+}
+
+/// How the port runs.
+pub fn settings() -> Settings {
+    critical_section::with(|cs| SETTINGS.borrow(cs).get())
+}
+
+fn note(settings: Settings) {
+    critical_section::with(|cs| SETTINGS.borrow(cs).set(settings));
+}
+
+/// Runs the port like this. A request in hand is lost.
+pub fn set(settings: Settings) {
+    LEVEL.with(|level| level.server.set(settings, clock::now()));
+    wake();
 }
 
 #[interrupt]
@@ -69,11 +106,14 @@ impl ModbusLevel {
         let now = clock::now();
         while let Some(event) = self.lines.events.dequeue() {
             match event {
-                Event::Heard { character, at } => self.server.heard(character, at.before(now)),
-                Event::Sent { at } => self.server.sent(at.before(now)),
+                Event::Heard { character, at } => self.server.heard(character, at.near(now)),
+                Event::Sent { at } => self.server.sent(at.near(now)),
             }
         }
         self.desk.poll();
+        if let Some(well) = critical_section::with(|cs| DONE.borrow(cs).take()) {
+            self.desk.done(well);
+        }
         if let Some(answer) = self.server.poll(now, &mut self.desk) {
             for &byte in answer {
                 // There is room for the longest frame, and the one before is out.
@@ -83,6 +123,7 @@ impl ModbusLevel {
         }
         if let Some(settings) = self.server.reconfigured() {
             port::run(&settings);
+            note(settings);
         }
         if let Some(at) = self.server.poll_at() {
             clock::wake_at(Level::Modbus, at);
@@ -114,11 +155,13 @@ impl Site for Board {
         params::VERSION
     }
 
-    fn ask(&self, _: Wish) -> Result<(), Refusal> {
-        Err(Refusal::Failed)
+    fn ask(&self, wish: Wish) -> Result<(), Refusal> {
+        let before = critical_section::with(|cs| WISH.borrow(cs).replace(Some(wish)));
+        shared::note_work();
+        if before.is_some() { Err(Refusal::Busy) } else { Ok(()) }
     }
 
     fn is_unsaved(&self) -> bool {
-        false
+        keeper::is_unsaved()
     }
 }

@@ -1,15 +1,39 @@
 //! The gateway as the console sees it.
 
 use clino_bus::Micros;
-use clino_console::{BusState, Host};
+use clino_console::{BusState, Host, Saved, Start, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
-use clino_gateway::{Asker, Bus, Reading};
+use clino_gateway::trace::Entry;
+use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
+use clino_modbus::Settings;
+use clino_modbus::desk::Wish;
+use cortex_m::peripheral::SCB;
 
-use crate::{bus, clock, console, shared};
+use crate::keeper::Keeper;
+use crate::{bus, clock, console, modbus, shared, start};
 
-/// The gateway: all of it is shared, so there is nothing to hold.
-pub struct Gateway;
+/// The gateway: all of it is shared, but for who stores its configuration.
+pub struct Gateway {
+    pub keeper: &'static mut Keeper,
+}
+
+impl Gateway {
+    /// Does what the Modbus level cannot wait for; says whether it was done.
+    pub fn fulfil(&mut self, wish: Wish) -> bool {
+        match wish {
+            Wish::Save => self.keeper.save().is_ok(),
+            Wish::FactoryReset => self.keeper.factory_reset().is_ok(),
+        }
+    }
+}
+
+/// What is found in the gateway. In one place, not in an option in an option, which would be copied twice.
+fn look<R>(find: impl FnOnce(&mut clino_gateway::Gateway) -> Option<R>) -> Option<R> {
+    let mut found = None;
+    bus::with(|gateway| found = find(gateway));
+    found
+}
 
 impl Host for Gateway {
     fn now(&self) -> Micros {
@@ -20,12 +44,28 @@ impl Host for Gateway {
         shared::reading(slot)
     }
 
+    fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
+        shared::SNAPSHOT.read(|view| view.glance(slot, now))
+    }
+
+    fn config(&self, slot: usize) -> Option<SlotConfig> {
+        look(|gateway| gateway.config(slot).copied())
+    }
+
+    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
+        look(|gateway| gateway.slot_counters(slot).copied())
+    }
+
+    fn trace(&self, age: usize) -> Option<Entry> {
+        look(|gateway| gateway.trace().iter().nth(age).copied())
+    }
+
     fn bus(&self, bus: Bus) -> Option<BusState> {
         bus::state(bus)
     }
 
     fn news(&mut self) -> Option<News> {
-        let news = bus::with(|gateway| gateway.news(Asker::Console)).flatten();
+        let news = look(|gateway| gateway.news(Asker::Console));
         if news.is_some() {
             // The task has waited for this.
             bus::wake();
@@ -45,5 +85,30 @@ impl Host for Gateway {
 
     fn version(&self) -> &'static str {
         env!("CARGO_PKG_VERSION")
+    }
+
+    fn start(&self) -> Option<Start> {
+        start::start()
+    }
+
+    fn save(&mut self) -> Result<Saved, StorageError> {
+        self.keeper.save()
+    }
+
+    fn factory_reset(&mut self) -> Result<(), StorageError> {
+        self.keeper.factory_reset()
+    }
+
+    fn reboot(&mut self) {
+        console::drain();
+        SCB::sys_reset()
+    }
+
+    fn modbus(&self) -> Option<Settings> {
+        Some(modbus::settings())
+    }
+
+    fn set_modbus(&mut self, settings: Settings) {
+        modbus::set(settings);
     }
 }

@@ -11,6 +11,8 @@ use critical_section::Mutex;
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
 
 use crate::board::{IsuPort, Pwm1Port, Pwm2Port, T7Port};
+use crate::clock;
+use crate::log::log;
 
 /// Everything the bus level moves bytes and ticks with.
 pub struct Ports {
@@ -66,7 +68,7 @@ pub fn submit(bus: Bus, frame: &[u8]) {
     });
     if let Some(Err(error)) = accepted {
         // The master's own deadline ends the exchange.
-        defmt::warn!("frame not accepted: {}", error);
+        log!(warn, "frame not accepted: {}", error);
     }
 }
 
@@ -79,10 +81,12 @@ pub fn run(bus: Bus, timing: &Timing, line: line::Settings) {
 }
 
 /// Lets time pass in all ports; returns when they want it again.
-pub fn poll(now: Micros) -> Option<Micros> {
+pub fn poll() -> Option<Micros> {
     with(|ports| {
-        ports.t7.poll(now);
-        ports.isu.poll(now);
+        // The buses look at the clock themselves: how long a driver may be on counts from the instant it is switched on.
+        ports.t7.poll();
+        ports.isu.poll();
+        let now = clock::now();
         ports.pwm1.poll(now);
         ports.pwm2.poll(now);
         let lines = earliest(ports.t7.poll_at(), ports.isu.poll_at());

@@ -89,7 +89,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
     pub fn submit(&mut self, frame: &[u8]) -> Result<(), SubmitError> {
         let now = clock::now();
         self.line.submit(frame, now + self.line_busy)?;
-        self.poll(now);
+        self.poll();
         Ok(())
     }
 
@@ -108,7 +108,8 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
     }
 
     /// Lets time pass: begins a frame, or takes the line back from one that hangs.
-    pub fn poll(&mut self, now: Micros) {
+    pub fn poll(&mut self) {
+        let now = clock::now();
         let step = self.line.poll(now);
         self.follow();
         let Some(step) = step else { return };

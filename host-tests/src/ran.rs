@@ -88,6 +88,10 @@ fn go(scenario: Result<Scenario, impl std::fmt::Display>) -> Ran {
 }
 
 fn spoken(line: &Line) -> Option<Spoken> {
+    // What is said to people is no object.
+    if !line.text.starts_with('{') {
+        return None;
+    }
     let reading = oracle::parse(&line.text).unwrap_or_else(|error| panic!("{error}: {}", line.text))?;
     Some(Spoken { began: line.began, at: line.at, reading })
 }

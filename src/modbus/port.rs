@@ -40,9 +40,10 @@ impl Moment {
         Moment(clock::now().0 as u32)
     }
 
-    /// The last such time before `now`.
-    pub fn before(self, now: Micros) -> Micros {
-        Micros(now.0.wrapping_sub(u64::from((now.0 as u32).wrapping_sub(self.0))))
+    /// The time itself, next to `now`: a character may come in after somebody has looked at the clock.
+    pub fn near(self, now: Micros) -> Micros {
+        let ahead = self.0.wrapping_sub(now.0 as u32).cast_signed();
+        Micros(now.0.saturating_add_signed(ahead.into()))
     }
 }
 

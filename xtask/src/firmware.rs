@@ -17,6 +17,16 @@ pub fn build() -> Result<PathBuf, Failure> {
     Ok(command::target_dir().join(TARGET).join("release").join(PACKAGE))
 }
 
+/// Builds the image without its log, in a folder of its own, and returns where it is.
+pub fn build_without_log() -> Result<PathBuf, Failure> {
+    add_target()?;
+    let folder = command::target_dir().join("without-log");
+    let mut cargo = command::cargo(["build", "--release", "--package", PACKAGE, "--target", TARGET]);
+    cargo.arg("--no-default-features").arg("--target-dir").arg(&folder);
+    command::run(cargo)?;
+    Ok(folder.join(TARGET).join("release").join(PACKAGE))
+}
+
 /// Installs the target's standard library if it is missing.
 pub fn add_target() -> Outcome {
     let installed = command::output_of("rustup", &["target", "list", "--installed"]).ok_or_else(|| {

@@ -39,7 +39,7 @@ fn main() -> ExitCode {
         Some("test") if rest.is_empty() => test::run(),
         Some("check") => check::run(&rest),
         Some("lint") if rest.is_empty() => lint::run(),
-        Some("size") if rest.is_empty() => size::run().map(drop),
+        Some("size") if rest.is_empty() => size::run(),
         Some("flash") if rest.is_empty() => flash::run(),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");

@@ -6,7 +6,7 @@ use crate::{firmware, size};
 /// Builds the image, prints its size, and runs it; the arguments go to the virtual board as they are.
 pub fn run(arguments: &[String]) -> Outcome {
     let elf = firmware::build()?;
-    size::print(&elf)?;
+    size::print("image", &elf)?;
     let manifest = command::root().join("Cargo.toml");
     let mut board = command::cargo(["run", "--quiet", "--package", "clino-board", "--bin", "vboard"]);
     board.arg("--manifest-path").arg(manifest).arg("--");

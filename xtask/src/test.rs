@@ -6,9 +6,14 @@ use crate::{firmware, size};
 /// The drivers' examples; each checks the angle it reads against the simulated sensor's.
 const EXAMPLES: [&str; 6] = ["t7_blocking", "t7_nb", "t7_async", "isu_blocking", "isu_async", "rs485"];
 
-/// Portable tests and examples, then the virtual board's own, then the firmware image (built, sized) on it.
+/// With the image on the virtual board: by itself, and with stock clients in real time.
+const SUITES: [&str; 2] = ["board", "clients"];
+
+/// Portable tests, a day of the gateway core in virtual time, and examples, then the virtual board's own, then the
+/// firmware image (built, sized) on it.
 pub fn run() -> Outcome {
     command::run(command::cargo(["test"]))?;
+    command::run(command::cargo(["test", "--package", "clino-gateway", "--", "--ignored"]))?;
     command::run(command::cargo(["test", "--package", "clino-drivers", "--all-features"]))?;
     for example in EXAMPLES {
         let run = ["run", "--package", "clino-drivers", "--all-features", "--example", example];
@@ -17,18 +22,15 @@ pub fn run() -> Outcome {
     firmware::add_target()?;
     let selftest = ["test", "--package", "clino-board", "--test", "selftest", "--", "--include-ignored"];
     command::run(command::cargo(selftest))?;
-    let elf = size::run()?;
+    size::run()?;
+    let elf = firmware::build()?;
     command::run(command::cargo(["build", "--package", "clino-board", "--bin", "vboard"]))?;
-    let mut board = command::cargo([
-        "test",
-        "--package",
-        "clino-host-tests",
-        "--features",
-        "virtual-board",
-        "--test",
-        "board",
-    ]);
-    board.env("CLINO_ELF", &elf);
-    board.env("CLINO_VBOARD", command::target_dir().join("debug").join("vboard"));
-    command::run(board)
+    for suite in SUITES {
+        let package = ["test", "--package", "clino-host-tests", "--features", "virtual-board"];
+        let mut tests = command::cargo(package.into_iter().chain(["--test", suite]));
+        tests.env("CLINO_ELF", &elf);
+        tests.env("CLINO_VBOARD", command::target_dir().join("debug").join("vboard"));
+        command::run(tests)?;
+    }
+    Ok(())
 }

@@ -1,92 +1,154 @@
-//! The command language. The text above each command is what `help` prints.
+//! The command language: what can be typed, how, and what `help` says of it.
 
-use embedded_cli::Command;
+use embedded_cli::autocomplete::{Autocompletion, Request};
+use embedded_cli::service::{Autocomplete, Help};
 
-use crate::arguments::{BusName, Echo, IsuVerb, Kind, Switch, T7Verb};
+use crate::reply::Reply;
+
+/// What can be done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verb {
+    List,
+    Read,
+    Watch,
+    Slot,
+    Show,
+    Set,
+    Zero,
+    Bus,
+    T7,
+    Isu,
+    Cancel,
+    Counters,
+    Trace,
+    Load,
+    Modbus,
+    Save,
+    FactoryReset,
+    Reboot,
+    ResetCause,
+    Version,
+    Json,
+    Help,
+}
+
+/// A command.
+pub struct Command {
+    pub verb: Verb,
+    name: &'static str,
+    /// What follows the name. Each line is a form of its own.
+    usage: &'static str,
+    help: &'static str,
+}
+
+const fn command(verb: Verb, name: &'static str, usage: &'static str, help: &'static str) -> Command {
+    Command { verb, name, usage, help }
+}
 
 /// Everything that can be typed.
-#[derive(Debug, Command)]
-pub enum Typed<'a> {
-    /// List all slots in use with their last values
-    List,
-    /// Show the last value of one slot
-    Read {
-        /// Number of the slot
-        slot: u8,
-    },
-    /// Print values as they come, until Enter or Ctrl-C
-    Watch,
-    /// Answer programs (on: JSON lines, no echo) or people (off)
-    Json {
-        /// on or off
-        mode: Switch,
-    },
-    /// Set what a slot reads
-    Slot {
-        /// Number of the slot
-        slot: u8,
-        /// t7, isu, pwm or off
-        kind: Kind,
-        /// Bus address (t7: 1-100 or 127, isu: 1-14), or number of the PWM input (1 or 2)
-        address: Option<u8>,
-        /// Axis of a T7: 0, 1 or 2
-        #[arg(short = 'a', long)]
-        axis: Option<u8>,
-        /// From one reading to the next, ms; 0 is as often as the bus can
-        #[arg(short = 'p', long)]
-        period: Option<u32>,
-        /// Further tries within one reading
-        #[arg(short = 'r', long)]
-        retries: Option<u8>,
-        /// Age at which a value is stale, ms
-        #[arg(short = 's', long)]
-        stale: Option<u32>,
-    },
-    /// Show or set a bus
-    Bus {
-        /// t7 or isu
-        bus: BusName,
-        /// Bit rate, bit/s
-        #[arg(short = 'b', long)]
-        baud: Option<u32>,
-        /// Silence before our driver is switched on, us
-        #[arg(short = 'g', long)]
-        guard: Option<u32>,
-        /// From DE high to the first start bit, us
-        #[arg(long)]
-        pre: Option<u32>,
-        /// From the last stop bit to DE low, us
-        #[arg(long)]
-        post: Option<u32>,
-        /// Whether our own characters come back: off, expected or detect
-        #[arg(short = 'e', long)]
-        echo: Option<Echo>,
-    },
-    /// Find and set up T7s: scan, scan all, info, zero, offset, direction, damping, range, address, baud
-    #[command(name = "t7")]
-    T7 {
-        /// scan, scan all; info A; zero A; offset A MDEG; direction A normal|reversed; damping A MS; range A
-        /// bidirectional|unidirectional; address A NEW; baud A RATE
-        verb: T7Verb,
-        /// Address of the device
-        address: Option<&'a str>,
-        /// The new value
-        value: Option<&'a str>,
-        /// Axis: 0, 1 or 2
-        #[arg(short = 'a', long)]
-        axis: Option<u8>,
-    },
-    /// Set up and repair ISUs: info, reset, zero, null, address, repair
-    Isu {
-        /// info A; reset A; zero A; null A POSITION; address A NEW; repair A
-        verb: IsuVerb,
-        /// Address of the module
-        address: &'a str,
-        /// The new value
-        value: Option<&'a str>,
-    },
-    /// Show the counters of both buses
-    Counters,
-    /// Show the version and the time since reset
-    Version,
+static COMMANDS: [Command; 22] = [
+    command(Verb::List, "list", "", "the last value of every slot in use"),
+    command(Verb::Read, "read", "SLOT", "all that is known of the value of a slot"),
+    command(Verb::Watch, "watch", "", "values as they come, until Enter or Ctrl-C"),
+    command(
+        Verb::Slot,
+        "slot",
+        "SLOT t7 ADDRESS [-a AXIS] | SLOT isu ADDRESS | SLOT pwm INPUT | SLOT off; \
+         [-p PERIOD_MS] [-r RETRIES] [-s STALE_MS]",
+        "what a slot reads; the rest as usual",
+    ),
+    command(Verb::Show, "show", "SLOT", "how a slot is set"),
+    command(
+        Verb::Set,
+        "set",
+        "SLOT enabled|confirm on|off, ask angle|everything, filter off|mean N|median N, \
+         direction normal|reversed, range bidirectional|unidirectional, period|timeout|stale|report MS, \
+         retries N, zero DEG, rate DEG_S, partner SLOT|none, tolerance G|DEG",
+        "change one thing of a slot",
+    ),
+    command(Verb::Zero, "zero", "SLOT", "the slot reads zero as it stands; nothing is written to the sensor"),
+    command(
+        Verb::Bus,
+        "bus",
+        "t7|isu [-b BAUD] [-g GUARD_US] [--pre US] [--post US] [-e off|expected|detect]",
+        "show or set a bus",
+    ),
+    command(
+        Verb::T7,
+        "t7",
+        "scan [all] | info A | zero A | offset A MDEG | direction A normal|reversed | damping A MS | \
+         range A bidirectional|unidirectional | address A NEW | baud A RATE; [-a AXIS] [--yes]",
+        "find and set up T7s",
+    ),
+    command(
+        Verb::Isu,
+        "isu",
+        "info A | reset A | zero A | null A POSITION | address A NEW | repair A; [--yes]",
+        "set up and repair ISUs",
+    ),
+    command(Verb::Cancel, "cancel", "", "stop what t7 and isu have begun, at the next safe point"),
+    command(Verb::Counters, "counters", "[SLOT]", "what happened since reset"),
+    command(Verb::Trace, "trace", "[N]", "the last transactions, newest first"),
+    command(Verb::Load, "load", "", "load and polls of each bus, and what is not wise"),
+    command(
+        Verb::Modbus,
+        "modbus",
+        "[address N | baud RATE | parity none|even|odd | stop_bits 1|2]",
+        "show or set the Modbus port",
+    ),
+    command(Verb::Save, "save", "", "keep all settings over a reset"),
+    command(
+        Verb::FactoryReset,
+        "factory-reset",
+        "[--yes]",
+        "forget what is saved; in force with the next start",
+    ),
+    command(Verb::Reboot, "reboot", "[--yes]", "start again"),
+    command(Verb::ResetCause, "reset-cause", "", "why the gateway has started"),
+    command(Verb::Version, "version", "", "version and time since reset"),
+    command(Verb::Json, "json", "on|off", "answer programs (JSON lines, no echo) or people"),
+    command(Verb::Help, "help", "[COMMAND]", "this list, or how to use a command"),
+];
+
+impl Command {
+    /// The command of this name.
+    pub fn named(name: &str) -> Option<&'static Command> {
+        COMMANDS.iter().find(|command| command.name == name)
+    }
+
+    /// Tells how to use it.
+    #[inline(never)]
+    pub fn describe(&self, reply: &mut Reply<'_>) {
+        if reply.is_for_people() {
+            _ = writeln!(reply.out, "{} {}\n{}", self.name, self.usage, self.help);
+        } else {
+            reply.list("command", self.name.into(), "usage help", &[self.usage.into(), self.help.into()]);
+        }
+    }
 }
+
+/// Tells of all commands.
+pub fn describe_all(reply: &mut Reply<'_>) {
+    for command in &COMMANDS {
+        if reply.is_for_people() {
+            _ = writeln!(reply.out, "  {:<14} {}", command.name, command.help);
+        } else {
+            command.describe(reply);
+        }
+    }
+}
+
+/// What the line editor knows of the language: the names, to complete them.
+pub struct Names;
+
+impl Autocomplete for Names {
+    fn autocomplete(request: Request<'_>, completion: &mut Autocompletion<'_>) {
+        let Request::CommandName(begun) = request else { return };
+        for rest in COMMANDS.iter().filter_map(|command| command.name.strip_prefix(begun)) {
+            completion.merge_autocompletion(rest);
+        }
+    }
+}
+
+/// `help` is a command like any other.
+impl Help for Names {}

@@ -1,133 +1,145 @@
 //! Why a command was not carried out.
 
-use core::fmt::{self, Write};
+use core::fmt::{self, Display};
 
 use clino_codec::t7::EncodeError;
+use clino_gateway::Status;
 use clino_gateway::order::Refusal;
-use embedded_cli::service::ParseError;
 
 use crate::causes;
-use crate::fields::{Value, members};
-use crate::shell::Audience;
+use crate::host::StorageError;
+use crate::number;
+use crate::reply::Reply;
+use crate::value::Value;
 
 /// Why a command was not carried out.
-#[derive(Debug)]
 pub enum Error<'a> {
-    /// It is no command, or not whole.
-    Syntax(ParseError<'a>),
-    /// It asks for what cannot be.
-    Refused(Refusal),
+    /// There is no such command.
+    Unknown,
     /// Something is missing that this command needs.
     Missing(&'static str),
+    /// A word that is none of those expected.
+    Word { value: &'a str, expected: &'static [&'static str] },
+    /// A number out of its range, in units of its last decimal; or no number.
+    Range { what: &'static str, word: &'a str, value: Option<i64>, least: i64, most: i64, decimals: u32 },
+    /// A number below zero, or what looks like one, without `--` before it.
+    BareMinus,
+    /// A word, or an option with the dashes before it, that this command does not take.
+    Unexpected(&'static str, &'a str),
+    /// An option of one letter that this command does not take.
+    UnexpectedLetter(char),
+    /// It asks for what cannot be.
+    Refused(Refusal),
     /// A program's line is longer than this many characters.
     TooLong(usize),
-}
-
-impl From<Refusal> for Error<'_> {
-    fn from(refusal: Refusal) -> Self {
-        Error::Refused(refusal)
-    }
+    /// What is done cannot be undone, and a program has not said that it is meant.
+    Unconfirmed,
+    /// The slot has no value that could be taken.
+    NoValue { slot: u8, status: Status },
+    /// What is stored cannot be read or written.
+    Storage(StorageError),
+    /// This board does not have it.
+    Absent(&'static str),
 }
 
 impl Error<'_> {
     /// Writes it: a sentence for people, `{"error":{"kind":…,…}}` for programs.
-    pub fn write(&self, out: &mut dyn Write, audience: Audience) -> fmt::Result {
-        if audience == Audience::People {
-            return writeln!(out, "error: {self}");
+    #[inline(never)]
+    pub fn write(&self, reply: &mut Reply<'_>) {
+        if reply.is_for_people() {
+            _ = writeln!(reply.out, "error: {self}");
+            return;
         }
-        write!(out, "{{\"error\":{{\"kind\":\"{}\"", self.kind())?;
-        self.details(out)?;
-        out.write_str("}}\n")
+        let (kind, names, values) = self.parts();
+        _ = write!(reply.out, "{{\"error\":{{\"kind\":\"{kind}\"");
+        if !names.is_empty() {
+            reply.members(names, &values);
+        }
+        reply.say("}}\n");
     }
 
-    fn kind(&self) -> &'static str {
-        match self {
-            Error::Syntax(ParseError::MissingRequiredArgument { .. }) | Error::Missing(_) => {
-                "missing_argument"
+    /// Its kind, and what belongs to it: as many values as there are names.
+    fn parts(&self) -> (&'static str, &'static str, [Value<'_>; 4]) {
+        const NONE: Value<'static> = Value::None;
+        let why = Value::Words(self);
+        match *self {
+            Error::Unknown => ("unknown_command", "", [NONE; 4]),
+            Error::Missing(what) => ("missing_argument", "what", [what.into(), NONE, NONE, NONE]),
+            Error::Word { value, expected } => {
+                ("bad_argument", "value expected", [value.into(), Value::OneOf(expected), NONE, NONE])
             }
-            Error::Syntax(ParseError::ParseValueError { .. }) => "bad_argument",
-            Error::Syntax(ParseError::UnexpectedArgument { .. }) => "unexpected_argument",
-            Error::Syntax(
-                ParseError::UnexpectedLongOption { .. } | ParseError::UnexpectedShortOption { .. },
-            ) => "unexpected_option",
-            Error::Syntax(_) => "unknown_command",
-            Error::Refused(Refusal::Range { .. }) => "out_of_range",
-            Error::Refused(Refusal::BitRate { .. }) => "bit_rate",
-            Error::Refused(Refusal::T7(EncodeError::OutOfRange { .. })) => "out_of_range",
-            Error::Refused(Refusal::T7(_) | Refusal::Isu(_)) => "refused",
-            Error::Refused(Refusal::Busy) => "busy",
-            Error::TooLong(_) => "line_too_long",
-        }
-    }
-
-    fn details(&self, out: &mut dyn Write) -> fmt::Result {
-        let mut write = |fields: &[(&str, Value<'_>)]| members(out, Audience::Programs, fields);
-        match self {
-            Error::Syntax(ParseError::MissingRequiredArgument { name }) => {
-                write(&[("what", Value::Text(name))])
+            Error::Range { what, word, value, least, most, decimals } => {
+                let kind = if value.is_some() { "out_of_range" } else { "bad_argument" };
+                let value = value.map_or(Value::Text(word), |value| scaled(value, decimals));
+                (kind, RANGE, [what.into(), value, scaled(least, decimals), scaled(most, decimals)])
             }
-            Error::Syntax(ParseError::ParseValueError { value, expected }) => {
-                write(&[("value", Value::Text(value)), ("expected", Value::Text(expected))])
+            Error::BareMinus => ("bad_argument", "why", [why, NONE, NONE, NONE]),
+            Error::Unexpected(dashes, value) => {
+                let kind = if dashes.is_empty() { "unexpected_argument" } else { "unexpected_option" };
+                (kind, "value", [value.into(), NONE, NONE, NONE])
             }
-            Error::Syntax(
-                ParseError::UnexpectedArgument { value: word }
-                | ParseError::UnexpectedLongOption { name: word },
-            ) => write(&[("value", Value::Text(word))]),
-            Error::Syntax(ParseError::UnexpectedShortOption { name }) => {
-                write(&[("value", Value::Words(name))])
+            Error::UnexpectedLetter(ref letter) => {
+                ("unexpected_option", "value", [Value::Words(letter), NONE, NONE, NONE])
             }
-            Error::Refused(Refusal::Range { what, value, least, most }) => write(&[
-                ("what", Value::Text(what)),
-                ("value", (*value).into()),
-                ("least", (*least).into()),
-                ("most", (*most).into()),
-            ]),
-            Error::Refused(Refusal::BitRate { value, .. }) => {
-                write(&[("value", (*value).into()), ("why", Value::Words(self))])
+            Error::Refused(Refusal::Range { what, value, least, most }) => {
+                ("out_of_range", RANGE, [what.into(), value.into(), least.into(), most.into()])
             }
             Error::Refused(Refusal::T7(EncodeError::OutOfRange { value, min, max, .. })) => {
-                write(&[("value", (*value).into()), ("least", (*min).into()), ("most", (*max).into())])
+                ("out_of_range", "value least most", [value.into(), min.into(), max.into(), NONE])
             }
-            Error::Refused(Refusal::T7(EncodeError::NotForAll { .. })) => write(&[]),
-            Error::Refused(Refusal::Isu(cause)) => write(&[("why", Value::Text(causes::isu(cause)))]),
-            Error::Missing(what) => write(&[("what", Value::Text(what))]),
-            Error::TooLong(most) => write(&[("most", (*most as u64).into())]),
-            Error::Syntax(_) | Error::Refused(Refusal::Busy) => Ok(()),
+            Error::Refused(Refusal::BitRate { value, .. }) => {
+                ("bit_rate", "value why", [value.into(), why, NONE, NONE])
+            }
+            Error::Refused(Refusal::T7(_) | Refusal::Isu(_)) => ("refused", "why", [why, NONE, NONE, NONE]),
+            Error::Refused(Refusal::Busy) => ("busy", "", [NONE; 4]),
+            Error::TooLong(most) => ("line_too_long", "most", [Value::from(most as u64), NONE, NONE, NONE]),
+            Error::Unconfirmed => ("unconfirmed", "why", [why, NONE, NONE, NONE]),
+            Error::NoValue { slot, status } => {
+                ("no_value", "slot status", [slot.into(), status.name().into(), NONE, NONE])
+            }
+            Error::Storage(error) => (error.name(), "", [NONE; 4]),
+            Error::Absent(what) => ("absent", "what", [what.into(), NONE, NONE, NONE]),
         }
     }
 }
 
-impl fmt::Display for Error<'_> {
+/// What is said of a number out of its range.
+const RANGE: &str = "what value least most";
+
+fn scaled(number: i64, decimals: u32) -> Value<'static> {
+    if decimals == number::DECIMALS { Value::Thousandths(number) } else { Value::Number(number) }
+}
+
+impl Display for Error<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Error::Syntax(ParseError::MissingRequiredArgument { name }) => {
-                write!(out, "missing argument {name}")
+            Error::Unknown => out.write_str("unknown command, try help"),
+            Error::Missing(what) => write!(out, "missing {what}"),
+            Error::Word { value, expected } => write!(out, "{value}: expected {}", Value::OneOf(expected)),
+            Error::Range { what, word, value, least, most, decimals } => {
+                let number = if value.is_none() { "a number " } else { "" };
+                let [least, most] = [*least, *most].map(|number| scaled(number, *decimals));
+                write!(out, "{what} {word} is not {number}between {least} and {most}")
             }
-            Error::Syntax(ParseError::ParseValueError { value, expected }) => {
-                write!(out, "{value}: expected {expected}")
-            }
-            Error::Syntax(ParseError::UnexpectedArgument { value }) => {
-                write!(out, "unexpected argument {value}")
-            }
-            Error::Syntax(ParseError::UnexpectedLongOption { name }) => {
-                write!(out, "unexpected option --{name}")
-            }
-            Error::Syntax(ParseError::UnexpectedShortOption { name }) => {
-                write!(out, "unexpected option -{name}")
-            }
-            Error::Syntax(_) => out.write_str("unknown command, try help"),
+            Error::BareMinus => out.write_str("a number below zero wants -- before it"),
+            Error::Unexpected("", value) => write!(out, "unexpected argument {value}"),
+            Error::Unexpected(dashes, value) => write!(out, "unexpected option {dashes}{value}"),
+            Error::UnexpectedLetter(letter) => write!(out, "unexpected option -{letter}"),
             Error::Refused(Refusal::Range { what, value, least, most }) => {
                 write!(out, "{what} {value} is not between {least} and {most}")
             }
             Error::Refused(Refusal::BitRate { value, allowed }) => {
-                write!(out, "the sensors do not have {value} bit/s, only")?;
+                write!(out, "{value} bit/s is not among")?;
                 allowed.iter().try_for_each(|rate| write!(out, " {rate}"))
             }
             Error::Refused(Refusal::T7(error)) => write!(out, "{error}"),
             Error::Refused(Refusal::Isu(cause)) => out.write_str(causes::isu(cause)),
             Error::Refused(Refusal::Busy) => out.write_str("busy, try again"),
-            Error::Missing(what) => write!(out, "missing {what}"),
             Error::TooLong(most) => write!(out, "more than {most} characters"),
+            Error::Unconfirmed => out.write_str("not to be undone, wants --yes"),
+            Error::NoValue { slot, status } => write!(out, "slot {slot} is {}", status.name()),
+            Error::Storage(error) => out.write_str(error.name()),
+            Error::Absent(what) => write!(out, "this board has no {what}"),
         }
     }
 }

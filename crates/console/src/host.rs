@@ -5,9 +5,11 @@ use clino_commissioning::Progress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
-use clino_gateway::{Bus, Reading};
+use clino_gateway::trace::Entry;
+use clino_gateway::{Bus, Glance, Reading, SlotConfig, SlotCounters};
+use clino_modbus::Settings;
 
-/// The gateway as the console sees it.
+/// The gateway as the console sees it. Each call is short: one slot, one transaction, one bus.
 pub trait Host {
     /// Time since reset.
     fn now(&self) -> Micros;
@@ -15,13 +17,27 @@ pub trait Host {
     /// The last reading of a slot; `None` beyond the last slot.
     fn reading(&self, slot: usize) -> Option<Reading>;
 
+    /// The least of that, as of `now`: asked of every slot before every line of a stream.
+    fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
+        self.reading(slot).map(|reading| reading.glance(now))
+    }
+
+    /// How a slot is set; `None` beyond the last slot.
+    fn config(&self, slot: usize) -> Option<SlotConfig>;
+
+    /// What happened to a slot since it was set; `None` beyond the last slot.
+    fn slot_counters(&self, slot: usize) -> Option<SlotCounters>;
+
+    /// One of the last transactions; 0 is the newest. `None` beyond the oldest that is kept.
+    fn trace(&self, age: usize) -> Option<Entry>;
+
     /// What happened on a bus since reset, and how it is set.
     fn bus(&self, bus: Bus) -> Option<BusState>;
 
     /// What a task has found, or how it ended.
     fn news(&mut self) -> Option<News>;
 
-    /// Hands an order to the bus level.
+    /// Has an order carried out, or refuses it.
     fn order(&mut self, order: Order) -> Result<(), Refusal>;
 
     /// Typed characters that were lost since reset: spoilt, or faster than they could be taken.
@@ -29,6 +45,30 @@ pub trait Host {
 
     /// Version of the firmware.
     fn version(&self) -> &'static str;
+
+    /// Why the gateway has started; `None` if that is not known.
+    fn start(&self) -> Option<Start>;
+
+    /// Stores everything that is set, so that it is so again after the next start.
+    ///
+    /// # Errors
+    /// [`StorageError`]: what was stored before is still there.
+    fn save(&mut self) -> Result<Saved, StorageError>;
+
+    /// Forgets what is stored. The next start is with the settings the gateway was delivered with.
+    ///
+    /// # Errors
+    /// [`StorageError`]: what was stored before is still there.
+    fn factory_reset(&mut self) -> Result<(), StorageError>;
+
+    /// Starts again, when what was printed is out. Returns on a desk only.
+    fn reboot(&mut self);
+
+    /// How the Modbus port is set; `None` if there is none.
+    fn modbus(&self) -> Option<Settings>;
+
+    /// Sets the Modbus port; it is valid.
+    fn set_modbus(&mut self, settings: Settings);
 }
 
 /// A bus as others see it.
@@ -44,4 +84,47 @@ pub struct BusState {
     pub driver: DriverEnable,
     /// How far the task on it is, if there is one.
     pub progress: Option<Progress>,
+}
+
+/// Why and how often the gateway has started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Start {
+    /// What ended the time before, as a word.
+    pub cause: &'static str,
+    /// Starts so far, this one included; wraps.
+    pub boots: u32,
+}
+
+/// What storing has taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Saved {
+    /// Nothing: the same was stored already.
+    Unchanged,
+    /// It is stored now.
+    Written,
+}
+
+/// Why something cannot be stored or forgotten.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StorageError {
+    /// This board stores nothing.
+    Absent,
+    /// Something else is being stored; ask again.
+    Busy,
+    /// It does not fit.
+    Full,
+    /// The memory did not take it.
+    Failed,
+}
+
+impl StorageError {
+    /// The name used in every text interface.
+    pub const fn name(self) -> &'static str {
+        match self {
+            StorageError::Absent => "no_storage",
+            StorageError::Busy => "storage_busy",
+            StorageError::Full => "storage_full",
+            StorageError::Failed => "storage_failed",
+        }
+    }
 }

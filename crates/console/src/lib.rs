@@ -11,7 +11,10 @@
 //! A program may send commands while it watches the stream; the answers come between the readings.
 //!
 //! Sans-IO: [`Shell`] takes bytes and is polled; text goes to an `embedded_io::Write`; the gateway is a [`Host`].
-//! Line editing, history, completion and `help` are `embedded-cli`'s.
+//! Line editing, history and completion are `embedded-cli`'s; what can be typed is a table (`command.rs`), because the
+//! library's derived commands take twice the flash of the whole console.
+//!
+//! What cannot be undone is asked about: people answer `y`, a program says `--yes` with the command.
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -28,20 +31,32 @@
 #[cfg(test)]
 extern crate std;
 
-mod arguments;
+mod buses;
 mod causes;
 mod command;
 mod echo;
+mod editor;
 mod error;
 mod execute;
-mod fields;
 mod host;
+mod job;
+mod meter;
 mod news;
+mod number;
+mod past;
+mod pending;
+mod reply;
+mod settings;
 mod shell;
+mod slots;
 mod stream;
+mod system;
 mod table;
 mod tasks;
 mod text;
+mod typed;
+mod value;
+mod words;
 
-pub use host::{BusState, Host};
+pub use host::{BusState, Host, Saved, Start, StorageError};
 pub use shell::Shell;

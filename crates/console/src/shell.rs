@@ -1,58 +1,31 @@
 //! Who is at the console, and what a byte from them does.
 
 use core::convert::Infallible;
-use core::fmt;
 
 use clino_bus::Micros;
 use clino_commissioning::Progress;
 use clino_gateway::Bus;
 use clino_gateway::order::Order;
-use embedded_cli::cli::{Cli, CliBuilder, CliHandle};
-use embedded_cli::command::RawCommand;
-use embedded_cli::service::FromRaw as _;
 use embedded_io::Write;
 
-use crate::command::Typed;
-use crate::echo::Echo;
+use crate::editor::{Editor, LONGEST_LINE, edit, editor};
 use crate::error::Error;
-use crate::execute::{Failure, execute};
-use crate::fields::line;
 use crate::host::Host;
+use crate::meter::{BUSES, Meter};
 use crate::news;
+use crate::pending::{Next, Pending};
+use crate::reply::{Audience, Reply};
 use crate::stream::Stream;
 use crate::text::Text;
+use crate::words::Words as _;
 
-/// Longest line that can be typed or sent.
-const LONGEST_LINE: usize = 80;
-/// Characters of former lines that are kept.
-const HISTORY: usize = 256;
-/// From one line of progress to the next.
-const PROGRESS_EVERY: Micros = Micros::from_millis(1_000);
 const PROMPT: &str = "clino> ";
 /// Ctrl-C.
 const INTERRUPT: u8 = 0x03;
-
-/// Who reads the answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Audience {
-    /// A person at a terminal: echo, prompt, tables.
-    People,
-    /// A program: JSON lines.
-    Programs,
-}
-
-/// What a command leads to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Next {
-    /// The next command.
-    Stay,
-    /// Readings as they come.
-    Stream,
-    /// Another audience.
-    Speak(Audience),
-    /// A task has begun on this bus.
-    Task(Bus),
-}
+/// How long a question waits for its answer.
+const PATIENCE: Micros = Micros::from_millis(30_000);
+/// Back to the begin of the line, and empty it.
+const REWRITE: &str = "\r\x1b[K";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
@@ -63,26 +36,37 @@ enum Mode {
     },
     Commands(Audience),
     /// A person waits for the end of a task.
-    Task {
-        bus: Bus,
-        shown_at: Micros,
+    Task(Bus),
+    /// A person is asked whether this is meant.
+    Question {
+        pending: Pending,
+        until: Micros,
+        answer: Answer,
     },
+}
+
+/// What was typed so far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Answer {
+    Nothing,
+    Yes,
+    SomethingElse,
 }
 
 impl Mode {
     fn audience(self) -> Audience {
         match self {
             Mode::Stream { audience, .. } | Mode::Commands(audience) => audience,
-            Mode::Task { .. } => Audience::People,
+            Mode::Task(_) | Mode::Question { .. } => Audience::People,
         }
     }
 }
 
 /// The console. `W` is a handle to the port; its clones write to the same port.
 pub struct Shell<W: Write<Error = Infallible> + Clone> {
-    people: Editor<W>,
-    /// The same editor without echo: what a program sends is a line that nobody corrects.
-    programs: Editor<W>,
+    editor: Editor<W>,
+    /// Who types into the editor: what a program sends is a line that nobody corrects, without echo.
+    typing: Audience,
     /// Characters of the line that a program is sending.
     length: usize,
     /// The character before.
@@ -90,26 +74,26 @@ pub struct Shell<W: Write<Error = Infallible> + Clone> {
     out: W,
     mode: Mode,
     stream: Stream,
+    meter: Meter,
 }
-
-type Editor<W> = Cli<Echo<W>, Infallible, [u8; LONGEST_LINE], [u8; HISTORY]>;
 
 impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     /// A console that streams JSON lines, as it does after power-up: a logger needs to type nothing.
     pub fn new(out: W) -> Shell<W> {
         Shell {
-            people: editor(Some(out.clone())),
-            programs: editor(None),
+            editor: editor(None),
+            typing: Audience::Programs,
             length: 0,
             last: 0,
             out,
             mode: Mode::Stream { audience: Audience::Programs, back: Audience::People },
             stream: Stream::new(),
+            meter: Meter::new(),
         }
     }
 
     /// Takes a character from the other end.
-    pub fn input(&mut self, byte: u8, host: &mut impl Host) {
+    pub fn input(&mut self, byte: u8, host: &mut dyn Host) {
         let last = core::mem::replace(&mut self.last, byte);
         // The commands are ASCII; and the editor takes whatever looks like the length of a UTF-8 sequence for one.
         if !byte.is_ascii() {
@@ -120,134 +104,167 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         let alone = self.length == 0 && is_end(byte);
         match self.mode {
-            Mode::Stream { back, .. } if alone || byte == INTERRUPT => self.speak(back),
+            Mode::Stream { back, .. } if alone || byte == INTERRUPT => {
+                if back == Audience::People {
+                    _ = self.out.write_all(b"\r\n");
+                }
+                self.speak(back);
+            }
+            Mode::Commands(Audience::Programs) if byte == INTERRUPT => {
+                self.restart_line();
+                for bus in BUSES {
+                    _ = host.order(Order::Cancel(bus));
+                }
+            }
             // A program need not stop the stream to say something.
             Mode::Stream { audience: Audience::Programs, .. } | Mode::Commands(Audience::Programs) => {
                 self.program(byte, host);
             }
-            Mode::Task { bus, .. } if byte == INTERRUPT => _ = host.order(Order::Cancel(bus)),
-            Mode::Stream { audience: Audience::People, .. } | Mode::Task { .. } => {}
-            Mode::Commands(Audience::People) => self.key(byte, host),
+            Mode::Task(bus) if byte == INTERRUPT => _ = host.order(Order::Cancel(bus)),
+            Mode::Stream { audience: Audience::People, .. } | Mode::Task(_) => {}
+            Mode::Commands(Audience::People) => self.take(byte, host),
+            Mode::Question { pending, until, answer } => {
+                let ended = is_end(byte) || byte == INTERRUPT || host.now() >= until;
+                if ended {
+                    let yes = is_end(byte) && answer == Answer::Yes && host.now() < until;
+                    return self.answered(yes.then_some(pending), host);
+                }
+                let first_yes = answer == Answer::Nothing && byte == b'y';
+                let answer = if first_yes { Answer::Yes } else { Answer::SomethingElse };
+                if byte.is_ascii_graphic() {
+                    _ = self.out.write_all(&[byte]);
+                }
+                self.mode = Mode::Question { pending, until, answer };
+            }
         }
     }
 
     /// Writes the next line that nobody has to ask for: news of a task, its progress, a line of a stream. To be called
     /// when the port has room for a line.
-    pub fn poll(&mut self, host: &mut impl Host) -> bool {
-        let mut out = Text(&mut self.out);
+    pub fn poll(&mut self, host: &mut dyn Host) -> bool {
         if let Some(news) = host.news() {
-            _ = news::write(&mut out, self.mode.audience(), &news);
-            if matches!(self.mode, Mode::Task { .. }) && news.is_end() {
+            let mut reply = Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) };
+            let waits = matches!(self.mode, Mode::Task(_));
+            if waits {
+                reply.say(REWRITE);
+            }
+            news::write(&mut reply, &news);
+            if waits && news.is_end() {
                 self.speak(Audience::People);
             }
             return true;
         }
+        if self.meter.tick(host) && self.progress(host) {
+            return true;
+        }
         match self.mode {
-            Mode::Stream { audience, .. } => self.stream.next(host, audience, &mut out).unwrap_or(false),
-            Mode::Task { bus, shown_at } if host.now() >= shown_at + PROGRESS_EVERY => {
-                self.mode = Mode::Task { bus, shown_at: host.now() };
-                let progress = host.bus(bus).and_then(|state| state.progress);
-                if let Some(Progress { done, of }) = progress {
-                    let fields = [("done", done.into()), ("of", of.into())];
-                    _ = line(&mut out, Audience::People, "under way", &fields);
-                }
-                progress.is_some()
+            Mode::Stream { audience, .. } => {
+                self.stream.next(host, &mut Reply { audience, out: &mut Text(&mut self.out) })
+            }
+            Mode::Question { until, .. } if host.now() >= until => {
+                self.answered(None, host);
+                true
             }
             _ => false,
         }
     }
 
-    fn key(&mut self, byte: u8, host: &mut impl Host) {
-        let next = edit(&mut self.people, byte, Audience::People, host, None);
-        self.follow(next, Audience::People);
+    /// Says how far the tasks are, to whom it concerns. Returns whether there was something to say.
+    fn progress(&mut self, host: &dyn Host) -> bool {
+        let audience = self.mode.audience();
+        let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
+        let mut said = false;
+        for bus in BUSES {
+            let Some(Progress { done, of }) = host.bus(bus).and_then(|state| state.progress) else {
+                continue;
+            };
+            if audience == Audience::Programs {
+                reply.list("progress", bus.name().into(), "done of", &[done.into(), of.into()]);
+            } else if self.mode == Mode::Task(bus) {
+                _ = write!(reply.out, "{REWRITE}under way: {done} of {of}, Ctrl-C stops");
+            } else {
+                continue;
+            }
+            said = true;
+        }
+        said
     }
 
-    fn program(&mut self, byte: u8, host: &mut impl Host) {
-        let mut out = Text(&mut self.out);
+    fn program(&mut self, byte: u8, host: &mut dyn Host) {
         self.length = self.length.saturating_add(1);
         let length = if is_end(byte) { core::mem::take(&mut self.length) } else { 0 };
         if length > LONGEST_LINE {
             // The editor drops what does not fit; a command cut short must not be carried out.
-            self.programs = editor(None);
-            _ = Error::TooLong(LONGEST_LINE).write(&mut out, Audience::Programs);
+            self.restart_line();
+            let mut reply = Reply { audience: Audience::Programs, out: &mut Text(&mut self.out) };
+            Error::TooLong(LONGEST_LINE).write(&mut reply);
             return;
         }
-        let next = edit(&mut self.programs, byte, Audience::Programs, host, Some(&mut out));
-        self.follow(next, Audience::Programs);
+        self.take(byte, host);
     }
 
-    fn follow(&mut self, next: Next, audience: Audience) {
+    /// Takes a character into the line.
+    fn take(&mut self, byte: u8, host: &mut dyn Host) {
+        let audience = self.typing;
+        // The editor's own port is silent for programs.
+        let mut out = self.out.clone();
+        let mut out = Text(&mut out);
+        let answers = (audience == Audience::Programs).then_some(&mut out as _);
+        let next = edit(&mut self.editor, byte, audience, host, &self.meter, answers);
+        self.follow(next, audience, host.now());
+    }
+
+    fn follow(&mut self, next: Next, audience: Audience, now: Micros) {
         match next {
             Next::Stay => {}
             Next::Stream => self.mode = Mode::Stream { audience, back: audience },
             Next::Speak(audience) => self.speak(audience),
             // A program is told when it comes, and may do something else meanwhile.
-            Next::Task(bus) if audience == Audience::People => {
-                self.mode = Mode::Task { bus, shown_at: Micros::ZERO }
-            }
+            Next::Task(bus) if audience == Audience::People => self.mode = Mode::Task(bus),
             Next::Task(_) => {}
+            Next::Ask(pending) => {
+                _ = self.out.write_all(pending.question().as_bytes());
+                self.mode = Mode::Question { pending, until: now + PATIENCE, answer: Answer::Nothing };
+            }
+        }
+    }
+
+    /// A question is answered: this is meant, or not.
+    fn answered(&mut self, meant: Option<Pending>, host: &mut dyn Host) {
+        let mut reply = Reply { audience: Audience::People, out: &mut Text(&mut self.out) };
+        reply.say("\n");
+        let next = match meant {
+            Some(pending) => pending.carry_out(host, &mut reply),
+            None => {
+                reply.say("not done\n");
+                Next::Stay
+            }
+        };
+        match next {
+            Next::Stay => self.speak(Audience::People),
+            next => self.follow(next, Audience::People, host.now()),
         }
     }
 
     fn speak(&mut self, audience: Audience) {
         self.mode = Mode::Commands(audience);
+        if self.typing != audience {
+            self.typing = audience;
+            self.restart_line();
+        }
         self.length = 0;
         if audience == Audience::People {
-            _ = self.out.write_all(b"\r\n");
-            _ = self.people.set_prompt(PROMPT);
+            _ = self.editor.set_prompt(PROMPT);
         }
+    }
+
+    /// What was typed of a line is dropped, and former lines with it.
+    fn restart_line(&mut self) {
+        self.length = 0;
+        self.editor = editor((self.typing == Audience::People).then(|| self.out.clone()));
     }
 }
 
 fn is_end(byte: u8) -> bool {
     matches!(byte, b'\r' | b'\n')
-}
-
-fn editor<W: Write<Error = Infallible>>(out: Option<W>) -> Editor<W> {
-    let builder = CliBuilder::default()
-        .writer(Echo(out))
-        .command_buffer([0; LONGEST_LINE])
-        .history_buffer([0; HISTORY])
-        .prompt("");
-    match builder.build() {
-        Ok(editor) => editor,
-        Err(never) => match never {},
-    }
-}
-
-/// Takes a character into the line. If it ends it, the answer goes to `out`, or to the editor's own port.
-fn edit<W: Write<Error = Infallible>>(
-    editor: &mut Editor<W>,
-    byte: u8,
-    audience: Audience,
-    host: &mut impl Host,
-    mut out: Option<&mut dyn fmt::Write>,
-) -> Next {
-    let mut next = Next::Stay;
-    let mut process =
-        RawCommand::processor(|cli: &mut CliHandle<'_, Echo<W>, Infallible>, raw: RawCommand<'_>| {
-            let out: &mut dyn fmt::Write = match &mut out {
-                Some(out) => *out,
-                None => cli.writer(),
-            };
-            match run(raw, audience, host, out) {
-                Ok(then) => next = then,
-                Err(Failure::Error(error)) => _ = error.write(out, audience),
-                Err(Failure::Output) => {}
-            }
-            Ok(())
-        });
-    _ = editor.process_byte::<Typed<'_>, _>(byte, &mut process);
-    drop(process);
-    next
-}
-
-fn run<'a>(
-    raw: RawCommand<'a>,
-    audience: Audience,
-    host: &mut impl Host,
-    out: &mut dyn fmt::Write,
-) -> Result<Next, Failure<'a>> {
-    let typed = Typed::parse(raw).map_err(Error::Syntax)?;
-    execute(&typed, audience, host, out)
 }

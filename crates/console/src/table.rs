@@ -1,21 +1,35 @@
-//! Answers for people: short lines, columns that stay where they are.
+//! What stands in columns: for people short lines that stay where they are, for programs the gateway's own JSON.
 
 use core::fmt::{self, Write};
 
-use clino_bus::Micros;
-use clino_gateway::json::{bus_name, echo_name, name};
-use clino_gateway::{Bus, Reading};
+use clino_bus::{Micros, line};
+use clino_gateway::json::{self, Topic, echo_name, name};
+use clino_gateway::{Bus, Reading, Source};
 
-use crate::fields::DECIMALS;
 use crate::host::BusState;
+use crate::reply::Reply;
+use crate::value::{DECIMALS, Value};
+use crate::words::Words as _;
 
 /// The head of a table of readings.
-pub fn head(out: &mut dyn Write) -> fmt::Result {
-    out.write_str("slot  kind  addr      angle  age       status\n")
+pub fn head(reply: &mut Reply<'_>) {
+    if reply.is_for_people() {
+        reply.say("slot  kind  addr      angle  age       status\n");
+    }
 }
 
-/// A reading.
-pub fn row(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
+/// A reading; nothing of an empty slot.
+pub fn row(reply: &mut Reply<'_>, reading: &Reading, now: Micros) {
+    _ = if reading.source == Source::Off {
+        Ok(())
+    } else if reply.is_for_people() {
+        columns(reply.out, reading, now)
+    } else {
+        json::reading(reply.out, reading, now)
+    };
+}
+
+fn columns(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
     let (kind, _, address) = name(&reading.source);
     write!(out, "{:>4}  {kind:<4}  ", reading.slot)?;
     match address {
@@ -30,47 +44,52 @@ pub fn row(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
         Some(age) => write!(out, "  {:>5} ms", age.as_millis())?,
         None => out.write_str("  never   ")?,
     }
-    writeln!(out, "  {}", reading.status(now).name())
+    write!(out, "  {}", reading.status(now).name())?;
+    reading.health.names().try_for_each(|name| write!(out, " {name}"))?;
+    out.write_str("\n")
 }
 
 /// How a bus is set.
-pub fn bus(out: &mut dyn Write, bus: Bus, state: &BusState) -> fmt::Result {
-    let (name, line) = (bus_name(bus), &state.line);
-    writeln!(
-        out,
-        "{name}: {} bit/s, guard {} us, DE {} us before and {} us after a frame, echo {}",
-        line.serial.baud,
-        line.guard.0,
-        line.pre_delay.0,
-        line.post_delay.0,
-        echo_name(line.echo)
-    )
+pub fn bus(reply: &mut Reply<'_>, bus: Bus, line: &line::Settings) {
+    let values = [
+        line.serial.baud.into(),
+        line.guard.0.into(),
+        line.pre_delay.0.into(),
+        line.post_delay.0.into(),
+        echo_name(line.echo).into(),
+    ];
+    reply.list("bus", bus.name().into(), "baud guard_us pre_us post_us echo", &values);
 }
 
 /// What happened on a bus since reset.
-pub fn counters(out: &mut dyn Write, bus: Bus, state: &BusState) -> fmt::Result {
-    let counters = &state.counters;
-    writeln!(out, "{}", bus_name(bus))?;
-    let numbers = [
-        ("requests", counters.requests),
-        ("good", counters.good),
-        ("no answer", counters.no_answer),
-        ("bad answer", counters.bad_answer),
-        ("late", counters.late),
-        ("retries", counters.retries),
-        ("writes to sensors", counters.writes),
-        ("contentions", counters.contention),
-        ("line busy", counters.line_busy),
-        ("driver forced off", counters.forced),
-        ("junk characters", counters.junk),
-        ("framing errors", counters.framing),
-        ("noise errors", counters.noise),
-        ("overruns", counters.overrun),
-    ];
-    for (what, number) in numbers {
-        writeln!(out, "  {what:<18} {number:>10}")?;
+pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
+    let BusState { counters, driver, .. } = state;
+    if !reply.is_for_people() {
+        for topic in Topic::ALL {
+            _ = json::statistics(reply.out, bus, topic, counters, driver);
+        }
+        return;
     }
-    writeln!(out, "  {:<18} {:>10} us", "last response", counters.response_last.0)?;
-    writeln!(out, "  {:<18} {:>10} us", "longest response", counters.response_max.0)?;
-    writeln!(out, "  {:<18} {:>10} ns", "slowest DE release", state.driver.release_max_ns)
+    let names = "requests good no_answer bad_answer late retries writes contention busy forced junk framing noise \
+                 overrun response_us response_max_us de_release_max_ns";
+    let counts = [
+        counters.requests,
+        counters.good,
+        counters.no_answer,
+        counters.bad_answer,
+        counters.late,
+        counters.retries,
+        counters.writes,
+        counters.contention,
+        counters.line_busy,
+        counters.forced,
+        counters.junk,
+        counters.framing,
+        counters.noise,
+        counters.overrun,
+        counters.response_last.0 as u32,
+        counters.response_max.0 as u32,
+        driver.release_max_ns,
+    ];
+    reply.list("bus", bus.name().into(), names, &counts.map(Value::from));
 }

@@ -1,125 +1,162 @@
-//! Commissioning commands as orders.
+//! Commissioning: commands that become tasks on a bus.
 
+use clino_bus::Serial;
 use clino_codec::isu::eeprom;
 use clino_codec::t7::{Address, Axis, BaudRate, Millidegrees};
-use clino_codec::{isu, t7};
+use clino_codec::{isu as isu_codec, t7 as t7_codec};
 use clino_commissioning::isu::Module;
 use clino_commissioning::t7::{Device, Rates, Setting};
+use clino_gateway::Bus;
 use clino_gateway::order::{Order, Refusal, T7_BIT_RATES};
 use clino_gateway::task;
 
-use embedded_cli::arguments::FromArgument;
-use embedded_cli::service::ParseError;
-
-use crate::arguments::{IsuVerb, OutputRange, Sense, T7Verb};
 use crate::error::Error;
+use crate::job::{Job, Outcome, Told};
+use crate::meter::BUSES;
+use crate::pending::Pending;
+use crate::typed::Opt;
+use crate::words::{IsuVerb, T7Verb};
 
 /// A single-axis T7 measures axis 2 (T7 guide section 1).
 const SINGLE_AXIS: u8 = 2;
+/// Axis of a T7.
+const AXIS: Opt = Opt(Some('a'), "axis");
 
-/// What else was typed after the verb.
-#[derive(Clone, Copy)]
-pub struct Rest<'a> {
-    /// The address, or the first word.
-    pub address: Option<&'a str>,
-    /// The new value.
-    pub value: Option<&'a str>,
-    /// The axis of a T7.
-    pub axis: Option<u8>,
-}
-
-/// The order for a command about T7s. `baud` is the bus's bit rate.
-pub fn t7<'a>(verb: T7Verb, rest: Rest<'a>, baud: u32) -> Result<Order, Error<'a>> {
+/// `t7 VERB ADDRESS VALUE`
+pub fn t7(job: &mut Job<'_, '_>) -> Outcome {
     use task::t7::Task;
+    let axis = axis(job)?;
+    let verb = job.one_of("verb")?;
     if verb == T7Verb::Scan {
-        return Ok(Order::T7(Task::Sweep(match rest.address {
-            Some("all") => Rates::ALL,
-            Some(value) => return Err(unknown(value, "all, or nothing")),
-            None => Rates::NONE.and(bit_rate(baud)?),
-        })));
+        let rates = rates(job)?;
+        return begin(job, Bus::T7, Order::T7(Task::Sweep(rates)), false);
     }
-    let device = device(rest.address()?)?;
-    let set = |setting| Task::Set(device, setting);
-    Ok(Order::T7(match verb {
+    let word = job.word("address")?;
+    let address = one_t7(job, word)?;
+    let device = Device::at(address).map_err(|_| no_t7(job, address.get()))?;
+    let value = match verb {
+        T7Verb::Scan | T7Verb::Info | T7Verb::Zero => "",
+        _ => job.word("value")?,
+    };
+    let task = match verb {
         T7Verb::Scan | T7Verb::Info => Task::Identify(device),
-        T7Verb::Zero => Task::Zero(device, axis(rest.axis)?),
+        T7Verb::Zero => Task::Zero(device, axis),
         T7Verb::Offset => {
-            set(Setting::Offset { axis: axis(rest.axis)?, offset: Millidegrees(rest.value()?) })
+            let mdeg = job.number(value, "offset_mdeg", i32::MIN.into(), i32::MAX.into())?;
+            Task::Set(device, Setting::Offset { axis, offset: Millidegrees(mdeg as i32) })
         }
-        T7Verb::Direction => {
-            let Sense(direction) = rest.value()?;
-            set(Setting::Direction { axis: axis(rest.axis)?, direction })
+        T7Verb::Direction => Task::Set(device, Setting::Direction { axis, direction: job.meaning(value)? }),
+        T7Verb::Damping => {
+            Task::Set(device, Setting::Damping(job.up_to(value, "damping_ms", u16::MAX.into())? as u16))
         }
-        T7Verb::Damping => set(Setting::Damping(rest.value()?)),
-        T7Verb::Range => {
-            let OutputRange(range) = rest.value()?;
-            set(Setting::Range(range))
+        T7Verb::Range => Task::Set(device, Setting::Range(job.meaning(value)?)),
+        T7Verb::Address => Task::Address { from: device.address(), to: one_t7(job, value)? },
+        T7Verb::Baud => {
+            let baud = job.up_to(value, "baud", u32::MAX)?;
+            Task::Baud(device, bit_rate(job, baud)?)
         }
-        T7Verb::Address => Task::Address { from: device.address(), to: one_t7(rest.value()?)? },
-        T7Verb::Baud => Task::Baud(device, bit_rate(rest.value()?)?),
-    }))
+    };
+    begin(job, Bus::T7, Order::T7(task), verb != T7Verb::Info)
 }
 
-/// The order for a command about ISUs.
-pub fn isu<'a>(verb: IsuVerb, rest: Rest<'a>) -> Result<Order, Error<'a>> {
+/// `isu VERB ADDRESS VALUE`
+pub fn isu(job: &mut Job<'_, '_>) -> Outcome {
     use task::isu::Task;
-    let module = module(rest.address()?)?;
-    Ok(Order::Isu(match verb {
+    let verb = job.one_of("verb")?;
+    let word = job.word("address")?;
+    let address = one_isu(job, word)?;
+    let module = Module::at(address).map_err(|_| no_isu(job, address.get()))?;
+    let task = match verb {
         IsuVerb::Info => Task::Identify(module),
         IsuVerb::Reset => Task::Reset(module),
         IsuVerb::Zero => Task::ResetNull(module),
-        IsuVerb::Null => Task::Program(module, eeprom::Change::NullPosition(rest.value()?)),
-        IsuVerb::Address => Task::Program(module, eeprom::Change::ModuleAddress(one_isu(rest.value()?)?)),
+        IsuVerb::Null => {
+            let word = job.word("value")?;
+            let position = job.up_to(word, "position", u16::MAX.into())?;
+            Task::Program(module, eeprom::Change::NullPosition(position as u16))
+        }
+        IsuVerb::Address => {
+            let word = job.word("value")?;
+            Task::Program(module, eeprom::Change::ModuleAddress(one_isu(job, word)?))
+        }
         IsuVerb::Repair => Task::Repair(module),
-    }))
+    };
+    begin(job, Bus::Isu, Order::Isu(task), !matches!(verb, IsuVerb::Info | IsuVerb::Reset))
 }
 
-impl<'a> Rest<'a> {
-    fn address(&self) -> Result<u8, Error<'a>> {
-        parsed(self.address.ok_or(Error::Missing("address"))?)
+/// `cancel`
+pub fn cancel(job: &mut Job<'_, '_>) -> Outcome {
+    job.end()?;
+    for bus in BUSES {
+        let result = job.host.order(Order::Cancel(bus));
+        job.accepted(result)?;
     }
+    job.reply.done();
+    Ok(())
+}
 
-    fn value<T: FromArgument<'a>>(&self) -> Result<T, Error<'a>> {
-        parsed(self.value.ok_or(Error::Missing("value"))?)
+/// Begins a task; one that writes to a sensor only when it is meant.
+#[inline(never)]
+fn begin(job: &mut Job<'_, '_>, bus: Bus, order: Order, writes: bool) -> Outcome {
+    job.accepted(order.check())?;
+    // There is nothing to be asked about the others.
+    job.typed.yes |= !writes;
+    job.confirmed(Pending::Task(bus, order))
+}
+
+fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Told> {
+    match job.typed.next() {
+        Some("all") => Ok(Rates::ALL),
+        Some(value) => Err(job.refuse(&Error::Word { value, expected: &["all", "nothing"] })),
+        None => {
+            let state = job.host.bus(Bus::T7);
+            let serial = state.map_or(Serial::T7_DEFAULT, |state| state.timing.serial);
+            Ok(Rates::NONE.and(bit_rate(job, serial.baud)?))
+        }
     }
-}
-
-fn parsed<'a, T: FromArgument<'a>>(word: &'a str) -> Result<T, Error<'a>> {
-    T::from_arg(word).map_err(|error| Error::Syntax(error.into()))
-}
-
-fn unknown<'a>(value: &'a str, expected: &'static str) -> Error<'a> {
-    Error::Syntax(ParseError::ParseValueError { value, expected })
 }
 
 /// A T7's own address.
-pub fn one_t7(number: u8) -> Result<t7::Address, Refusal> {
-    let one = Address::new(number).filter(|address| !address.is_all());
-    one.ok_or(Refusal::Range { what: "t7_address", value: u64::from(number), least: 1, most: 127 })
+#[inline(never)]
+pub fn one_t7(job: &mut Job<'_, '_>, word: &str) -> Result<t7_codec::Address, Told> {
+    let number = job.byte(word, T7_ADDRESS, 1, T7_LAST)?;
+    Address::new(number).filter(|address| !address.is_all()).ok_or_else(|| no_t7(job, number))
 }
 
 /// An ISU's own address.
-pub fn one_isu(number: u8) -> Result<isu::Address, Refusal> {
-    let one = isu::Address::new(number).filter(|address| !address.is_any());
-    one.ok_or(Refusal::Range { what: "isu_address", value: u64::from(number), least: 1, most: 14 })
+#[inline(never)]
+pub fn one_isu(job: &mut Job<'_, '_>, word: &str) -> Result<isu_codec::Address, Told> {
+    let number = job.byte(word, ISU_ADDRESS, 1, ISU_LAST)?;
+    let one = isu_codec::Address::new(number).filter(|address| !address.is_any());
+    one.ok_or_else(|| no_isu(job, number))
 }
 
 /// An axis; that of a single-axis T7 if none is named.
-pub fn axis(number: Option<u8>) -> Result<Axis, Refusal> {
-    let number = number.unwrap_or(SINGLE_AXIS);
-    Axis::new(number).ok_or(Refusal::Range { what: "axis", value: u64::from(number), least: 0, most: 2 })
+pub fn axis(job: &mut Job<'_, '_>) -> Result<Axis, Told> {
+    let number = match job.option(AXIS)? {
+        Some(word) => job.byte(word, "axis", 0, SINGLE_AXIS)?,
+        None => SINGLE_AXIS,
+    };
+    Axis::new(number).ok_or(Told)
 }
 
-fn device(number: u8) -> Result<Device, Refusal> {
-    let refusal = Refusal::Range { what: "t7_address", value: u64::from(number), least: 1, most: 127 };
-    Device::at(one_t7(number)?).map_err(|_| refusal)
+const T7_ADDRESS: &str = "t7_address";
+/// What a T7 leaves the factory with.
+const T7_LAST: u8 = 127;
+const ISU_ADDRESS: &str = "isu_address";
+const ISU_LAST: u8 = 14;
+
+fn no_t7(job: &mut Job<'_, '_>, value: u8) -> Told {
+    let refusal = Refusal::Range { what: T7_ADDRESS, value: value.into(), least: 1, most: T7_LAST.into() };
+    job.refuse(&Error::Refused(refusal))
 }
 
-fn module(number: u8) -> Result<Module, Refusal> {
-    let refusal = Refusal::Range { what: "isu_address", value: u64::from(number), least: 1, most: 14 };
-    Module::at(one_isu(number)?).map_err(|_| refusal)
+fn no_isu(job: &mut Job<'_, '_>, value: u8) -> Told {
+    let refusal = Refusal::Range { what: ISU_ADDRESS, value: value.into(), least: 1, most: ISU_LAST.into() };
+    job.refuse(&Error::Refused(refusal))
 }
 
-fn bit_rate(value: u32) -> Result<BaudRate, Refusal> {
-    BaudRate::from_bits_per_second(value).ok_or(Refusal::BitRate { value, allowed: &T7_BIT_RATES })
+fn bit_rate(job: &mut Job<'_, '_>, value: u32) -> Result<BaudRate, Told> {
+    let refusal = Refusal::BitRate { value, allowed: &T7_BIT_RATES };
+    BaudRate::from_bits_per_second(value).ok_or_else(|| job.refuse(&Error::Refused(refusal)))
 }

@@ -77,6 +77,8 @@ pub struct Gateway {
     /// Slots that read a PWM input.
     listening: Bits,
     trace: Trace,
+    /// Counts the changes of what it was told.
+    revision: u32,
 }
 
 /// Two PWM cycles this close are the same, in µ°: two steps of 4.34 µs.
@@ -96,6 +98,7 @@ impl Gateway {
             pwm,
             lost_edges: 0,
             trace: Trace::new(),
+            revision: 0,
         }
     }
 
@@ -163,6 +166,7 @@ impl Gateway {
                     place.set(config);
                     self.reset(index);
                 }
+                self.revision = self.revision.wrapping_add(1);
                 true
             }
             Order::Bus { bus, timing, line } => {
@@ -170,6 +174,7 @@ impl Gateway {
                     Bus::T7 => self.t7.set(timing, line),
                     Bus::Isu => self.isu.set(timing, line),
                 }
+                self.revision = self.revision.wrapping_add(1);
                 true
             }
             Order::T7(task) => {
@@ -191,8 +196,13 @@ impl Gateway {
     /// What a task of this asker has found, or how it ended. A task waits until this has been fetched.
     pub fn news(&mut self, asker: Asker) -> Option<News> {
         let news = self.t7.news(asker).or_else(|| self.isu.news(asker))?;
+        // The bus has changed its bit rate with the sensor.
+        if matches!(news, News::T7(task::t7::News::Baud(_))) {
+            self.revision = self.revision.wrapping_add(1);
+        }
         for index in 0..self.slots.len() {
             if self.slots.get_mut(index).is_some_and(|slot| slot.follow(&news)) {
+                self.revision = self.revision.wrapping_add(1);
                 self.reset(index);
             }
         }
@@ -295,6 +305,11 @@ impl Gateway {
         place.slots.iter_mut().zip(&self.slots).for_each(|(config, slot)| *config = slot.config);
         place.t7 = self.bus_settings(Bus::T7);
         place.isu = self.bus_settings(Bus::Isu);
+    }
+
+    /// Counts the changes of what [`Gateway::settings`] tells; wraps.
+    pub fn revision(&self) -> u32 {
+        self.revision
     }
 
     /// Sets what was counted to zero, of all slots and of both buses.

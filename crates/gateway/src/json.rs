@@ -1,14 +1,15 @@
 //! One JSON object per line, fixed keys, `null` where there is no number.
 //!
 //! ```text
-//! {"slot":0,"kind":"t7","bus":"t7","address":1,"status":"ok","angle_deg":12.345,"age_ms":3}
+//! {"slot":0,"kind":"t7","bus":"t7","address":1,"status":"ok","angle_deg":12.345,"age_ms":3,"health":[]}
 //! {"stats":"t7","requests":152,"good":152,"no_answer":0,"bad_answer":0,"late":0}
 //! {"line":"t7","forced":0,"busy":0,"junk":0,"framing":0,"noise":0,"overrun":0}
 //! {"times":"t7","response_us":2083,"response_max_us":2083,"de_release_max_ns":1279,"de_high_max_us":261}
 //! ```
 //!
 //! `angle_deg` is in degrees with three decimals and is a number only while `status` is `ok`; `age_ms` is the
-//! time since the last good value of that slot was received, whatever the status is now.
+//! time since the last good value of that slot was received, whatever the status is now; `health` holds the
+//! names of the signals that the slot gives, such as `noisy`.
 
 use core::fmt::{self, Write};
 
@@ -19,8 +20,8 @@ use clino_bus::{Counters, Micros};
 use crate::config::{Bus, PwmInput, Source};
 use crate::value::Reading;
 
-/// Longest line this module writes, line end (CR LF on the wire) included: response times of 2^64 - 1 µs and the rest at 2^32 - 1.
-pub const MAX_LINE: usize = 160;
+/// Longest line this module writes, line end (CR LF on the wire) included: a reading with every signal and the highest age.
+pub const MAX_LINE: usize = 168;
 
 /// Writes a reading as it stands at `now`.
 pub fn reading(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
@@ -40,7 +41,11 @@ pub fn reading(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Resu
         Some(age) => write!(out, "{}", age.as_millis())?,
         None => out.write_str("null")?,
     }
-    out.write_str("}\n")
+    out.write_str(",\"health\":[")?;
+    for (place, name) in reading.health.names().enumerate() {
+        write!(out, "{}\"{name}\"", if place == 0 { "" } else { "," })?;
+    }
+    out.write_str("]}\n")
 }
 
 /// Which of a bus's statistics lines. Several short lines, so that a reading never waits for a long one.

@@ -49,4 +49,4 @@ pub use health::Health;
 pub use reporter::Reporter;
 pub use settings::{BusSettings, Settings};
 pub use snapshot::{Publisher, Snapshot, Value, View};
-pub use value::{Reading, Status};
+pub use value::{Glance, Reading, Status};

@@ -1,4 +1,4 @@
-//! Which reading is printed next, when the console is slower than the sensors.
+//! Which slot is printed next, when the console is slower than the sensors.
 //!
 //! A slot is printed when it has an outcome that was not printed yet and its reporting interval has passed. Among
 //! several, the one with the earliest deadline goes first: a slot whose lines are wanted often is printed ahead of one
@@ -8,7 +8,7 @@
 use clino_bus::Micros;
 
 use crate::config::MAX_SLOTS;
-use crate::value::{Reading, Status};
+use crate::value::{Glance, Status};
 
 #[derive(Clone, Copy, Default)]
 struct Printed {
@@ -28,23 +28,23 @@ impl Reporter {
         Reporter { printed: [Printed::default(); MAX_SLOTS] }
     }
 
-    /// The reading to print now, if any; it counts as printed. `read` copies out the reading of a slot, and
-    /// returns `None` from the first slot on that there is not.
-    pub fn next(&mut self, read: impl Fn(usize) -> Option<Reading>, now: Micros) -> Option<Reading> {
-        let mut most_urgent: Option<(Micros, Reading)> = None;
+    /// The number of the slot to be printed now, if any; it counts as printed. `look` looks at a slot as of `now`, and returns `None`
+    /// from the first slot on that there is not.
+    pub fn next(&mut self, look: impl Fn(usize) -> Option<Glance>, now: Micros) -> Option<usize> {
+        let mut most_urgent: Option<(Micros, usize, Glance)> = None;
         for (slot, printed) in self.printed.iter().enumerate() {
-            let Some(reading) = read(slot) else { break };
-            if let Some(deadline) = deadline(&reading, printed, now)
-                && most_urgent.is_none_or(|(earliest, _)| deadline < earliest)
+            let Some(glance) = look(slot) else { break };
+            if let Some(deadline) = deadline(&glance, printed, now)
+                && most_urgent.is_none_or(|(earliest, ..)| deadline < earliest)
             {
-                most_urgent = Some((deadline, reading));
+                most_urgent = Some((deadline, slot, glance));
             }
         }
-        let (_, reading) = most_urgent?;
-        if let Some(printed) = self.printed.get_mut(usize::from(reading.slot)) {
-            *printed = Printed { sequence: reading.sequence, status: Some(reading.status(now)), at: now };
+        let (_, slot, Glance { sequence, status, .. }) = most_urgent?;
+        if let Some(printed) = self.printed.get_mut(slot) {
+            *printed = Printed { sequence, status: Some(status), at: now };
         }
-        Some(reading)
+        Some(slot)
     }
 }
 
@@ -56,14 +56,14 @@ impl Default for Reporter {
 
 /// By when the reading should be printed, if it should: at once when its status has changed, else within one more
 /// interval after its interval has passed.
-fn deadline(reading: &Reading, printed: &Printed, now: Micros) -> Option<Micros> {
-    let status = reading.status(now);
+fn deadline(glance: &Glance, printed: &Printed, now: Micros) -> Option<Micros> {
+    let status = glance.status;
     if printed.status != Some(status) {
         return (!matches!(status, Status::NeverRead | Status::Disabled)).then_some(Micros::ZERO);
     }
-    let due = printed.at + reading.report_every.into();
-    let interval = Micros::from(reading.report_every.max(reading.period));
-    (reading.sequence != printed.sequence && now >= due).then(|| printed.at + interval.times(2))
+    let due = printed.at + glance.report_every.into();
+    let interval = Micros::from(glance.report_every.max(glance.period));
+    (glance.sequence != printed.sequence && now >= due).then(|| printed.at + interval.times(2))
 }
 
 #[cfg(test)]

@@ -107,7 +107,24 @@ pub struct Reading {
     pub(crate) report_every: Span,
 }
 
+/// What is enough of a reading to know whether somebody wants to see it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Glance {
+    /// What the value is worth.
+    pub status: Status,
+    /// Counts the outcomes.
+    pub sequence: u32,
+    pub(crate) period: Span,
+    pub(crate) report_every: Span,
+}
+
 impl Reading {
+    /// The least of it, as of `now`.
+    pub fn glance(&self, now: Micros) -> Glance {
+        let Reading { sequence, period, report_every, .. } = *self;
+        Glance { status: self.status(now), sequence, period, report_every }
+    }
+
     /// What the value is worth at `now`: an *ok* that has grown too old is *stale*.
     pub fn status(&self, now: Micros) -> Status {
         match (self.status, self.age(now)) {

@@ -63,23 +63,20 @@ pub enum SaveError<E> {
 }
 
 /// The configuration in three sectors of flash. See the crate's documentation.
-pub struct Store<'b, F: NorFlash> {
+pub struct Store<F: NorFlash> {
     map: Map<F>,
     /// The record that was read or is to be written.
-    buffer: &'b mut Buffer,
+    buffer: [u8; LONGEST],
     saves: u32,
 }
 
-/// Room for the longest record.
-pub type Buffer = [u8; LONGEST];
-
-impl<'b, F: NorFlash> Store<'b, F> {
+impl<F: NorFlash> Store<F> {
     /// In this flash, whose offsets begin with the first of the sectors. Nothing is read yet.
-    pub fn new(flash: F, buffer: &'b mut Buffer) -> Store<'b, F> {
+    pub fn new(flash: F) -> Store<F> {
         const { assert!(F::READ_SIZE == 1 && F::WRITE_SIZE == WORD && F::ERASE_SIZE == SECTOR as usize) };
         let where_it_is = Cache::new(Uncached, Uncached, ArrayKeyPointers::new());
         let map = MapStorage::new(Pages::new(flash), const { MapConfig::new(0..PAGES) }, where_it_is);
-        Store { map, buffer, saves: 0 }
+        Store { map, buffer: [0; LONGEST], saves: 0 }
     }
 
     /// Takes over what is stored. Nothing is changed unless it is a configuration, and then everything is. The flash is
@@ -138,7 +135,7 @@ impl<'b, F: NorFlash> Store<'b, F> {
 
     /// The newest whole record.
     fn stored(&mut self) -> Result<Option<&[u8]>, Failure<F::Error>> {
-        match wait::now(self.map.fetch_item::<&[u8]>(self.buffer, &())) {
+        match wait::now(self.map.fetch_item::<&[u8]>(&mut self.buffer, &())) {
             Some(Ok(record)) => Ok(record),
             Some(Err(error)) => Err(error.into()),
             None => Err(Failure::Library),
@@ -153,7 +150,7 @@ impl<'b, F: NorFlash> Store<'b, F> {
                 return Ok(Saved::Unchanged);
             }
         }
-        match wait::now(self.map.store_item(self.buffer, &(), &content)) {
+        match wait::now(self.map.store_item(&mut self.buffer, &(), &content)) {
             Some(Ok(())) => {
                 self.saves = self.saves.saturating_add(1);
                 Ok(Saved::Written)

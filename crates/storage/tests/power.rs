@@ -3,7 +3,6 @@
 mod support;
 
 use clino_storage::{FlashError, Loaded, SaveError, Saved, Store};
-use support::BUFFER;
 use support::configurations::{Configuration, factory, longest, numbered};
 use support::flash::{Flash, PowerLost, TORN_ERASES};
 use support::random::Random;
@@ -17,8 +16,7 @@ enum Wish {
 
 impl Wish {
     fn carry_out(&self, flash: &mut Flash) -> Result<Saved, SaveError<PowerLost>> {
-        let mut buffer = BUFFER;
-        let mut store = Store::new(flash, &mut buffer);
+        let mut store = Store::new(flash);
         match self {
             Wish::Save(wanted) => store.save(&wanted.settings, &wanted.modbus),
             Wish::FactoryReset => store.factory_reset(),
@@ -29,7 +27,7 @@ impl Wish {
 /// What the gateway finds when it starts; `None` if nothing was ever saved.
 fn found(flash: &mut Flash) -> Option<Wish> {
     let Configuration { mut settings, mut modbus } = factory();
-    match Store::new(flash, &mut { BUFFER }).load(&mut settings, &mut modbus) {
+    match Store::new(flash).load(&mut settings, &mut modbus) {
         Ok(Loaded::Stored { .. }) => Some(Wish::Save(Box::new(Configuration { settings, modbus }))),
         Ok(Loaded::Factory) => Some(Wish::FactoryReset),
         Ok(Loaded::Nothing) => None,

@@ -9,7 +9,6 @@ use clino_storage::pages::{PAGES, Pages};
 use clino_storage::{LoadError, Loaded, Reject, Saved, Store};
 use sequential_storage::cache::Cache;
 use sequential_storage::map::{MapConfig, MapStorage};
-use support::BUFFER;
 use support::configurations::{Configuration, factory, numbered};
 use support::flash::Flash;
 
@@ -46,8 +45,7 @@ fn put(record: &[u8], flash: &mut Flash) {
 #[test]
 fn an_older_one_is_migrated() {
     let mut flash = flash_with(VERSION_1);
-    let mut buffer = BUFFER;
-    let mut store = Store::new(&mut flash, &mut buffer);
+    let mut store = Store::new(&mut flash);
     let Configuration { mut settings, mut modbus } = numbered(7);
     assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 1 }));
     let mut expected = factory();
@@ -67,8 +65,7 @@ fn an_older_one_is_migrated() {
 fn a_newer_one_is_reported() {
     let mut flash = flash_with(VERSION_3);
     let steps = flash.steps;
-    let mut buffer = BUFFER;
-    let mut store = Store::new(&mut flash, &mut buffer);
+    let mut store = Store::new(&mut flash);
     let Configuration { mut settings, mut modbus } = numbered(7);
     let newer = LoadError::Rejected(Reject::Newer { version: 3 });
     assert_eq!(store.load(&mut settings, &mut modbus), Err(newer));

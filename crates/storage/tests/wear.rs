@@ -4,7 +4,6 @@ mod support;
 
 use clino_storage::record::LONGEST;
 use clino_storage::{Loaded, Saved, Store};
-use support::BUFFER;
 use support::configurations::{Configuration, factory, longest, numbered, usual};
 use support::flash::Flash;
 
@@ -20,7 +19,7 @@ fn life(configuration: impl Fn(u32) -> Configuration) -> (u64, u64) {
     for n in 0..SAVES {
         let before = flash.steps;
         let Configuration { settings, modbus } = configuration(n as u32);
-        assert_eq!(Store::new(&mut flash, &mut { BUFFER }).save(&settings, &modbus), Ok(Saved::Written));
+        assert_eq!(Store::new(&mut flash).save(&settings, &modbus), Ok(Saved::Written));
         words = words.min(flash.steps - before);
     }
     let most = u64::from(flash.erases.into_iter().max().unwrap());
@@ -49,10 +48,9 @@ fn a_hundred_thousand_saves() {
 fn the_same_again_costs_nothing() {
     let mut flash = Flash::new();
     let Configuration { settings, modbus } = numbered(7);
-    assert_eq!(Store::new(&mut flash, &mut { BUFFER }).save(&settings, &modbus), Ok(Saved::Written));
+    assert_eq!(Store::new(&mut flash).save(&settings, &modbus), Ok(Saved::Written));
     let steps = flash.steps;
-    let mut buffer = BUFFER;
-    let mut store = Store::new(&mut flash, &mut buffer);
+    let mut store = Store::new(&mut flash);
     assert_eq!(store.save(&settings, &modbus), Ok(Saved::Unchanged));
     assert_eq!((store.saves(), store.erases()), (0, 0));
     assert_eq!(flash.steps, steps);
@@ -62,7 +60,7 @@ fn the_same_again_costs_nothing() {
 fn reading_costs_nothing() {
     let mut flash = Flash::new();
     let Configuration { mut settings, mut modbus } = factory();
-    assert_eq!(Store::new(&mut flash, &mut { BUFFER }).load(&mut settings, &mut modbus), Ok(Loaded::Nothing));
+    assert_eq!(Store::new(&mut flash).load(&mut settings, &mut modbus), Ok(Loaded::Nothing));
     assert_eq!(flash.steps, 0);
 }
 
@@ -70,8 +68,7 @@ fn reading_costs_nothing() {
 fn a_factory_reset_is_found_again() {
     let mut flash = Flash::new();
     let Configuration { mut settings, mut modbus } = numbered(7);
-    let mut buffer = BUFFER;
-    let mut store = Store::new(&mut flash, &mut buffer);
+    let mut store = Store::new(&mut flash);
     assert_eq!(store.save(&settings, &modbus), Ok(Saved::Written));
     assert_eq!(store.factory_reset(), Ok(Saved::Written));
     assert_eq!(store.factory_reset(), Ok(Saved::Unchanged));
@@ -84,8 +81,8 @@ fn a_factory_reset_is_found_again() {
 /// One store for years: what it remembers of the flash stays true.
 #[test]
 fn a_store_that_lives_long() {
-    let (mut flash, mut buffer) = (Flash::new(), BUFFER);
-    let mut store = Store::new(&mut flash, &mut buffer);
+    let mut flash = Flash::new();
+    let mut store = Store::new(&mut flash);
     let Configuration { mut settings, mut modbus } = factory();
     for n in 0..100 {
         let wanted = if n % 3 == 0 { numbered(n) } else { longest(n) };

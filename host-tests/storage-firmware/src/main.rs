@@ -53,14 +53,13 @@ fn put(slot: usize, value: u32) {
 
 #[entry]
 fn main() -> ! {
-    static mut BUFFER: clino_storage::Buffer = [0; clino_storage::record::LONGEST];
     let mut core = cortex_m::Peripherals::take().unwrap();
     let chip = pac::Peripherals::take().unwrap();
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
     let _ = chip.RCC.freeze(Config::hse(8.MHz()).sysclk(168.MHz()));
 
-    let mut store = Store::new(flash::ConfigurationFlash::new(chip.FLASH), BUFFER);
+    let mut store = Store::new(flash::ConfigurationFlash::new(chip.FLASH));
     let (mut settings, mut port) = numbered(0);
     let begin = DWT::cycle_count();
     let loaded = store.load(&mut settings, &mut port);

@@ -29,7 +29,9 @@ fn one_t7(rest: &str) -> String {
 fn a_change_of_bit_rate_is_followed_while_the_angles_go_on() {
     let ran = run(&format!(
         "duration = \"5s\"\n{}",
-        one_t7(r#"{ at = "1s", line = "t7 baud 1 9600" }, { at = "3s", line = "t7 baud 1 57600" }"#)
+        one_t7(
+            r#"{ at = "1s", line = "t7 baud 1 9600 --yes" }, { at = "3s", line = "t7 baud 1 57600 --yes" }"#
+        )
     ));
     assert!(ran.all_well, "{}", ran.summary);
     assert_eq!(
@@ -57,7 +59,8 @@ fn a_change_of_bit_rate_is_followed_while_the_angles_go_on() {
 
 #[test]
 fn driver_enable_at_9600_is_as_at_115200() {
-    let ran = run(&format!("duration = \"6s\"\n{}", one_t7(r#"{ at = "100ms", line = "t7 baud 1 9600" }"#)));
+    let ran =
+        run(&format!("duration = \"6s\"\n{}", one_t7(r#"{ at = "100ms", line = "t7 baud 1 9600 --yes" }"#)));
     let slow: Vec<_> = ran.t7.polls.iter().filter(|poll| poll.bit_ps > 100_000_000).collect();
     assert!(slow.len() >= 250, "{}", slow.len());
     let tails: Vec<i64> = slow.iter().filter_map(|poll| poll.tail()).collect();
@@ -76,10 +79,10 @@ fn a_t7_is_found_identified_and_set_up() {
             r#"
             { at = "100ms", line = "t7 scan" },
             { at = "2s", line = "t7 info 1" },
-            { at = "2500ms", line = "t7 damping 1 500" },
-            { at = "2700ms", line = "t7 damping 1 500" },
-            { at = "2900ms", line = "t7 damping 1 5001" },
-            { at = "3s", line = "t7 address 1 77" },
+            { at = "2500ms", line = "t7 damping 1 500 --yes" },
+            { at = "2700ms", line = "t7 damping 1 500 --yes" },
+            { at = "2900ms", line = "t7 damping 1 5001 --yes" },
+            { at = "3s", line = "t7 address 1 77 --yes" },
             { at = "5s", line = "t7 info 1" },
             "#
         )
@@ -115,7 +118,7 @@ fn an_isu_moves_to_another_address_and_its_eeprom_stays_sound() {
         isu = [{ address = 1, motion.constant = 90.0 }]
         typed = [
             { at = "100ms", line = "isu info 1" },
-            { at = "4s", line = "isu address 1 9" },
+            { at = "4s", line = "isu address 1 9 --yes" },
             { at = "10s", line = "isu info 9" },
         ]
     "#);

@@ -4,7 +4,9 @@
 #[cfg(unix)]
 mod command_line;
 mod commissioning;
+mod console;
 mod faults;
+mod flood;
 mod full_load;
 mod main_job;
 mod pwm;

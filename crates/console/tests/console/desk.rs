@@ -6,10 +6,11 @@ use std::rc::Rc;
 
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
-use clino_console::{BusState, Host, Shell};
+use clino_console::{BusState, Host, Saved, Shell, Start, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
-use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, Source};
+use clino_gateway::trace::Entry;
+use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
 use embedded_io::{ErrorType, Write};
 
 /// What the far end reads.
@@ -37,6 +38,10 @@ pub struct Rest {
     pub readings: Vec<Reading>,
     pub orders: Vec<Order>,
     pub now: Micros,
+    pub modbus: Option<clino_modbus::Settings>,
+    /// What was stored, forgotten or started again, in that order.
+    pub done: Vec<&'static str>,
+    pub broken_storage: bool,
 }
 
 impl Host for Rest {
@@ -46,6 +51,18 @@ impl Host for Rest {
 
     fn reading(&self, slot: usize) -> Option<Reading> {
         self.readings.get(slot).copied()
+    }
+
+    fn config(&self, slot: usize) -> Option<SlotConfig> {
+        self.gateway.config(slot).copied()
+    }
+
+    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
+        self.gateway.slot_counters(slot).copied()
+    }
+
+    fn trace(&self, age: usize) -> Option<Entry> {
+        self.gateway.trace().iter().nth(age).copied()
     }
 
     fn bus(&self, bus: Bus) -> Option<BusState> {
@@ -82,10 +99,43 @@ impl Host for Rest {
     fn version(&self) -> &'static str {
         "9.8.7"
     }
+
+    fn start(&self) -> Option<Start> {
+        Some(Start { cause: "watchdog", boots: 12 })
+    }
+
+    fn save(&mut self) -> Result<Saved, StorageError> {
+        if self.broken_storage {
+            return Err(StorageError::Failed);
+        }
+        self.done.push("save");
+        Ok(Saved::Written)
+    }
+
+    fn factory_reset(&mut self) -> Result<(), StorageError> {
+        if self.broken_storage {
+            return Err(StorageError::Failed);
+        }
+        self.done.push("factory reset");
+        Ok(())
+    }
+
+    fn reboot(&mut self) {
+        self.done.push("reboot");
+    }
+
+    fn modbus(&self) -> Option<clino_modbus::Settings> {
+        self.modbus
+    }
+
+    fn set_modbus(&mut self, settings: clino_modbus::Settings) {
+        self.modbus = Some(settings);
+    }
 }
 
 impl Rest {
-    fn publish(&mut self) {
+    /// Takes over what has changed.
+    pub fn publish(&mut self) {
         while let Some(reading) = self.gateway.next_changed() {
             let place = usize::from(reading.slot);
             match self.readings.get_mut(place) {
@@ -111,7 +161,15 @@ impl Desk {
         ];
         let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
         let gateway = Gateway::new(&Settings::new(&table, t7, isu), pwm::Limits::new(84_000_000));
-        let mut rest = Rest { gateway, readings: Vec::new(), orders: Vec::new(), now: Micros::ZERO };
+        let mut rest = Rest {
+            gateway,
+            readings: Vec::new(),
+            orders: Vec::new(),
+            now: Micros::ZERO,
+            modbus: Some(clino_modbus::Settings::DEFAULT),
+            done: Vec::new(),
+            broken_storage: false,
+        };
         rest.publish();
         let port = Port::default();
         Desk { shell: Shell::new(port.clone()), port, rest }

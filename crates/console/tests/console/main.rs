@@ -3,3 +3,4 @@
 mod desk;
 mod people;
 mod programs;
+mod slots;

@@ -1,5 +1,9 @@
 //! A person at a terminal.
 
+use clino_bus::Micros;
+use clino_gateway::Bus;
+use clino_gateway::order::Order;
+
 use crate::desk::Desk;
 
 #[test]
@@ -32,7 +36,30 @@ fn the_list_has_a_line_for_each_slot_in_use() {
 #[test]
 fn help_names_every_command() {
     let help = Desk::with_person().type_in("help\r");
-    for command in ["list", "read", "watch", "json", "slot", "bus", "t7", "isu", "counters", "version"] {
+    for command in [
+        "list",
+        "read",
+        "watch",
+        "slot",
+        "show",
+        "set",
+        "zero",
+        "bus",
+        "t7",
+        "isu",
+        "cancel",
+        "counters",
+        "trace",
+        "load",
+        "modbus",
+        "save",
+        "factory-reset",
+        "reboot",
+        "reset-cause",
+        "version",
+        "json",
+        "help",
+    ] {
         assert!(help.contains(&format!("  {command} ")), "{command} in {help}");
     }
 }
@@ -42,7 +69,7 @@ fn an_error_says_what_and_the_limit() {
     let mut desk = Desk::with_person();
     assert!(desk.type_in("read 99\r").contains("error: slot 99 is not between 0 and 47\r\n"));
     let refused = desk.type_in("bus t7 -b 300\r");
-    assert!(refused.contains("error: the sensors do not have 300 bit/s, only 115200 "), "{refused}");
+    assert!(refused.contains("error: 300 bit/s is not among 115200 "), "{refused}");
     assert!(desk.type_in("what\r").contains("error: unknown command, try help\r\n"));
 }
 
@@ -73,4 +100,122 @@ fn no_bytes_do_harm() {
     assert!(desk.rest.orders.is_empty(), "{:?}", desk.rest.orders);
     desk.type_in("\r\x03\rjson off\r\r");
     assert!(desk.type_in("version\r").contains("9.8.7"));
+}
+
+#[test]
+fn help_of_a_command_says_how_to_use_it() {
+    let mut desk = Desk::with_person();
+    for line in ["help zero\r", "zero -h\r", "zero 1 --help\r"] {
+        assert!(desk.type_in(line).contains("zero SLOT\r\nthe slot reads zero as it stands"), "{line}");
+    }
+    assert!(desk.type_in("help nothing\r").contains("error: unknown command, try help\r\n"));
+}
+
+#[test]
+fn how_a_slot_is_set_is_shown_in_words() {
+    let mut desk = Desk::with_person();
+    let shown = desk.type_in("show 0\r");
+    for line in
+        ["config 0", "  kind               t7", "  period_ms          20", "  partner            none"]
+    {
+        assert!(shown.contains(&format!("{line}\r\n")), "{line} in {shown}");
+    }
+}
+
+#[test]
+fn what_cannot_be_undone_is_asked_about_and_only_y_does_it() {
+    for (answer, done) in [
+        ("y\r", true),
+        ("y\n", true),
+        ("\r", false),
+        ("n\r", false),
+        ("Y\r", false),
+        ("yes\r", false),
+        ("y\x03", false),
+        ("\x03", false),
+        ("xy\r", false),
+        ("y\x7f\r", false),
+    ] {
+        let mut desk = Desk::with_person();
+        let asked = desk.type_in("factory-reset\r");
+        assert!(asked.ends_with("this forgets what is saved. Go on? y/N "), "{asked:?}");
+        let said = desk.type_in(answer);
+        assert_eq!(desk.rest.done, if done { vec!["factory reset"] } else { vec![] }, "{answer:?}");
+        let end = if done { "\r\ndone\r\n" } else { "\r\nnot done\r\n" };
+        assert!(said.contains(end) && said.ends_with("clino> "), "{said:?}");
+        assert!(desk.type_in("version\r").contains("9.8.7"), "commands go on after {answer:?}");
+    }
+}
+
+#[test]
+fn a_question_waits_for_thirty_seconds() {
+    let mut desk = Desk::with_person();
+    desk.type_in("reboot\r");
+    desk.rest.now = Micros::from_millis(29_999);
+    desk.stream();
+    assert_eq!(desk.type_in("y"), "y");
+    desk.rest.now = Micros::from_millis(30_000);
+    assert!(desk.stream().contains("not done\r\n"));
+    assert!(desk.type_in("\r").ends_with("clino> "));
+    // Nobody has polled meanwhile: the answer alone comes too late.
+    desk.type_in("reboot\r");
+    desk.rest.now = Micros::from_millis(60_000);
+    assert!(desk.type_in("y\r").contains("not done\r\n"));
+    assert_eq!(desk.rest.done, [""; 0]);
+}
+
+#[test]
+fn every_command_that_writes_to_a_sensor_asks_and_no_other_does() {
+    for (line, asks) in [
+        ("t7 scan", false),
+        ("t7 info 5", false),
+        ("t7 zero 5", true),
+        ("t7 offset 5 -- -500", true),
+        ("t7 direction 5 reversed", true),
+        ("t7 damping 5 500", true),
+        ("t7 range 5 unidirectional", true),
+        ("t7 address 5 6", true),
+        ("t7 baud 5 9600", true),
+        ("isu info 3", false),
+        ("isu reset 3", false),
+        ("isu zero 3", true),
+        ("isu null 3 100", true),
+        ("isu address 3 4", true),
+        ("isu repair 3", true),
+    ] {
+        let mut desk = Desk::with_person();
+        let said = desk.type_in(&format!("{line}\r"));
+        assert_eq!(said.contains("Go on? y/N "), asks, "{line}: {said}");
+        assert_eq!(desk.rest.orders.len(), usize::from(!asks), "{line}");
+        if asks {
+            desk.type_in("y\r");
+            assert_eq!(desk.rest.orders.len(), 1, "{line}");
+        }
+    }
+}
+
+#[test]
+fn what_is_refused_anyway_is_not_asked_about() {
+    let said = Desk::with_person().type_in("t7 damping 5 5001\r");
+    assert!(said.contains("error: ") && said.contains("5000") && !said.contains("Go on?"), "{said}");
+}
+
+#[test]
+fn a_task_shows_how_far_it_is_and_stops_on_ctrl_c() {
+    let mut desk = Desk::with_person();
+    assert!(!desk.type_in("t7 scan\r").contains("clino> "), "no prompt before the end");
+    desk.rest.now = Micros::from_millis(1_000);
+    let shown = desk.stream();
+    assert!(
+        shown.starts_with("\r\x1b[Kunder way: ") && shown.ends_with(" of 101, Ctrl-C stops"),
+        "{shown:?}"
+    );
+    desk.type_in("\x03");
+    assert_eq!(desk.rest.orders.last(), Some(&Order::Cancel(Bus::T7)));
+}
+
+#[test]
+fn watching_begins_with_a_head() {
+    let mut desk = Desk::with_person();
+    assert!(desk.type_in("watch\r").contains("slot  kind  addr      angle  age       status\r\n"));
 }

@@ -1,9 +1,8 @@
 //! JSON lines in, JSON lines out.
 
 use clino_bus::Micros;
-use clino_gateway::Source;
-use clino_gateway::Span;
 use clino_gateway::order::Order;
+use clino_gateway::{Bus, Source, Span};
 
 use crate::desk::Desk;
 
@@ -36,9 +35,9 @@ fn what_is_wrong_is_said_with_its_limit() {
     let mut desk = Desk::new();
     for (line, answer) in [
         ("nonsense", r#"{"error":{"kind":"unknown_command"}}"#),
-        ("read", r#"{"error":{"kind":"missing_argument","what":"<SLOT>"}}"#),
+        ("read", r#"{"error":{"kind":"missing_argument","what":"slot"}}"#),
         ("read 48", r#"{"error":{"kind":"out_of_range","what":"slot","value":48,"least":0,"most":47}}"#),
-        ("read x", r#"{"error":{"kind":"bad_argument","value":"x","expected":"u8"}}"#),
+        ("read x", r#"{"error":{"kind":"bad_argument","what":"slot","value":"x","least":0,"most":47}}"#),
         (
             "slot 1 t7 101",
             r#"{"error":{"kind":"out_of_range","what":"t7_address","value":101,"least":1,"most":127}}"#,
@@ -62,17 +61,61 @@ fn what_is_wrong_is_said_with_its_limit() {
         ),
         (
             "bus t7 -b 1200",
-            r#"{"error":{"kind":"bit_rate","value":1200,"why":"the sensors do not have 1200 bit/s, only 115200 57600 38400 19200 9600"}}"#,
+            r#"{"error":{"kind":"bit_rate","value":1200,"why":"1200 bit/s is not among 115200 57600 38400 19200 9600"}}"#,
         ),
         (
             "bus isu -b 19200",
-            r#"{"error":{"kind":"bit_rate","value":19200,"why":"the sensors do not have 19200 bit/s, only 9600"}}"#,
+            r#"{"error":{"kind":"bit_rate","value":19200,"why":"19200 bit/s is not among 9600"}}"#,
         ),
         (
             "bus t7 -g 20001",
             r#"{"error":{"kind":"out_of_range","what":"guard_us","value":20001,"least":0,"most":20000}}"#,
         ),
-        ("read \"a\\\"b\"", r#"{"error":{"kind":"bad_argument","value":"ab","expected":"u8"}}"#),
+        ("read 300", r#"{"error":{"kind":"out_of_range","what":"slot","value":300,"least":0,"most":47}}"#),
+        ("read 1 2", r#"{"error":{"kind":"unexpected_argument","value":"2"}}"#),
+        ("read 1 --fast", r#"{"error":{"kind":"unexpected_option","value":"fast"}}"#),
+        ("list -x", r#"{"error":{"kind":"unexpected_option","value":"x"}}"#),
+        ("slot 1 t7 5 -p", r#"{"error":{"kind":"missing_argument","what":"period"}}"#),
+        (
+            "t7 offset 5 -500 --yes",
+            r#"{"error":{"kind":"bad_argument","why":"a number below zero wants -- before it"}}"#,
+        ),
+        (
+            "t7 damping 5 5001 --yes",
+            r#"{"error":{"kind":"out_of_range","value":5001,"least":2,"most":5000}}"#,
+        ),
+        (
+            "set 1 period 1200000.001",
+            r#"{"error":{"kind":"out_of_range","what":"period_ms","value":1200000.001,"least":0,"most":1200000}}"#,
+        ),
+        (
+            "set 1 speed 5",
+            concat!(
+                r#"{"error":{"kind":"bad_argument","value":"speed","expected":"enabled, ask, period, timeout, "#,
+                r#"retries, stale, report, confirm, filter, zero, direction, range, rate, partner or tolerance"}}"#
+            ),
+        ),
+        (
+            "set 1 filter mean 9",
+            r#"{"error":{"kind":"out_of_range","what":"samples","value":9,"least":1,"most":8}}"#,
+        ),
+        ("zero 0", r#"{"error":{"kind":"no_value","slot":0,"status":"never_read"}}"#),
+        (
+            "modbus address 248",
+            r#"{"error":{"kind":"out_of_range","what":"modbus_address","value":248,"least":1,"most":247}}"#,
+        ),
+        (
+            "modbus baud 1200",
+            concat!(
+                r#"{"error":{"kind":"bit_rate","value":1200,"why":"1200 bit/s is not among "#,
+                r#"2400 4800 9600 19200 38400 57600 115200"}}"#
+            ),
+        ),
+        ("trace 33", r#"{"error":{"kind":"out_of_range","what":"entries","value":33,"least":1,"most":32}}"#),
+        (
+            "read \"a\\\"b\"",
+            r#"{"error":{"kind":"bad_argument","what":"slot","value":"ab","least":0,"most":47}}"#,
+        ),
     ] {
         assert_eq!(desk.type_in(&format!("{line}\r")), format!("{answer}\r\n"), "{line}");
     }
@@ -111,5 +154,78 @@ fn every_line_is_an_object_and_no_value_is_none() {
     for line in said.lines() {
         assert!(line.starts_with('{') && line.ends_with('}') && !line.contains("NaN"), "{line}");
     }
-    assert!(said.contains(r#""status":"never_read","angle_deg":null,"age_ms":null}"#), "{said}");
+    assert!(said.contains(r#""status":"never_read","angle_deg":null,"age_ms":null,"health":[]}"#), "{said}");
+}
+
+#[test]
+fn what_cannot_be_undone_wants_to_be_confirmed() {
+    let mut desk = Desk::new();
+    let unconfirmed = r#"{"error":{"kind":"unconfirmed","why":"not to be undone, wants --yes"}}"#;
+    for line in ["factory-reset", "reboot", "t7 zero 5", "isu repair 3"] {
+        assert_eq!(desk.type_in(&format!("{line}\r")), format!("{unconfirmed}\r\n"), "{line}");
+    }
+    assert!(desk.rest.orders.is_empty() && desk.rest.done.is_empty());
+    assert_eq!(desk.type_in("factory-reset --yes\r"), "{\"done\":true}\r\n");
+    assert_eq!(desk.type_in("reboot --yes\r"), "{\"done\":true}\r\n");
+    assert_eq!(desk.rest.done, ["factory reset", "reboot"]);
+    assert_eq!(desk.type_in("t7 offset 5 -a 1 --yes -- -500\r"), "");
+    assert_eq!(desk.rest.orders.len(), 1);
+    let busy = r#"{"error":{"kind":"busy"}}"#;
+    assert_eq!(desk.type_in("reboot --yes\r"), format!("{busy}\r\n"), "a sensor is being written");
+    assert_eq!(desk.rest.done.len(), 2);
+}
+
+#[test]
+fn the_storage_is_asked_and_its_errors_are_told() {
+    let mut desk = Desk::new();
+    assert_eq!(desk.type_in("save\r"), "{\"what\":\"saved\",\"stored\":\"written\"}\r\n");
+    desk.rest.broken_storage = true;
+    for line in ["save\r", "factory-reset --yes\r"] {
+        assert_eq!(desk.type_in(line), "{\"error\":{\"kind\":\"storage_failed\"}}\r\n");
+    }
+    assert_eq!(desk.rest.done, ["save"]);
+}
+
+#[test]
+fn the_modbus_port_is_shown_and_set() {
+    let mut desk = Desk::new();
+    let shown = |desk: &mut Desk| desk.type_in("modbus\r");
+    let start = r#"{"what":"modbus","address":1,"baud":19200,"parity":"even","stop_bits":1}"#;
+    assert_eq!(shown(&mut desk), format!("{start}\r\n"));
+    for line in ["modbus address 17", "modbus baud 115200", "modbus parity none", "modbus stop_bits 2"] {
+        assert_eq!(desk.type_in(&format!("{line}\r")), "{\"done\":true}\r\n", "{line}");
+    }
+    let end = r#"{"what":"modbus","address":17,"baud":115200,"parity":"none","stop_bits":2}"#;
+    assert_eq!(shown(&mut desk), format!("{end}\r\n"));
+    desk.rest.modbus = None;
+    assert_eq!(shown(&mut desk), "{\"error\":{\"kind\":\"absent\",\"what\":\"modbus\"}}\r\n");
+}
+
+#[test]
+fn the_cause_of_the_last_reset_is_told() {
+    let said = Desk::new().type_in("reset-cause\r");
+    assert_eq!(said, "{\"what\":\"start\",\"cause\":\"watchdog\",\"boots\":12}\r\n");
+}
+
+#[test]
+fn help_is_an_object_for_each_command() {
+    let mut desk = Desk::new();
+    let help = desk.type_in("help\r");
+    assert_eq!(help.lines().count(), 22);
+    assert!(help.lines().all(|line| line.starts_with("{\"command\":\"") && line.ends_with("\"}")), "{help}");
+    let zero = desk.type_in("help zero\r");
+    assert!(zero.starts_with(r#"{"command":"zero","usage":"SLOT","help":""#), "{zero}");
+    assert_eq!(desk.type_in("help nothing\r"), "{\"error\":{\"kind\":\"unknown_command\"}}\r\n");
+}
+
+#[test]
+fn ctrl_c_of_a_program_stops_tasks_and_drops_the_line() {
+    let mut desk = Desk::new();
+    desk.type_in("json on\r");
+    assert_eq!(desk.type_in("t7 scan\r"), "");
+    desk.rest.now = Micros::from_millis(1_000);
+    let said = desk.stream();
+    assert!(said.starts_with(r#"{"progress":"t7","done":"#) && said.ends_with(",\"of\":101}\r\n"), "{said}");
+    assert_eq!(desk.type_in("rebo\x03version\r").matches("9.8.7").count(), 1);
+    assert_eq!(desk.rest.orders[1..], [Order::Cancel(Bus::T7), Order::Cancel(Bus::Isu)]);
 }

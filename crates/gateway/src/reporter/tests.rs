@@ -1,6 +1,7 @@
 //! Who is printed when.
 
 use super::*;
+use crate::Reading;
 use crate::config::{PwmInput, Source, Span};
 use crate::health::Health;
 use clino_codec::angle::Angle;
@@ -29,7 +30,9 @@ fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Read
 }
 
 fn next(reporter: &mut Reporter, readings: &[Reading], now_ms: u32) -> Option<u8> {
-    reporter.next(|slot| readings.get(slot).copied(), Micros::from_millis(now_ms)).map(|reading| reading.slot)
+    let now = Micros::from_millis(now_ms);
+    let next = reporter.next(|slot| readings.get(slot).map(|reading| reading.glance(now)), now);
+    next.and_then(|slot| readings.get(slot)).map(|reading| reading.slot)
 }
 
 #[test]

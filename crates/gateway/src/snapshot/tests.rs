@@ -70,6 +70,7 @@ fn a_value_is_that_of_the_reading() {
             let (value, whole) = (view.value(0, now).unwrap(), view.reading(0).unwrap());
             let expected = Value { status: whole.status(now), angle: whole.angle(now), age: whole.age(now) };
             assert_eq!(value, expected, "{n} {late}");
+            assert_eq!(view.glance(0, now), Some(whole.glance(now)), "{n} {late}");
         }
     }
     assert_eq!(snapshot.view().value(MAX_SLOTS, Micros::ZERO), None);

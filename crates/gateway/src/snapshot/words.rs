@@ -19,7 +19,7 @@ use clino_codec::{isu, t7};
 use crate::config::{PwmInput, Source, Span};
 use crate::health::Health;
 use crate::snapshot::Value;
-use crate::{Reading, Status};
+use crate::{Glance, Reading, Status};
 
 pub(super) const WORDS: usize = 12;
 
@@ -93,8 +93,25 @@ pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
 }
 
 pub(super) fn value(words: &[AtomicU32; WORDS], now: Micros) -> Value {
-    let [first, _, _, angle, _, _, _, low, high, stale, ..] = words;
-    let load = |word: &AtomicU32| word.load(Ordering::Relaxed);
+    let [_, _, _, angle, ..] = words;
+    let (status, age) = worth(words, now);
+    let angle = (status == Status::Ok).then(|| Angle::from_udeg(load(angle).cast_signed()));
+    Value { status, angle, age }
+}
+
+pub(super) fn glance(words: &[AtomicU32; WORDS], now: Micros) -> Glance {
+    let [_, sequence, _, _, _, _, _, _, _, _, period, report] = words;
+    Glance {
+        status: worth(words, now).0,
+        sequence: load(sequence),
+        period: Span::from_micros(load(period)),
+        report_every: Span::from_micros(load(report)),
+    }
+}
+
+/// Status and age at `now`.
+fn worth(words: &[AtomicU32; WORDS], now: Micros) -> (Status, Option<Micros>) {
+    let [first, _, _, _, _, _, _, low, high, stale, ..] = words;
     let [status, flags, ..] = load(first).to_le_bytes();
     let status = Status::ALL.get(usize::from(status)).copied().unwrap_or_default();
     let age = (flags & MEASURED != 0).then(|| {
@@ -106,8 +123,11 @@ pub(super) fn value(words: &[AtomicU32; WORDS], now: Micros) -> Value {
         (Status::Ok, _) => Status::Stale,
         (other, _) => other,
     };
-    let angle = (status == Status::Ok).then(|| Angle::from_udeg(load(angle).cast_signed()));
-    Value { status, angle, age }
+    (status, age)
+}
+
+fn load(word: &AtomicU32) -> u32 {
+    word.load(Ordering::Relaxed)
 }
 
 fn source(kind: u8, part: u8, address: u8) -> Source {

@@ -4,6 +4,3 @@
 pub mod configurations;
 pub mod flash;
 pub mod random;
-
-/// A buffer to copy.
-pub const BUFFER: clino_storage::Buffer = [0; clino_storage::record::LONGEST];

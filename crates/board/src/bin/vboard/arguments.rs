@@ -21,7 +21,8 @@ usage: vboard --elf FILE [--scenario FILE] [--duration TIME] [--bus-log FILE]
   --cut-power STEP cut the power in the middle of this step of the flash: a word programmed or a sector erased, from 1
   --help           this text
 
-Each pseudo-terminal is announced on a line of its own before the run begins: `console PATH`, `modbus PATH`.
+Each pseudo-terminal is announced on a line of its own before the run begins: `console PATH`, `modbus PATH`; how to
+use it is told on standard error.
 Ctrl-C ends the run with the summary.
 
 exit status: 0 all well, 1 ran but something is wrong, 2 wrong command line, scenario or image";

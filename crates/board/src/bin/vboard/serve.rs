@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use clino_board::console::SharedTerminal;
+use clino_board::console::{BAUD as CONSOLE_BAUD, SharedTerminal};
 use clino_board::modbus::{Framing, Parity, SharedMaster};
 use clino_board::run::Run;
 use clino_pty::{Settings, Terminal};
@@ -38,7 +38,7 @@ struct Modbus {
 }
 
 impl Ports {
-    /// Opens the terminals that are wanted and announces each on a line of its own.
+    /// Opens the terminals that are wanted and announces each on a line of its own, and to people how to use it.
     ///
     /// # Errors
     /// The system has no more terminals, or the output is closed.
@@ -46,12 +46,18 @@ impl Ports {
         let mut ports = Self::default();
         if console {
             let console = Console::open(run.terminal())?;
-            writeln!(out, "console {}", console.pty.path())?;
+            let path = console.pty.path();
+            writeln!(out, "console {path}")?;
+            eprintln!(
+                "open the console:  python3 -m serial.tools.miniterm {path} {CONSOLE_BAUD}   (or picocom)"
+            );
             ports.console = Some(console);
         }
         if modbus {
             let modbus = Modbus::open(run.modbus())?;
-            writeln!(out, "modbus {}", modbus.pty.path())?;
+            let path = modbus.pty.path();
+            writeln!(out, "modbus {path}")?;
+            eprintln!("read angles:       {}", mbpoll(modbus.usual, path));
             ports.modbus = Some(modbus);
         }
         out.flush()?;
@@ -84,7 +90,7 @@ impl Ports {
 impl Console {
     fn open(terminal: SharedTerminal) -> io::Result<Self> {
         terminal.lock().keep_bytes();
-        Ok(Self { pty: Terminal::open(clino_board::console::BAUD)?, terminal })
+        Ok(Self { pty: Terminal::open(CONSOLE_BAUD)?, terminal })
     }
 
     fn fetch(&mut self) -> io::Result<()> {
@@ -135,6 +141,17 @@ impl Modbus {
         }
         Ok(())
     }
+}
+
+/// How `mbpoll` reads the angles of six slots in millidegrees, from the first register of the map's fast block on.
+fn mbpoll(framing: Framing, path: &str) -> String {
+    let Framing { baud, parity, stop_bits } = framing;
+    let parity = match parity {
+        Parity::None => "none",
+        Parity::Even => "even",
+        Parity::Odd => "odd",
+    };
+    format!("mbpoll -m rtu -a 1 -b {baud} -P {parity} -s {stop_bits} -t 4:int -B -r 33 -c 6 {path}")
 }
 
 /// What a program's settings amount to. A pseudo-terminal does not keep whether there is a parity bit: there is none

@@ -4,13 +4,16 @@
 //! Needs the thumbv7em-none-eabihf target, so it does not run by itself:
 //! `cargo test -p clino-board --test selftest -- --ignored`.
 
+#[cfg(target_os = "linux")]
+mod served;
+
 use clino_board::elf::Image;
 use clino_board::modbus::{Answer, Framing, ModbusLine};
 use clino_board::pwm::{Cycle, Pulse};
 use clino_board::{Board, Ports};
 use clino_segment::wire::{Format, Received, Sent, Wire};
 use std::collections::VecDeque;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Arc, Mutex, OnceLock};
 
@@ -103,7 +106,13 @@ impl Wire for Scripted {
 /// The self-test firmware, built once.
 fn image() -> &'static Image {
     static IMAGE: OnceLock<Image> = OnceLock::new();
-    IMAGE.get_or_init(|| {
+    IMAGE.get_or_init(|| Image::read(elf()).expect("an image"))
+}
+
+/// Where its image is.
+fn elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(|| {
         let crate_dir = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("selftest-firmware");
         let target_dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("selftest");
         let status = Command::new(env!("CARGO"))
@@ -113,7 +122,7 @@ fn image() -> &'static Image {
             .status()
             .expect("cargo runs");
         assert!(status.success(), "the self-test firmware does not build: is the thumb target installed?");
-        Image::read(&target_dir.join("thumbv7em-none-eabihf/release/board-selftest")).expect("an image")
+        target_dir.join("thumbv7em-none-eabihf/release/board-selftest")
     })
 }
 

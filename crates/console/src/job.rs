@@ -1,0 +1,168 @@
+//! A command in hand: what was typed, for whom, and what it needs.
+//!
+//! Whoever finds something wrong says so at once, and hands [`Told`] up: what is wrong need not be carried through every
+//! function, which takes half of their flash.
+
+use clino_bus::Micros;
+use clino_gateway::Span;
+use clino_gateway::order::{Order, Refusal};
+
+use crate::error::Error;
+use crate::host::Host;
+use crate::meter::Meter;
+use crate::number;
+use crate::pending::{Next, Pending};
+use crate::reply::Reply;
+use crate::typed::{Opt, Typed};
+use crate::words::{Words, place};
+
+/// A command in hand.
+pub struct Job<'j, 'a> {
+    pub typed: Typed<'a>,
+    pub reply: Reply<'j>,
+    pub host: &'j mut dyn Host,
+    pub meter: &'j Meter,
+    pub now: Micros,
+    /// What the command leads to.
+    pub next: Next,
+}
+
+/// The command is not carried out, and whoever typed it was told why.
+#[derive(Clone, Copy, Debug)]
+pub struct Told;
+
+/// Whether a command was carried out.
+pub type Outcome = Result<(), Told>;
+
+impl<'a> Job<'_, 'a> {
+    /// Says what is wrong.
+    #[inline(never)]
+    pub fn refuse(&mut self, error: &Error<'_>) -> Told {
+        error.write(&mut self.reply);
+        Told
+    }
+
+    /// The next word.
+    #[inline(never)]
+    pub fn word(&mut self, what: &'static str) -> Result<&'a str, Told> {
+        self.typed.next().ok_or_else(|| self.refuse(&Error::Missing(what)))
+    }
+
+    /// What a word means.
+    pub fn meaning<W: Words>(&mut self, word: &str) -> Result<W, Told> {
+        let place = self.place(word, W::NAMES)?;
+        W::VALUES.get(place).copied().ok_or(Told)
+    }
+
+    /// The next word, one of a list.
+    pub fn one_of<W: Words>(&mut self, what: &'static str) -> Result<W, Told> {
+        let word = self.word(what)?;
+        self.meaning(word)
+    }
+
+    #[inline(never)]
+    fn place(&mut self, word: &str, expected: &'static [&'static str]) -> Result<usize, Told> {
+        place(word, expected).ok_or_else(|| self.refuse(&Error::Word { value: word, expected }))
+    }
+
+    /// A number within limits.
+    #[inline(never)]
+    pub fn number(&mut self, word: &str, what: &'static str, least: i64, most: i64) -> Result<i64, Told> {
+        self.within(word, what, (least, most), 0)
+    }
+
+    /// A number with a fraction, within limits; all in thousandths.
+    #[inline(never)]
+    pub fn thousandths(
+        &mut self,
+        word: &str,
+        what: &'static str,
+        least: i64,
+        most: i64,
+    ) -> Result<i64, Told> {
+        self.within(word, what, (least, most), number::DECIMALS)
+    }
+
+    /// A number that is not below zero.
+    #[inline(never)]
+    pub fn up_to(&mut self, word: &str, what: &'static str, most: u32) -> Result<u32, Told> {
+        self.number(word, what, 0, most.into()).map(|value| value as u32)
+    }
+
+    /// A small number within limits.
+    #[inline(never)]
+    pub fn byte(&mut self, word: &str, what: &'static str, least: u8, most: u8) -> Result<u8, Told> {
+        self.number(word, what, least.into(), most.into()).map(|value| value as u8)
+    }
+
+    /// A span of time, typed in milliseconds.
+    #[inline(never)]
+    pub fn span(
+        &mut self,
+        word: &str,
+        what: &'static str,
+        least: Micros,
+        most: Micros,
+    ) -> Result<Span, Told> {
+        let us = self.thousandths(word, what, least.0.cast_signed(), most.0.cast_signed())?;
+        Ok(Span::from_micros(us as u32))
+    }
+
+    #[inline(never)]
+    fn within(
+        &mut self,
+        word: &str,
+        what: &'static str,
+        (least, most): (i64, i64),
+        decimals: u32,
+    ) -> Result<i64, Told> {
+        match number::parse(word, decimals) {
+            Some(value) if (least..=most).contains(&value) => Ok(value),
+            value => Err(self.refuse(&Error::Range { what, word, value, least, most, decimals })),
+        }
+    }
+
+    /// The value of an option. To be called before the words are fetched.
+    #[inline(never)]
+    pub fn option(&mut self, option: Opt) -> Result<Option<&'a str>, Told> {
+        self.typed.option(option).map_err(|error| self.refuse(&error))
+    }
+
+    /// Nothing more is expected.
+    #[inline(never)]
+    pub fn end(&mut self) -> Outcome {
+        match self.typed.rest() {
+            Some(error) => Err(self.refuse(&error)),
+            None => Ok(()),
+        }
+    }
+
+    /// What the gateway says to an order.
+    #[inline(never)]
+    pub fn accepted(&mut self, result: Result<(), Refusal>) -> Outcome {
+        result.map_err(|refusal| self.refuse(&Error::Refused(refusal)))
+    }
+
+    /// Has an order carried out that needs no more words.
+    #[inline(never)]
+    pub fn order(&mut self, order: Order) -> Outcome {
+        let result = self.host.order(order);
+        self.accepted(result)?;
+        self.reply.done();
+        Ok(())
+    }
+
+    /// Does what cannot be undone, once it is clear that it is meant.
+    #[inline(never)]
+    pub fn confirmed(&mut self, pending: Pending) -> Outcome {
+        self.end()?;
+        if self.typed.yes {
+            self.next = pending.carry_out(self.host, &mut self.reply);
+        } else if self.reply.is_for_people() {
+            self.next = Next::Ask(pending);
+        } else {
+            return Err(self.refuse(&Error::Unconfirmed));
+        }
+        Ok(())
+    }
+}

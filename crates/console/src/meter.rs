@@ -1,0 +1,52 @@
+//! How often each bus is asked, once a second.
+
+use clino_bus::Micros;
+use clino_gateway::Bus;
+
+use crate::host::Host;
+
+/// The buses.
+pub const BUSES: [Bus; 2] = [Bus::T7, Bus::Isu];
+
+/// From one look at the counters to the next.
+const EVERY: Micros = Micros::from_millis(1_000);
+/// Thousandths of a request per second in one per microsecond.
+const PER_SECOND: u64 = 1_000_000_000;
+
+/// Counts requests per second.
+pub struct Meter {
+    at: Micros,
+    requests: [u32; BUSES.len()],
+    rates: [Option<u32>; BUSES.len()],
+}
+
+impl Meter {
+    /// Nothing was counted yet.
+    pub const fn new() -> Meter {
+        Meter { at: Micros::ZERO, requests: [0; BUSES.len()], rates: [None; BUSES.len()] }
+    }
+
+    /// Looks at the counters if a second has passed. Returns whether it has.
+    pub fn tick(&mut self, host: &dyn Host) -> bool {
+        let now = host.now();
+        let passed = now.since(self.at);
+        if passed < EVERY {
+            return false;
+        }
+        self.at = now;
+        for ((bus, before), rate) in BUSES.iter().zip(&mut self.requests).zip(&mut self.rates) {
+            let Some(state) = host.bus(*bus) else { continue };
+            let requests = state.counters.requests;
+            let asked = u64::from(requests.wrapping_sub(*before));
+            *rate = asked.saturating_mul(PER_SECOND).checked_div(passed.0).map(|rate| rate as u32);
+            *before = requests;
+        }
+        true
+    }
+
+    /// Requests in a second, in thousandths; `None` in the first second after reset.
+    pub fn rate(&self, bus: Bus) -> Option<u32> {
+        let place = BUSES.iter().position(|other| *other == bus)?;
+        self.rates.get(place).copied().flatten()
+    }
+}

@@ -1,0 +1,109 @@
+//! What happened: counters and the last transactions.
+
+use clino_bus::Micros;
+use clino_gateway::trace::{Entry, TRACED};
+
+use crate::job::{Job, Outcome};
+use crate::meter::BUSES;
+use crate::reply::Reply;
+use crate::slots::LAST_SLOT;
+use crate::table;
+use crate::value::Value;
+use crate::words::Words as _;
+
+/// `counters [SLOT]`
+pub fn counters(job: &mut Job<'_, '_>) -> Outcome {
+    if let Some(word) = job.typed.next() {
+        let slot = job.byte(word, "slot", 0, LAST_SLOT)?;
+        job.end()?;
+        of_slot(job, slot);
+        return Ok(());
+    }
+    job.end()?;
+    for bus in BUSES {
+        if let Some(state) = job.host.bus(bus) {
+            table::counters(&mut job.reply, bus, &state);
+        }
+    }
+    let lost = job.host.lost_characters();
+    _ = if job.reply.is_for_people() {
+        writeln!(job.reply.out, "console\n  {:<18} {lost}", "lost")
+    } else {
+        writeln!(job.reply.out, "{{\"console\":{{\"lost\":{lost}}}}}")
+    };
+    Ok(())
+}
+
+fn of_slot(job: &mut Job<'_, '_>, slot: u8) {
+    let Some(counters) = job.host.slot_counters(slot.into()) else { return };
+    let names = "requests first_try retries no_answer skipped checksum length foreign garbled refused not_sent \
+                 late writes response_us response_min_us response_max_us";
+    let counts = [
+        counters.requests,
+        counters.first_try,
+        counters.retries,
+        counters.no_answer,
+        counters.skipped.into(),
+        counters.checksum.into(),
+        counters.length.into(),
+        counters.foreign.into(),
+        counters.garbled.into(),
+        counters.refused.into(),
+        counters.not_sent.into(),
+        counters.late.into(),
+        counters.writes.into(),
+        counters.response_last().0 as u32,
+        counters.response_min().0 as u32,
+        counters.response_max().0 as u32,
+    ];
+    // Before the first answer there are no times.
+    let known =
+        if counters.response_min() > Micros::ZERO { counts.len() } else { counts.len().saturating_sub(3) };
+    let mut values = [Value::None; 16];
+    for (value, count) in values.iter_mut().zip(counts).take(known) {
+        *value = count.into();
+    }
+    job.reply.list("counters", slot.into(), names, &values);
+}
+
+/// `trace [N]`
+pub fn trace(job: &mut Job<'_, '_>) -> Outcome {
+    let mut most = TRACED as u8;
+    if let Some(word) = job.typed.next() {
+        most = job.byte(word, "entries", 1, most)?;
+    }
+    job.end()?;
+    // They go on while they are printed, and a line takes longer than a transaction: all are fetched first.
+    let mut entries = [None; TRACED];
+    for (age, place) in entries.iter_mut().enumerate().take(most.into()) {
+        *place = job.host.trace(age);
+    }
+    if job.reply.is_for_people() {
+        job.reply.say("       at_us  bus  addr  code  took_us  purpose       verdict\n");
+    }
+    // One that ended between two calls has moved the others on: it makes one of them come twice.
+    let mut after = None;
+    for entry in entries.iter().flatten() {
+        if after.is_none_or(|after| entry.at < after) {
+            row(&mut job.reply, entry);
+        }
+        after = Some(entry.at);
+    }
+    Ok(())
+}
+
+fn row(reply: &mut Reply<'_>, entry: &Entry) {
+    let bus = entry.bus.name();
+    let Entry { at, address, command, purpose, verdict, .. } = *entry;
+    let (took, purpose, verdict) = (entry.took(), purpose.name(), verdict.name());
+    if reply.is_for_people() {
+        let (at, took) = (at.0, took.0);
+        _ = writeln!(
+            reply.out,
+            "{at:>12}  {bus:<3}  {address:>4}  {command:>4}  {took:>7}  {purpose:<12}  {verdict}"
+        );
+        return;
+    }
+    let values = [at.0.into(), address.into(), command.into(), took.0.into(), purpose.into(), verdict.into()];
+    reply.list("trace", bus.into(), "at_us address code took_us purpose verdict", &values);
+}

@@ -1,0 +1,75 @@
+//! What a command leads to; and what is not done before somebody has said that it is meant.
+
+use clino_gateway::Bus;
+use clino_gateway::order::{Order, Refusal};
+
+use crate::error::Error;
+use crate::host::Host;
+use crate::meter::BUSES;
+use crate::reply::{Audience, Reply};
+
+/// What a command leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// The next command.
+    Stay,
+    /// Readings as they come.
+    Stream,
+    /// Another audience.
+    Speak(Audience),
+    /// A task has begun on this bus.
+    Task(Bus),
+    /// A person is asked whether this is meant.
+    Ask(Pending),
+}
+
+/// Something that cannot be undone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pending {
+    /// A task that writes to the memory of a sensor on this bus. It wears, and the sensor keeps it.
+    Task(Bus, Order),
+    /// The settings that were saved are forgotten.
+    FactoryReset,
+    /// The gateway starts again. Settings that were not saved are lost.
+    Reboot,
+}
+
+impl Pending {
+    /// What a person is asked.
+    pub const fn question(&self) -> &'static str {
+        match self {
+            Pending::Task(..) => "this writes to the sensor's memory. Go on? y/N ",
+            Pending::FactoryReset => "this forgets what is saved. Go on? y/N ",
+            Pending::Reboot => "what is not saved is lost. Go on? y/N ",
+        }
+    }
+
+    /// Does it, or says why not.
+    #[inline(never)]
+    pub fn carry_out(self, host: &mut dyn Host, reply: &mut Reply<'_>) -> Next {
+        let result = match self {
+            Pending::Task(bus, order) => match host.order(order) {
+                Ok(()) => return Next::Task(bus),
+                Err(refusal) => Err(Error::Refused(refusal)),
+            },
+            Pending::FactoryReset => host.factory_reset().map_err(Error::Storage),
+            // A sensor whose memory is being written must not be left half way.
+            Pending::Reboot if is_at_work(host) => Err(Error::Refused(Refusal::Busy)),
+            Pending::Reboot => {
+                reply.done();
+                host.reboot();
+                return Next::Stay;
+            }
+        };
+        match result {
+            Ok(()) => reply.done(),
+            Err(error) => error.write(reply),
+        }
+        Next::Stay
+    }
+}
+
+/// Whether there is a task on any bus.
+fn is_at_work(host: &dyn Host) -> bool {
+    BUSES.iter().any(|&bus| host.bus(bus).is_some_and(|state| state.progress.is_some()))
+}

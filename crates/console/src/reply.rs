@@ -1,0 +1,126 @@
+//! Answers as lists of named values: for people lines of words, for programs one JSON object.
+//!
+//! The names of an answer are one text, a blank between two: a table of names would take twice the flash.
+
+use core::fmt::{self, Display, Write};
+
+use crate::value::Value;
+
+/// Columns of the names in a list of values.
+const NAME: usize = 18;
+
+/// Who reads the answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Audience {
+    /// A person at a terminal: echo, prompt, tables.
+    People,
+    /// A program: JSON lines.
+    Programs,
+}
+
+/// Where an answer goes. The port never fails, so nobody is told whether it has.
+pub struct Reply<'o> {
+    /// For whom.
+    pub audience: Audience,
+    /// Whole lines, without carriage returns.
+    pub out: &'o mut dyn Write,
+}
+
+impl Reply<'_> {
+    /// Whether a person reads it.
+    pub fn is_for_people(&self) -> bool {
+        self.audience == Audience::People
+    }
+
+    /// Writes this as it is.
+    #[inline(never)]
+    pub fn say(&mut self, text: &str) {
+        _ = self.out.write_str(text);
+    }
+
+    /// Writes one answer, a line: `what: name value, name value`, or `{"what":…,"name":value,…}`.
+    #[inline(never)]
+    pub fn line(&mut self, what: &str, names: &str, values: &[Value<'_>]) {
+        self.begin(what);
+        self.members(names, values);
+        self.end();
+    }
+
+    /// Begins a line.
+    pub fn begin(&mut self, what: &str) {
+        _ = if self.is_for_people() {
+            self.out.write_str(what)
+        } else {
+            write!(self.out, "{{\"what\":\"{what}\"")
+        };
+    }
+
+    /// Ends a line.
+    pub fn end(&mut self) {
+        self.say(if self.is_for_people() { "\n" } else { "}\n" });
+    }
+
+    /// Writes one answer that is about `of`: a list, a value in each line, or `{"what":of,"name":value,…}`.
+    #[inline(never)]
+    pub fn list(&mut self, what: &str, of: Value<'_>, names: &str, values: &[Value<'_>]) {
+        if self.is_for_people() {
+            _ = writeln!(self.out, "{what} {of}");
+            for (name, value) in names.split(' ').zip(values) {
+                _ = writeln!(self.out, "  {name:<NAME$} {value}");
+            }
+            return;
+        }
+        _ = write!(self.out, "{{\"{what}\":");
+        _ = of.write(self.out, self.audience);
+        self.members(names, values);
+        self.end();
+    }
+
+    /// Writes the first names and values of a line that has begun.
+    pub fn members(&mut self, names: &str, values: &[Value<'_>]) {
+        self.write(": ", names, values);
+    }
+
+    /// Writes further names and values.
+    pub fn more(&mut self, names: &str, values: &[Value<'_>]) {
+        self.write(", ", names, values);
+    }
+
+    #[inline(never)]
+    fn write(&mut self, mut before: &str, names: &str, values: &[Value<'_>]) {
+        for (name, value) in names.split(' ').zip(values) {
+            _ = if self.is_for_people() {
+                write!(self.out, "{before}{name} ")
+            } else {
+                write!(self.out, ",\"{name}\":")
+            };
+            _ = value.write(self.out, self.audience);
+            before = ", ";
+        }
+    }
+
+    /// A setting has been taken.
+    #[inline(never)]
+    pub fn done(&mut self) {
+        self.say(if self.is_for_people() { "done\n" } else { "{\"done\":true}\n" });
+    }
+}
+
+/// Text as it may stand in a JSON string: what would have to be escaped is left out. It is a sensor's own text, or
+/// repeats what was typed.
+pub struct Plain<'a, T: ?Sized>(pub &'a T);
+
+impl<T: Display + ?Sized> Display for Plain<'_, T> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(Filter(out), "{}", self.0)
+    }
+}
+
+struct Filter<'a, 'b>(&'a mut fmt::Formatter<'b>);
+
+impl Write for Filter<'_, '_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let plain = |character: &char| !character.is_control() && !matches!(character, '"' | '\\');
+        text.chars().filter(plain).try_for_each(|character| self.0.write_char(character))
+    }
+}

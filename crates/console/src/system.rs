@@ -1,0 +1,69 @@
+//! The gateway as a whole: its Modbus port, what it keeps, why it has started.
+
+use clino_gateway::order::Refusal;
+use clino_modbus::settings::{ADDRESSES, BIT_RATES};
+
+use crate::error::Error;
+use crate::host::Saved;
+use crate::job::{Job, Outcome};
+use crate::words::{PortField, Words as _};
+
+/// `version`
+pub fn version(job: &mut Job<'_, '_>) -> Outcome {
+    job.end()?;
+    let values = [job.host.version().into(), job.now.as_millis().into()];
+    job.reply.line("clino", "version uptime_ms", &values);
+    Ok(())
+}
+
+/// `reset-cause`
+pub fn reset_cause(job: &mut Job<'_, '_>) -> Outcome {
+    job.end()?;
+    let start = job.host.start();
+    let values = [start.map(|start| start.cause).into(), start.map(|start| start.boots).into()];
+    job.reply.line("start", "cause boots", &values);
+    Ok(())
+}
+
+/// `save`
+pub fn save(job: &mut Job<'_, '_>) -> Outcome {
+    job.end()?;
+    match job.host.save() {
+        Ok(Saved::Written) => job.reply.line("saved", "stored", &["written".into()]),
+        Ok(Saved::Unchanged) => job.reply.line("saved", "stored", &["unchanged".into()]),
+        Err(error) => return Err(job.refuse(&Error::Storage(error))),
+    }
+    Ok(())
+}
+
+/// `modbus`, and with a setting what is to change.
+pub fn modbus(job: &mut Job<'_, '_>) -> Outcome {
+    let Some(mut settings) = job.host.modbus() else { return Err(job.refuse(&Error::Absent("modbus"))) };
+    let Some(word) = job.typed.next() else {
+        job.end()?;
+        let (parity, stop_bits) = (settings.parity.name(), settings.stop_bits as u8);
+        let values = [settings.address.into(), settings.baud.into(), parity.into(), stop_bits.into()];
+        job.reply.line("modbus", "address baud parity stop_bits", &values);
+        return Ok(());
+    };
+    let field = job.meaning(word)?;
+    let value = job.word("value")?;
+    job.end()?;
+    match field {
+        PortField::Address => {
+            settings.address = job.byte(value, "modbus_address", ADDRESSES.0, ADDRESSES.1)?
+        }
+        PortField::Baud => {
+            settings.baud = job.up_to(value, "baud", u32::MAX)?;
+            if !BIT_RATES.contains(&settings.baud) {
+                let refusal = Refusal::BitRate { value: settings.baud, allowed: &BIT_RATES };
+                return Err(job.refuse(&Error::Refused(refusal)));
+            }
+        }
+        PortField::Parity => settings.parity = job.meaning(value)?,
+        PortField::StopBits => settings.stop_bits = job.meaning(value)?,
+    }
+    job.host.set_modbus(settings);
+    job.reply.done();
+    Ok(())
+}

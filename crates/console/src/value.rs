@@ -1,0 +1,142 @@
+//! A value of an answer: how it is written for people, and in JSON.
+
+use core::fmt::{self, Display, Write};
+
+use clino_codec::angle::Angle;
+use clino_gateway::{Health, Span};
+
+use crate::reply::{Audience, Plain};
+
+/// Thousandths of a degree: what a T7 resolves.
+pub const DECIMALS: usize = 3;
+
+/// A value of an answer.
+#[derive(Clone, Copy)]
+pub enum Value<'a> {
+    /// A number.
+    Number(i64),
+    /// A number with three decimals, in thousandths.
+    Thousandths(i64),
+    /// An angle, in degrees.
+    Angle(Angle),
+    /// A word, or a few.
+    Text(&'a str),
+    /// Something that says itself in words.
+    Words(&'a dyn Display),
+    /// Words, one of which is expected.
+    OneOf(&'static [&'static str]),
+    /// Yes or no.
+    Flag(bool),
+    /// Signals of a slot.
+    Health(Health),
+    /// There is none.
+    None,
+}
+
+macro_rules! numbers {
+    ($($type:ty),*) => {$(
+        impl From<$type> for Value<'_> {
+            fn from(number: $type) -> Self {
+                Value::Number(number.into())
+            }
+        }
+    )*};
+}
+
+numbers!(u8, u16, u32, i32, i64);
+
+impl From<u64> for Value<'_> {
+    fn from(number: u64) -> Self {
+        Value::Number(i64::try_from(number).unwrap_or(i64::MAX))
+    }
+}
+
+/// In milliseconds.
+impl From<Span> for Value<'_> {
+    fn from(span: Span) -> Self {
+        Value::Thousandths(span.as_micros().into())
+    }
+}
+
+impl From<Angle> for Value<'_> {
+    fn from(angle: Angle) -> Self {
+        Value::Angle(angle)
+    }
+}
+
+impl<'a> From<&'a str> for Value<'a> {
+    fn from(text: &'a str) -> Self {
+        Value::Text(text)
+    }
+}
+
+impl<'a, T: Into<Value<'a>>> From<Option<T>> for Value<'a> {
+    fn from(value: Option<T>) -> Self {
+        value.map_or(Value::None, Into::into)
+    }
+}
+
+impl Value<'_> {
+    /// Writes it; in JSON words stand in quotes.
+    pub fn write(self, out: &mut dyn Write, audience: Audience) -> fmt::Result {
+        let programs = audience == Audience::Programs;
+        let quote = if programs { "\"" } else { "" };
+        match self {
+            Value::Number(number) => write!(out, "{number}"),
+            Value::Thousandths(number) => thousandths(out, number),
+            Value::Angle(angle) => out.write_str(angle.text(DECIMALS).as_str()),
+            Value::Text(text) => write!(out, "{quote}{}{quote}", Plain(&text)),
+            Value::Words(words) => write!(out, "{quote}{}{quote}", Plain(words)),
+            Value::OneOf(words) => {
+                out.write_str(quote)?;
+                one_of(out, words)?;
+                out.write_str(quote)
+            }
+            Value::Flag(flag) => out.write_str(match (programs, flag) {
+                (false, true) => "yes",
+                (false, false) => "no",
+                (true, true) => "true",
+                (true, false) => "false",
+            }),
+            Value::Health(Health::WELL) => out.write_str(if programs { "[]" } else { "well" }),
+            Value::Health(health) => {
+                let mut before = if programs { "[" } else { "" };
+                for name in health.names() {
+                    write!(out, "{before}{quote}{name}{quote}")?;
+                    before = if programs { "," } else { " " };
+                }
+                out.write_str(if programs { "]" } else { "" })
+            }
+            Value::None => out.write_str(if programs { "null" } else { "none" }),
+        }
+    }
+}
+
+fn thousandths(out: &mut dyn Write, number: i64) -> fmt::Result {
+    let (sign, size) = (if number < 0 { "-" } else { "" }, number.unsigned_abs());
+    write!(out, "{sign}{}", size / 1_000)?;
+    match size % 1_000 {
+        0 => Ok(()),
+        rest => write!(out, ".{rest:03}"),
+    }
+}
+
+fn one_of(out: &mut dyn Write, words: &[&str]) -> fmt::Result {
+    let last = words.len().saturating_sub(1);
+    for (place, word) in words.iter().enumerate() {
+        out.write_str(match place {
+            0 => "",
+            _ if place == last => " or ",
+            _ => ", ",
+        })?;
+        out.write_str(word)?;
+    }
+    Ok(())
+}
+
+/// As people read it.
+impl Display for Value<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(out, Audience::People)
+    }
+}

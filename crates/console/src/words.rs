@@ -1,0 +1,157 @@
+//! Words with a meaning of their own. One table says what each means and how each is printed; a word that is none of
+//! them is refused with the list of those that are.
+
+use clino_bus::line::EchoMode;
+use clino_codec::angle::Range;
+use clino_codec::t7::Direction;
+use clino_gateway::Bus;
+use clino_gateway::config::Ask;
+use clino_modbus::settings::{Parity, StopBits};
+
+/// A type whose values are words.
+pub trait Words: Sized + Copy + PartialEq + 'static {
+    /// The words.
+    const NAMES: &'static [&'static str];
+    /// What they mean, in the same order.
+    const VALUES: &'static [Self];
+
+    /// The word for it.
+    fn name(self) -> &'static str {
+        let place = Self::VALUES.iter().position(|value| *value == self);
+        place.and_then(|place| Self::NAMES.get(place)).copied().unwrap_or("")
+    }
+}
+
+/// Where a word stands among others.
+pub fn place(word: &str, names: &[&str]) -> Option<usize> {
+    names.iter().position(|name| *name == word)
+}
+
+impl Words for bool {
+    const NAMES: &'static [&'static str] = &["on", "off", "yes", "no"];
+    const VALUES: &'static [Self] = &[true, false, true, false];
+}
+
+/// What a slot reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    T7,
+    Isu,
+    Pwm,
+    Off,
+}
+
+impl Words for Kind {
+    const NAMES: &'static [&'static str] = &["t7", "isu", "pwm", "off"];
+    const VALUES: &'static [Self] = &[Kind::T7, Kind::Isu, Kind::Pwm, Kind::Off];
+}
+
+impl Words for Bus {
+    const NAMES: &'static [&'static str] = &["t7", "isu"];
+    const VALUES: &'static [Self] = &[Bus::T7, Bus::Isu];
+}
+
+impl Words for EchoMode {
+    const NAMES: &'static [&'static str] = &["off", "expected", "detect"];
+    const VALUES: &'static [Self] = &[EchoMode::Off, EchoMode::Expected, EchoMode::Detect];
+}
+
+impl Words for Ask {
+    const NAMES: &'static [&'static str] = &["angle", "everything"];
+    const VALUES: &'static [Self] = &[Ask::Angle, Ask::Everything];
+}
+
+/// What is made of the last few angles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilterKind {
+    Off,
+    Mean,
+    Median,
+}
+
+impl Words for FilterKind {
+    const NAMES: &'static [&'static str] = &["off", "mean", "median"];
+    const VALUES: &'static [Self] = &[FilterKind::Off, FilterKind::Mean, FilterKind::Median];
+}
+
+impl Words for Direction {
+    const NAMES: &'static [&'static str] = &["normal", "reversed"];
+    const VALUES: &'static [Self] = &[Direction::Normal, Direction::Reversed];
+}
+
+impl Words for Range {
+    const NAMES: &'static [&'static str] = &["bidirectional", "unidirectional"];
+    const VALUES: &'static [Self] = &[Range::Bidirectional, Range::Unidirectional];
+}
+
+/// What is to be done with T7s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum T7Verb {
+    Scan,
+    Info,
+    Zero,
+    Offset,
+    Direction,
+    Damping,
+    Range,
+    Address,
+    Baud,
+}
+
+impl Words for T7Verb {
+    const NAMES: &'static [&'static str] =
+        &["scan", "info", "zero", "offset", "direction", "damping", "range", "address", "baud"];
+    const VALUES: &'static [Self] = &[
+        T7Verb::Scan,
+        T7Verb::Info,
+        T7Verb::Zero,
+        T7Verb::Offset,
+        T7Verb::Direction,
+        T7Verb::Damping,
+        T7Verb::Range,
+        T7Verb::Address,
+        T7Verb::Baud,
+    ];
+}
+
+/// What is to be done with ISUs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IsuVerb {
+    Info,
+    Reset,
+    Zero,
+    Null,
+    Address,
+    Repair,
+}
+
+impl Words for IsuVerb {
+    const NAMES: &'static [&'static str] = &["info", "reset", "zero", "null", "address", "repair"];
+    const VALUES: &'static [Self] =
+        &[IsuVerb::Info, IsuVerb::Reset, IsuVerb::Zero, IsuVerb::Null, IsuVerb::Address, IsuVerb::Repair];
+}
+
+/// A setting of the Modbus port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PortField {
+    Address,
+    Baud,
+    Parity,
+    StopBits,
+}
+
+impl Words for PortField {
+    const NAMES: &'static [&'static str] = &["address", "baud", "parity", "stop_bits"];
+    const VALUES: &'static [Self] =
+        &[PortField::Address, PortField::Baud, PortField::Parity, PortField::StopBits];
+}
+
+impl Words for Parity {
+    const NAMES: &'static [&'static str] = &["none", "even", "odd"];
+    const VALUES: &'static [Self] = &[Parity::None, Parity::Even, Parity::Odd];
+}
+
+impl Words for StopBits {
+    const NAMES: &'static [&'static str] = &["1", "2"];
+    const VALUES: &'static [Self] = &[StopBits::One, StopBits::Two];
+}

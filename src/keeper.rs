@@ -1,0 +1,84 @@
+//! The stored configuration: taken over at the start, stored when somebody asks for it.
+//!
+//! For the people level only. Storing stalls the core, interrupts included, for 16 µs a word, and for 250 to 500 ms when a
+//! sector has to be erased (`flash.rs`): what is on the buses then is lost, and asked for again.
+
+use core::cell::Cell;
+
+use clino_console::{Saved, StorageError};
+use clino_gateway::Settings;
+use clino_storage::{LoadError, Loaded, SaveError, Store};
+use critical_section::Mutex;
+use stm32f4xx_hal::pac;
+
+use crate::flash::{self, ConfigurationFlash};
+use crate::log::log;
+use crate::{bus, modbus, params};
+
+/// What was in force when it was stored last: revision of the gateway's settings, and the Modbus port.
+static STORED: Mutex<Cell<(u32, clino_modbus::Settings)>> = Mutex::new(Cell::new((0, params::MODBUS)));
+
+/// Whether the configuration in force is not the one that is stored, or would be delivered.
+pub fn is_unsaved() -> bool {
+    in_force() != critical_section::with(|cs| STORED.borrow(cs).get())
+}
+
+fn in_force() -> (u32, clino_modbus::Settings) {
+    (bus::with(|gateway| gateway.revision()).unwrap_or(0), modbus::settings())
+}
+
+fn note_stored(stored: (u32, clino_modbus::Settings)) {
+    critical_section::with(|cs| STORED.borrow(cs).set(stored));
+}
+
+/// Who stores.
+pub struct Keeper {
+    store: Store<ConfigurationFlash>,
+}
+
+impl Keeper {
+    /// Nothing is read yet.
+    pub fn new(flash: pac::FLASH) -> Keeper {
+        Keeper { store: Store::new(ConfigurationFlash::new(flash)) }
+    }
+
+    /// Takes over what is stored; what cannot be taken stays as it is.
+    pub fn load(&mut self, settings: &mut Settings, modbus: &mut clino_modbus::Settings) {
+        match self.store.load(settings, modbus) {
+            Ok(Loaded::Stored { version }) => log!(info, "configuration of version {=u8}", version),
+            Ok(Loaded::Factory | Loaded::Nothing) => log!(info, "configuration as delivered"),
+            Err(LoadError::Rejected(_)) => {
+                log!(error, "what is stored is no configuration for this firmware")
+            }
+            Err(LoadError::Flash(_) | LoadError::Library) => log!(error, "the configuration cannot be read"),
+        }
+        note_stored((0, *modbus));
+    }
+
+    /// Stores what is in force.
+    pub fn save(&mut self) -> Result<Saved, StorageError> {
+        let stored = in_force();
+        let mut settings = Settings::new(&[], params::T7, params::ISU);
+        bus::with(|gateway| gateway.settings(&mut settings)).ok_or(StorageError::Busy)?;
+        let saved = self.store.save(&settings, &stored.1).map_err(told)?;
+        note_stored(stored);
+        Ok(match saved {
+            clino_storage::Saved::Unchanged => Saved::Unchanged,
+            clino_storage::Saved::Written => Saved::Written,
+        })
+    }
+
+    /// Forgets what is stored, from the next start on.
+    pub fn factory_reset(&mut self) -> Result<(), StorageError> {
+        self.store.factory_reset().map(|_| ()).map_err(told)
+    }
+}
+
+fn told(error: SaveError<flash::Error>) -> StorageError {
+    match error {
+        SaveError::Rejected(_) => log!(error, "not stored: the settings are not valid"),
+        SaveError::Flash(_) => log!(error, "not stored: the flash does not take it"),
+        SaveError::Library => log!(error, "not stored: what is stored cannot be read"),
+    }
+    StorageError::Failed
+}
