@@ -1,6 +1,7 @@
 //! Flash and RAM of the firmware image.
 
 use std::fs;
+use std::ops::Range;
 use std::path::Path;
 
 use object::Endianness;
@@ -17,6 +18,9 @@ const FLASH_GOAL: u64 = 64 * 1024;
 const FLASH_BUDGET: u64 = 168 * 1024;
 /// Bytes of RAM for its static data, the stack not included.
 const RAM_BUDGET: u64 = 24 * 1024;
+
+/// Sectors 1 to 3 of flash: the stored configuration. Nothing of the image may be there.
+const CONFIGURATION: Range<u32> = 0x0800_4000..0x0801_0000;
 
 /// First address above the flash.
 const RAM_START: u32 = 0x2000_0000;
@@ -38,9 +42,28 @@ pub fn print(what: &str, elf: &Path) -> Result<(u64, u64), Failure> {
     let bytes = fs::read(elf).map_err(|error| Failure::new(format!("{}: {error}", elf.display())))?;
     let (flash, ram) =
         measure(&bytes).map_err(|error| Failure::new(format!("{}: {error}", elf.display())))?;
+    if let Some(address) =
+        misplaced(&bytes).map_err(|error| Failure::new(format!("{}: {error}", elf.display())))?
+    {
+        let why = format!("the segment at {address:#010x} is in the sectors of the stored configuration");
+        return Err(Failure::new(format!("{}: {why}", elf.display())));
+    }
     let goal = if flash > FLASH_GOAL { "missed" } else { "met" };
     println!("{what}: {flash} bytes of flash (goal {FLASH_GOAL}: {goal}), {ram} bytes of static RAM");
     Ok((flash, ram))
+}
+
+/// The address of something in the sectors that hold the configuration: writing the image to flash would destroy it.
+fn misplaced(elf: &[u8]) -> object::Result<Option<u32>> {
+    let file = ElfFile32::<Endianness>::parse(elf)?;
+    let endian = file.endian();
+    let loaded = file.elf_program_headers().iter().filter(|header| header.p_type(endian) == PT_LOAD);
+    let segments = loaded.map(|header| (header.p_paddr(endian), header.p_filesz(endian)));
+    let there = |&(start, length): &(u32, u32)| {
+        length > 0 && start < CONFIGURATION.end && start.saturating_add(length) > CONFIGURATION.start
+    };
+    let mut segments = segments.filter(there);
+    Ok(segments.next().map(|(start, _)| start))
 }
 
 /// What is written to flash (initial values of RAM included), and what lies in RAM.

@@ -34,7 +34,7 @@
 //!   found then, if it is still there.
 //! - A bit that reads now one way and now the other, after a torn word, is not expected: what was once read as whole is
 //!   taken as whole.
-//! - RAM: one buffer of [`record::LONGEST`] bytes (2232) for the longest record, and about 40 for the rest.
+//! - RAM: a [`Store`] is 2232 bytes for the longest record ([`record::LONGEST`]), and about 40 for the rest.
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(

@@ -2,17 +2,19 @@
 
 use clino_gateway::{Bus, Settings};
 use embedded_storage::nor_flash::NorFlash;
+use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage, SerializationError, Value};
 
-use crate::pages::{FlashError, PAGES, Pages};
+use crate::pages::{FlashError, PAGES, Pages, SECTOR, WORD};
 use crate::record::{self, Compare, Content, Fill, Kind, LONGEST, Part, Reject};
 use crate::wait;
 
-/// The library looks everything up in flash: it is asked once a boot and once a save.
-type NoCache = Cache<Uncached, Uncached, Uncached, ()>;
+/// The library remembers where the newest item is. Without that it would look for it again for every item of a sector that
+/// is to be erased: a tenth of a second, for the longest.
+type WhereItIs = Cache<Uncached, Uncached, ArrayKeyPointers<(), 1>, ()>;
 /// One item, therefore no key.
-type Map<F> = MapStorage<(), Pages<F>, NoCache>;
+type Map<F> = MapStorage<(), Pages<F>, WhereItIs>;
 type LibraryError<E> = sequential_storage::Error<FlashError<E>>;
 
 /// What [`Store::load`] found.
@@ -70,8 +72,10 @@ pub struct Store<F: NorFlash> {
 
 impl<F: NorFlash> Store<F> {
     /// In this flash, whose offsets begin with the first of the sectors. Nothing is read yet.
-    pub const fn new(flash: F) -> Store<F> {
-        let map = MapStorage::new(Pages::new(flash), MapConfig::new(0..PAGES), Cache::new_uncached());
+    pub fn new(flash: F) -> Store<F> {
+        const { assert!(F::READ_SIZE == 1 && F::WRITE_SIZE == WORD && F::ERASE_SIZE == SECTOR as usize) };
+        let where_it_is = Cache::new(Uncached, Uncached, ArrayKeyPointers::new());
+        let map = MapStorage::new(Pages::new(flash), const { MapConfig::new(0..PAGES) }, where_it_is);
         Store { map, buffer: [0; LONGEST], saves: 0 }
     }
 

@@ -77,3 +77,20 @@ fn a_factory_reset_is_found_again() {
     // What is running goes on.
     assert_eq!(Configuration { settings, modbus }, numbered(7));
 }
+
+/// One store for years: what it remembers of the flash stays true.
+#[test]
+fn a_store_that_lives_long() {
+    let mut flash = Flash::new();
+    let mut store = Store::new(&mut flash);
+    let Configuration { mut settings, mut modbus } = factory();
+    for n in 0..100 {
+        let wanted = if n % 3 == 0 { numbered(n) } else { longest(n) };
+        assert_eq!(store.save(&wanted.settings, &wanted.modbus), Ok(Saved::Written));
+        assert_eq!(store.save(&wanted.settings, &wanted.modbus), Ok(Saved::Unchanged));
+        assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 2 }));
+        assert_eq!(Configuration { settings: settings.clone(), modbus }, wanted);
+    }
+    assert_eq!(store.saves(), 100);
+    assert!(store.erases() > 6);
+}

@@ -7,7 +7,7 @@ use clino_sim::node::Ns;
 
 pub const USAGE: &str = "\
 usage: vboard --elf FILE [--scenario FILE] [--duration TIME] [--bus-log FILE]
-              [--realtime] [--console-pty] [--modbus-pty]
+              [--realtime] [--console-pty] [--modbus-pty] [--flash FILE] [--cut-power STEP]
 
   --elf FILE       firmware image to run
   --scenario FILE  sensors and what befalls them (docs/scenario.md); default: scenarios/default.toml
@@ -17,6 +17,8 @@ usage: vboard --elf FILE [--scenario FILE] [--duration TIME] [--bus-log FILE]
   --realtime       no faster than the wall clock
   --console-pty    in real time, with the console on a pseudo-terminal
   --modbus-pty     in real time, with the Modbus port on a pseudo-terminal
+  --flash FILE     what firmware stores in flash is in FILE before and after the run; it need not exist before
+  --cut-power STEP cut the power in the middle of this step of the flash: a word programmed or a sector erased, from 1
   --help           this text
 
 Each pseudo-terminal is announced on a line of its own before the run begins: `console PATH`, `modbus PATH`; how to
@@ -42,6 +44,10 @@ pub struct Arguments {
     pub console_pty: bool,
     /// The Modbus port is on a pseudo-terminal.
     pub modbus_pty: bool,
+    /// Where the stored contents of flash are kept.
+    pub flash: Option<PathBuf>,
+    /// Step of the flash in which the power is cut.
+    pub cut_power: Option<u64>,
 }
 
 /// How long to run.
@@ -73,6 +79,12 @@ impl Arguments {
                     wanted.duration = Duration::parse(value()?).map_err(|why| format!("{flag}: {why}"))?;
                 }
                 "--bus-log" => wanted.bus_log = Some(value()?.into()),
+                "--flash" => wanted.flash = Some(value()?.into()),
+                "--cut-power" => {
+                    let step = value()?;
+                    let number = step.parse().map_err(|_| format!("{flag}: `{step}` is not a number"))?;
+                    wanted.cut_power = Some(number);
+                }
                 "--realtime" => wanted.realtime = true,
                 "--console-pty" => wanted.console_pty = true,
                 "--modbus-pty" => wanted.modbus_pty = true,

@@ -8,6 +8,7 @@ mod arguments;
 mod pace;
 #[cfg(target_os = "linux")]
 mod serve;
+mod stored;
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -64,8 +65,15 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
     };
     let scenario = scenario.map_err(|why| why.to_string())?;
     let image = Image::read(&wanted.elf).map_err(|why| image_complaint(&wanted.elf, &why))?;
+    let image = match &wanted.flash {
+        Some(path) => stored::put_into(image, path)?,
+        None => image,
+    };
     let bus_log = wanted.bus_log.as_deref().map(create).transpose()?;
     let mut run = Run::new(&image, &scenario).map_err(|why| why.to_string())?;
+    if let Some(step) = wanted.cut_power {
+        run.board().cut_power_at(step, step);
+    }
     match wanted.duration {
         Duration::Of(duration) => run.set_duration(duration),
         _ if wanted.forever() => {
@@ -89,6 +97,9 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
     }
     if interrupted.load(Ordering::Relaxed) {
         eprintln!("interrupted");
+    }
+    if let Some(path) = &wanted.flash {
+        stored::keep(run.board(), path)?;
     }
     let (summary, well) = run.summary();
     // Nobody reads on if the output was closed; the exit status still tells.
