@@ -189,7 +189,7 @@ impl SlotConfig {
         tolerance: 0,
         period: Span::ZERO,
         timeout: Span::ZERO,
-        stale_after: Span::ZERO,
+        stale_after: Span::from_millis(1_000),
         report_every: Span::ZERO,
         soft_zero: Angle::ZERO,
         max_rate: 0,

@@ -11,7 +11,7 @@ pub const ARM_KEY: u16 = 0x4E56;
 pub enum Command {
     /// Store the configuration in force in the gateway.
     Save = 1,
-    /// The configuration becomes what it was when the gateway was new.
+    /// What is stored is forgotten: from the next start on, the configuration is as delivered.
     FactoryReset = 2,
     /// All counters of slots and buses become zero.
     ClearCounters = 3,
@@ -87,7 +87,7 @@ impl Command {
         let (name, target, value, text) = match self {
             Command::Save => ("save", "-", "-", "store the configuration in force in the gateway"),
             Command::FactoryReset => {
-                ("factory_reset", "-", "-", "the configuration becomes what it was when the gateway was new")
+                ("factory_reset", "-", "-", "forget what is stored: as delivered, from the next start on")
             }
             Command::ClearCounters => {
                 ("clear_counters", "-", "-", "all counters of slots and buses become zero")

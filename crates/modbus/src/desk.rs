@@ -53,7 +53,7 @@ pub trait Site {
 pub enum Wish {
     /// The configuration in force is to be stored.
     Save,
-    /// The configuration is to be what it was when the gateway was new.
+    /// From the next start on, the configuration is to be as delivered.
     FactoryReset,
 }
 
