@@ -6,8 +6,8 @@ use crate::{firmware, size};
 /// The drivers' examples; each checks the angle it reads against the simulated sensor's.
 const EXAMPLES: [&str; 6] = ["t7_blocking", "t7_nb", "t7_async", "isu_blocking", "isu_async", "rs485"];
 
-/// With the image on the virtual board: by itself, and with stock clients in real time.
-const SUITES: [&str; 2] = ["board", "clients"];
+/// With the image on the virtual board: by itself, its storage by itself, and with stock clients in real time.
+const SUITES: [&str; 3] = ["board", "storage", "clients"];
 
 /// Portable tests, a day of the gateway core in virtual time, and examples, then the virtual board's own, then the
 /// firmware image (built, sized) on it.
