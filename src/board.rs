@@ -27,6 +27,7 @@ use stm32f4xx_hal::rcc::{BusClock, BusTimerClock, Config, Enable, Rcc, Reset};
 use crate::bus::Inbox;
 use crate::capture::{PwmCapture, Tim5, TimerInput};
 use crate::keeper::Keeper;
+use crate::log::log;
 use crate::ports::Ports;
 use crate::uart::{self, Rs485};
 use crate::{clock, params, start};
@@ -89,7 +90,6 @@ pub struct Board {
     pub gateway: Gateway,
     /// Who stores the configuration.
     pub keeper: &'static mut Keeper,
-    pub clock_source: ClockSource,
 }
 
 impl Board {
@@ -97,6 +97,7 @@ impl Board {
     pub fn init(peripherals: pac::Peripherals, queues: &'static mut Queues) -> Board {
         start::note(&peripherals.RCC);
         let (clock_source, mut rcc) = start_clocks(peripherals.RCC);
+        log!(info, "clino {=str}, clock: {}", env!("CARGO_PKG_VERSION"), clock_source);
         let mut settings = Settings::new(&params::SLOTS, params::T7, params::ISU);
         let mut modbus_settings = params::MODBUS;
         let Some(keeper) = singleton!(: Keeper = Keeper::new(peripherals.FLASH)) else {
@@ -160,7 +161,6 @@ impl Board {
             ports: Ports { t7, isu, pwm1, pwm2 },
             inbox,
             gateway,
-            clock_source,
         }
     }
 }

@@ -18,6 +18,9 @@ use crate::{shared, uart};
 pub const OUTGOING: usize = 256;
 const _: () = assert!(OUTGOING > clino_gateway::json::MAX_LINE + CONSOLE_LOW_WATER);
 
+/// Characters that are put into the queue in one critical section: half a microsecond.
+const AT_ONCE: usize = 8;
+
 /// Characters that can wait to be read: two lines pasted at once.
 pub const INCOMING: usize = 192;
 
@@ -74,8 +77,9 @@ impl ErrorType for Console {
 impl Write for Console {
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
         loop {
-            let taken =
-                with_writer(|queue| bytes.iter().take_while(|&&byte| queue.enqueue(byte).is_ok()).count());
+            // A few at a time: interrupts wait meanwhile.
+            let few = bytes.iter().take(AT_ONCE);
+            let taken = with_writer(|queue| few.take_while(|&&byte| queue.enqueue(byte).is_ok()).count());
             critical_section::with(|cs| {
                 if let Some(port) = PORT.borrow_ref(cs).as_ref() {
                     port.uart.cr1().modify(|_, w| w.txeie().set_bit());
@@ -102,7 +106,7 @@ pub fn lost() -> u32 {
 /// Waits until everything that was written is out, its last stop bit included.
 pub fn drain() {
     while !critical_section::with(|cs| match PORT.borrow_ref(cs).as_ref() {
-        Some(port) => port.outgoing.len() == 0 && port.uart.sr().read().tc().bit_is_set(),
+        Some(port) => port.outgoing.is_empty() && port.uart.sr().read().tc().bit_is_set(),
         None => true,
     }) {}
 }

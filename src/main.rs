@@ -38,7 +38,6 @@ use stm32f4xx_hal::pac;
 
 use crate::board::{Board, Queues};
 use crate::console::Console;
-use crate::log::log;
 use crate::people::Gateway;
 
 #[entry]
@@ -50,9 +49,7 @@ fn main() -> ! {
     };
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let Board { mut keys, ports, modbus, inbox, gateway, keeper, clock_source } =
-        Board::init(peripherals, QUEUES);
-    log!(info, "clino {=str}, clock: {}", env!("CARGO_PKG_VERSION"), clock_source);
+    let Board { mut keys, ports, modbus, inbox, gateway, keeper } = Board::init(peripherals, QUEUES);
     bus::start(inbox, gateway);
     modbus::start(modbus.0, modbus.1);
     ports::start(ports, &mut core.NVIC);

@@ -80,20 +80,27 @@ pub fn run(bus: Bus, timing: &Timing, line: line::Settings) {
     });
 }
 
-/// Lets time pass in all ports; returns when they want it again.
+/// Lets time pass in all ports; returns when they want it again. One port at a time, so that no interrupt waits for all.
 pub fn poll() -> Option<Micros> {
-    with(|ports| {
-        // The buses look at the clock themselves: how long a driver may be on counts from the instant it is switched on.
+    // The buses look at the clock themselves: how long a driver may be on counts from the instant it is switched on.
+    let t7 = with(|ports| {
         ports.t7.poll();
+        ports.t7.poll_at()
+    });
+    let isu = with(|ports| {
         ports.isu.poll();
-        let now = clock::now();
+        ports.isu.poll_at()
+    });
+    let now = clock::now();
+    let pwm1 = with(|ports| {
         ports.pwm1.poll(now);
+        ports.pwm1.poll_at()
+    });
+    let pwm2 = with(|ports| {
         ports.pwm2.poll(now);
-        let lines = earliest(ports.t7.poll_at(), ports.isu.poll_at());
-        let captures = ports.pwm1.poll_at().min(ports.pwm2.poll_at());
-        earliest(lines, Some(captures))
-    })
-    .flatten()
+        ports.pwm2.poll_at()
+    });
+    [t7.flatten(), isu.flatten(), pwm1, pwm2].into_iter().fold(None, earliest)
 }
 
 /// Whether a bus's line driver is on.

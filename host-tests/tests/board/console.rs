@@ -138,8 +138,6 @@ fn what_cannot_be_undone_is_not_done_without_yes() {
             (400, "isu address 1 2"),
             (500, "factory-reset"),
             (600, "reboot"),
-            (700, "save"),
-            (800, "factory-reset --yes"),
             (900, "help"),
             (1_900, "list"),
         ],
