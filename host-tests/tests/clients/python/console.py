@@ -66,7 +66,7 @@ def person_stops_a_long_operation():
     """A scan at all bit rates says how far it is, and ends when it is told to."""
     began = time.monotonic()
     console.line.write(b"t7 scan all\r")
-    console.until(b"Ctrl-C stops")
+    console.until(b"under way: done ")
     console.line.write(b"\x03")
     text = console.until(PROMPT).decode()
     swept = re.search(r"swept: devices \d+, suspects \d+, asked (\d+), complete no\r\n", text)
@@ -83,6 +83,12 @@ def person_scans_reads_and_zeroes_a_sensor():
     zeroed, = [line for line in console.task(f"t7 zero {spare}", "zeroed: ", sure=True) if line.startswith("zeroed: ")]
     assert f"before_mdeg {round(spare_angle * 1000)}, after_mdeg 0, " in zeroed, zeroed
     wait_for(2, 0, spare_tolerance)
+
+
+def person_saves():
+    """The settings are stored, once."""
+    assert console.person("save") == ["saved: stored written"]
+    assert console.person("save") == ["saved: stored unchanged"]
 
 
 def program_speaks_json():
@@ -126,4 +132,5 @@ person_is_told_value_and_limit()
 person_watches_and_stops()
 person_stops_a_long_operation()
 person_scans_reads_and_zeroes_a_sensor()
+person_saves()
 program_speaks_json()
