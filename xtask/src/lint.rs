@@ -23,6 +23,18 @@ pub fn run() -> Outcome {
         "-D",
         "warnings",
     ]))?;
+    // And the image without its log.
+    command::run(command::cargo([
+        "clippy",
+        "--package",
+        PACKAGE,
+        "--no-default-features",
+        "--target",
+        TARGET,
+        "--",
+        "-D",
+        "warnings",
+    ]))?;
     let mut documentation = command::cargo(["doc", "--no-deps", "--document-private-items"]);
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     command::run(documentation)?;
