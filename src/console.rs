@@ -136,7 +136,8 @@ fn USART2() {
                 Some(byte) => uart.dr().write(|w| w.dr().set(u16::from(byte))),
                 None => uart.cr1().modify(|_, w| w.txeie().clear_bit()),
             };
-            if outgoing.len() < CONSOLE_LOW_WATER {
+            // Once a line: who looks for the next one looks at all slots.
+            if outgoing.len() == CONSOLE_LOW_WATER - 1 {
                 shared::note_work();
             }
         }
