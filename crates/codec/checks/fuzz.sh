@@ -9,16 +9,27 @@ cargo fuzz --version >/dev/null 2>&1 || cargo install cargo-fuzz --quiet
 cd "$root"
 targets=$(cargo +nightly fuzz list)
 cargo +nightly fuzz build --sanitizer address
-for target in $targets; do
-    log=$CARGO_TARGET_DIR/fuzz-$target.log
+fuzz() {
+    log=$CARGO_TARGET_DIR/fuzz-$1.log
     # New finds stay out of the checked-in corpus.
     finds=$(mktemp -d)
-    if ! cargo +nightly fuzz run "$target" "$finds" "fuzz/corpus/$target" -- \
+    if ! cargo +nightly fuzz run "$1" "$finds" "fuzz/corpus/$1" -- \
         -max_total_time="$seconds" -max_len=1024 -verbosity=0 -print_final_stats=1 >"$log" 2>&1; then
         tail -40 "$log" >&2
-        echo "fuzz: $target failed" >&2
+        echo "fuzz: $1 failed" >&2
         exit 1
     fi
     rm -r "$finds"
-    echo "fuzz: $target, $(awk '/number_of_executed_units/ { print $2 }' "$log") executions in $seconds s, no finding"
+    echo "fuzz: $1, $(awk '/number_of_executed_units/ { print $2 }' "$log") executions in $seconds s, no finding"
+}
+
+# Two at a time: a target keeps one core busy.
+other=
+for target in $targets; do
+    fuzz "$target" &
+    if [ -n "$other" ]; then
+        wait "$other"
+    fi
+    other=$!
 done
+wait "$other"
