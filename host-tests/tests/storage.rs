@@ -147,10 +147,7 @@ fn cut(saves: impl Fn(u32) -> bool, steps: impl Fn(u64) -> Vec<u64>) {
 /// The first save, the first into each sector, and one in between; the steps at both ends of each.
 #[test]
 fn old_or_new_wherever_the_power_is_cut() {
-    cut(
-        |number| number % PER_SECTOR == 0 || number == 4,
-        |all| [1, 3, all / 2, all - 1, all].to_vec(),
-    );
+    cut(|number| number % PER_SECTOR == 0 || number == 4, |all| [1, 3, all / 2, all - 1, all].to_vec());
 }
 
 /// Every save, every step.
