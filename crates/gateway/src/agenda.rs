@@ -12,7 +12,7 @@
 //!
 //! *Deaf nodes.* A T7 that has taken noise for the beginning of a command takes what follows for the rest of it, up to
 //! [500 ms of silence](Agenda::new), and what follows that may look like a beginning again. So when a node dies after
-//! [a lot](TROUBLES) was wrong with the line, the bus keeps silent for once, and not more often than every
+//! [more than once](TROUBLES) something was wrong with the line, the bus keeps silent for once, and not more often than every
 //! [`SILENCE_EVERY`].
 //!
 //! *Time.* Looking through all slots takes longer than the bus should wait between two exchanges. So it is done while an
@@ -39,9 +39,9 @@ const LONGEST_PAUSE_MS: u16 = 1_200;
 /// What was wrong with the line so long ago has nothing to do with a node that is silent now: [`GONE_AFTER`], and as much.
 const TROUBLE_LASTS: Micros = Micros::from_millis(2_000);
 /// A node that is unplugged while it answers makes one bad answer; more is something else.
-const TROUBLES: u8 = 3;
-/// From one silence to the next, at least: 5 % of the time at most.
-const SILENCE_EVERY: Micros = Micros::from_millis(10_000);
+const TROUBLES: u8 = 2;
+/// From one silence to the next, at least: 10 % of the time at most, on a line that is never without noise.
+const SILENCE_EVERY: Micros = Micros::from_millis(5_000);
 /// Nothing will be to be asked.
 const NEVER: Micros = Micros(u64::MAX);
 
@@ -73,6 +73,8 @@ pub(crate) struct Agenda {
     troubles: u8,
     /// Nobody is asked before this.
     silent_until: Micros,
+    /// A node may be deaf and has not been given its silence yet.
+    owes_silence: bool,
     /// No dead node is asked before this, unless nobody else is due.
     probe_at: Micros,
     /// What the last probe took.
@@ -91,6 +93,7 @@ impl Agenda {
             trouble_at: Micros::ZERO,
             troubles: 0,
             silent_until: Micros::ZERO,
+            owes_silence: false,
             mine,
             asked: None,
             ahead: None,
@@ -126,6 +129,7 @@ impl Agenda {
         slots: &[Slot],
         ask_at: &dyn Fn(&Slot) -> Option<Micros>,
     ) -> Option<usize> {
+        self.keep_silent(now);
         if now < self.silent_until {
             self.idle_until = self.silent_until;
         }
@@ -232,13 +236,17 @@ impl Agenda {
         at.since(self.trouble_at) <= TROUBLE_LASTS
     }
 
-    /// A node has just been taken for dead, at `at`: if it may only be deaf, all are given the silence in which it comes
-    /// to.
+    /// A node has just been taken for dead, at `at`: if it may only be deaf, it is to get the silence in which it comes to.
     fn note_death(&mut self, at: Micros) {
-        let often = at < self.silent_until + SILENCE_EVERY && self.silent_until > Micros::ZERO;
-        if self.troubles >= TROUBLES && self.is_in_trouble(at) && !often {
-            self.troubles = 0;
-            self.silent_until = at + self.silence;
+        self.owes_silence |= self.troubles >= TROUBLES && self.is_in_trouble(at);
+    }
+
+    /// Gives a deaf node its silence, unless there was one a moment ago.
+    fn keep_silent(&mut self, now: Micros) {
+        let often = self.silent_until > Micros::ZERO && now < self.silent_until + SILENCE_EVERY;
+        if self.owes_silence && !often {
+            self.owes_silence = false;
+            self.silent_until = now + self.silence;
         }
     }
 
