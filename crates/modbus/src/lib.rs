@@ -2,8 +2,8 @@
 //!
 //! Sans-IO. [`Server`] takes characters with the receiver's error flags and the time; when the silence after a request is
 //! over, one call of [`Server::poll`] makes the answer, and [`Server::poll_at`] says when that is. What is read and whom
-//! changes are handed to is a [`Host`]; [`desk`] makes the gateway core one. The [`map`] is a table from which the server's lookups, `docs/modbus.md` and
-//! `docs/modbus.csv` are made.
+//! changes are handed to is a [`Host`]; [`desk`] makes the gateway core one. The [`map`] is a table from which the server's
+//! lookups, `docs/modbus.md` and `docs/modbus.csv` are made.
 //!
 //! | function | |
 //! |---|---|
