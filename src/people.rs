@@ -88,7 +88,8 @@ impl Host for Gateway {
     }
 
     fn start(&self) -> Option<Start> {
-        start::start()
+        let start = start::start();
+        Some(Start { cause: start.cause.name(), boots: start.boots })
     }
 
     fn save(&mut self) -> Result<Saved, StorageError> {

@@ -1,0 +1,165 @@
+//! The journal as words of memory that a reset leaves alone, with a checksum: what is there after power came, or after
+//! something wrote over it, is not taken for a journal.
+//!
+//! ```text
+//! 0        mark and version
+//! 1        starts
+//! 2        crashes
+//! 3        fast crashes | crystal stopped << 8 | ending << 16 | cause << 24
+//! 4        start of the crash, 5 its uptime in ms
+//! 6 to 9   pc, lr, sp, exception | known << 16
+//! 10 to 12 CFSR, HFSR, address
+//! 13       detail
+//! 14 to 17 place
+//! 18       CRC-32/ISO-HDLC of all before, little-endian
+//! ```
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
+use crate::cause::Cause;
+use crate::crash::{Crash, FaultStatus, Registers};
+use crate::journal::{Ending, Journal};
+
+/// Words of a journal.
+pub const WORDS: usize = 19;
+
+/// "CLJ" and the version of the format.
+const MARK: u32 = u32::from_be_bytes(*b"CLJ1");
+
+/// Registers are known.
+const KNOWN: u32 = 1 << 16;
+
+fn checksum(words: &[u32]) -> u32 {
+    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+    let mut digest = crc.digest();
+    for word in words {
+        digest.update(&word.to_le_bytes());
+    }
+    digest.finalize()
+}
+
+impl Journal {
+    /// The words to keep.
+    #[must_use]
+    pub fn to_words(&self) -> [u32; WORDS] {
+        let crash = self.crash.unwrap_or_default();
+        let ending = match self.ending {
+            Ending::Unsaid => 0,
+            Ending::Crash => 1,
+            Ending::Retry => 2,
+        };
+        let cause = if self.crash.is_some() { crash.cause as u8 } else { NO_CRASH };
+        let state = u32::from_le_bytes([self.fast_crashes, u8::from(self.crystal_stopped), ending, cause]);
+        let at = crash.registers.unwrap_or_default();
+        let level = u32::from(at.exception) | if crash.registers.is_some() { KNOWN } else { 0 };
+        let FaultStatus { cfsr, hfsr, address } = crash.fault;
+        let mut place = [0; 4];
+        for (word, bytes) in place.iter_mut().zip(crash.place.as_chunks().0) {
+            *word = u32::from_le_bytes(*bytes);
+        }
+        let [place0, place1, place2, place3] = place;
+        let mut words = [
+            MARK,
+            self.boots,
+            self.crashes,
+            state,
+            crash.boot,
+            crash.uptime_ms,
+            at.pc,
+            at.lr,
+            at.sp,
+            level,
+            cfsr,
+            hfsr,
+            address,
+            crash.detail,
+            place0,
+            place1,
+            place2,
+            place3,
+            0,
+        ];
+        if let Some((last, before)) = words.split_last_mut() {
+            *last = checksum(before);
+        }
+        words
+    }
+
+    /// What the words say; `None` if they are no journal.
+    #[must_use]
+    pub fn from_words(words: &[u32; WORDS]) -> Option<Journal> {
+        let (last, before) = words.split_last()?;
+        let [
+            MARK,
+            boots,
+            crashes,
+            state,
+            boot,
+            uptime_ms,
+            pc,
+            lr,
+            sp,
+            level,
+            cfsr,
+            hfsr,
+            address,
+            detail,
+            places @ ..,
+        ] = before
+        else {
+            return None;
+        };
+        if *last != checksum(before) {
+            return None;
+        }
+        let [fast_crashes, crystal, ending, cause] = state.to_le_bytes();
+        let mut place = [0; 16];
+        for (bytes, word) in place.as_chunks_mut().0.iter_mut().zip(places) {
+            *bytes = word.to_le_bytes();
+        }
+        let registers = Registers { pc: *pc, lr: *lr, sp: *sp, exception: *level as u16 };
+        let crash = Crash {
+            cause: Cause::from_number(cause),
+            boot: *boot,
+            uptime_ms: *uptime_ms,
+            registers: (level & KNOWN != 0).then_some(registers),
+            fault: FaultStatus { cfsr: *cfsr, hfsr: *hfsr, address: *address },
+            detail: *detail,
+            place,
+        };
+        Some(Journal {
+            boots: *boots,
+            crashes: *crashes,
+            fast_crashes,
+            crystal_stopped: crystal != 0,
+            ending: match ending {
+                1 => Ending::Crash,
+                2 => Ending::Retry,
+                _ => Ending::Unsaid,
+            },
+            crash: (cause != NO_CRASH).then_some(crash),
+        })
+    }
+}
+
+/// In the place of a cause: nothing has crashed.
+const NO_CRASH: u8 = u8::MAX;
+
+/// Milliseconds since the start, kept for the next one: written at every tick, so guarded by a copy with every bit turned
+/// alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Uptime(pub u32);
+
+impl Uptime {
+    /// The words to keep.
+    #[must_use]
+    pub const fn to_words(self) -> [u32; 2] {
+        [self.0, !self.0]
+    }
+
+    /// What the words say; `None` if they do not fit together.
+    #[must_use]
+    pub const fn from_words([ms, turned]: [u32; 2]) -> Option<Uptime> {
+        if ms == !turned { Some(Uptime(ms)) } else { None }
+    }
+}

@@ -1,0 +1,93 @@
+//! The start as it is told.
+
+use crate::cause::Cause;
+use crate::crash::Crash;
+
+/// A crash this soon after the start is a fast one: half a minute, in which every slot was read many times.
+pub const FAST_MS: u32 = 30_000;
+
+/// How long safe mode lasts before the gateway tries again: long enough for somebody on the line, short enough for a bridge.
+pub const SAFE_MODE_MS: u32 = 600_000;
+
+/// Fast crashes in a row after which only the console and the Modbus port are served.
+pub(crate) const SAFE_AFTER: u8 = 3;
+/// Fast crashes in a row after which nothing stored is read.
+pub(crate) const BARE_AFTER: u8 = 6;
+
+/// What is started.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Mode {
+    /// Everything.
+    #[default]
+    Normal = 0,
+    /// The console and the Modbus port.
+    Safe = 1,
+    /// The same, with the configuration as delivered.
+    Bare = 2,
+}
+
+impl Mode {
+    /// Its name in JSON and in the documentation.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Mode::Normal => "normal",
+            Mode::Safe => "safe",
+            Mode::Bare => "bare",
+        }
+    }
+
+    pub(crate) const fn after(fast_crashes: u8) -> Mode {
+        match fast_crashes {
+            0..SAFE_AFTER => Mode::Normal,
+            SAFE_AFTER..BARE_AFTER => Mode::Safe,
+            _ => Mode::Bare,
+        }
+    }
+}
+
+/// What time is measured with, and bit rates are made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Clock {
+    /// The crystal.
+    #[default]
+    Crystal = 0,
+    /// The internal oscillator, because the crystal did not start.
+    Internal = 1,
+    /// The internal oscillator, because the crystal has stopped since power came.
+    Fallback = 2,
+}
+
+impl Clock {
+    /// Its name in JSON and in the documentation.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Clock::Crystal => "crystal",
+            Clock::Internal => "internal",
+            Clock::Fallback => "fallback",
+        }
+    }
+
+    /// Whether bit rates are as exact as the documents of the sensors expect.
+    pub const fn is_exact(self) -> bool {
+        matches!(self, Clock::Crystal)
+    }
+}
+
+/// Why, how often and how the gateway has started.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Start {
+    /// What ended the time before.
+    pub cause: Cause,
+    /// Starts since power came, this one included; wraps.
+    pub boots: u32,
+    /// How many of the times before ended in a crash; wraps.
+    pub crashes: u32,
+    /// What is started.
+    pub mode: Mode,
+    /// What time is measured with.
+    pub clock: Clock,
+    /// The last crash since power came.
+    pub crash: Option<Crash>,
+}
