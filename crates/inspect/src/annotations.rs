@@ -27,7 +27,8 @@ pub struct Annotations {
     #[serde(default, rename = "level")]
     pub levels: Vec<Level>,
     /// What holds them off.
-    pub ceiling: Option<Ceiling>,
+    #[serde(default, rename = "ceiling")]
+    pub ceilings: Vec<Ceiling>,
     /// Whom indirect calls reach.
     #[serde(default)]
     pub indirect: Vec<Indirect>,
@@ -47,6 +48,8 @@ pub struct Level {
     pub name: String,
     /// Its handlers.
     pub handlers: Vec<Pattern>,
+    /// Bytes of the stack of its own, if it takes one.
+    pub own_stack_bytes: Option<u32>,
 }
 
 /// A priority ceiling.

@@ -37,6 +37,8 @@ pub struct Frame {
     pub size: u32,
     /// Calls that can be reached.
     pub calls: Vec<Call>,
+    /// Whether it takes another stack; nothing of it counts for the one it was called on.
+    pub takes_another_stack: bool,
     /// Whether it comes back.
     pub returns: bool,
     /// Bytes on the stack before each instruction that can be reached.
@@ -82,13 +84,26 @@ fn walk(
         }
         frame.depths.insert(at, depth);
         let instruction = code.get(&at).ok_or_else(|| wrong(at, "there is no instruction"))?;
+        if instruction.condition.is_some() && instruction.stack != Stack::Same {
+            // Not executed, the stack stays as it is.
+            let next = conditional_return(code, at, depth).ok_or_else(|| {
+                wrong(at, "the stack pointer is moved under a condition, but not to return")
+            })?;
+            frame.returns = true;
+            ahead.push((next, depth));
+            continue;
+        }
         let call = |target| Call { at, depth, target };
         let after = match instruction.stack {
             Stack::Same => depth,
             Stack::Down(bytes) => depth
                 .checked_add_signed(bytes)
                 .ok_or_else(|| wrong(at, "more is taken off the stack than was put there"))?,
-            Stack::Unknown => {
+            Stack::Another if depth == 0 => {
+                frame.takes_another_stack = true;
+                0
+            }
+            Stack::Another | Stack::Unknown => {
                 let what = format!("`{}` moves the stack pointer by an unknown amount", instruction.text);
                 return Err(wrong(at, &what));
             }
@@ -134,12 +149,11 @@ fn walk(
                 }
             }
             Flow::Return { always } => {
-                if always && after != 0 {
+                if after != 0 {
                     return Err(wrong(at, "a return with something left on the stack"));
                 }
                 frame.returns = true;
                 if !always {
-                    // What a conditional return takes off is still there if it is not taken.
                     ahead.push((instruction.next, depth));
                 }
             }
@@ -153,6 +167,22 @@ fn walk(
         }
     }
     Ok(frame)
+}
+
+/// What takes the frame off the stack and returns, all under one condition: where the program goes on if it does not hold.
+fn conditional_return(code: &BTreeMap<u32, Instruction>, mut at: u32, mut depth: u32) -> Option<u32> {
+    let condition = code.get(&at)?.condition;
+    loop {
+        let instruction = code.get(&at).filter(|instruction| instruction.condition == condition)?;
+        if let Stack::Down(bytes) = instruction.stack {
+            depth = depth.checked_add_signed(bytes).filter(|&after| after <= depth)?;
+        }
+        match (instruction.flow, instruction.stack) {
+            (Flow::Return { .. }, _) => return (depth == 0).then_some(instruction.next),
+            (Flow::Next, Stack::Same | Stack::Down(_)) => at = instruction.next,
+            _ => return None,
+        }
+    }
 }
 
 /// Where a jump table leads: offsets from its beginning, in halfwords. It ends where instructions begin again; a byte that

@@ -62,6 +62,8 @@ pub enum Stack {
     Same,
     /// It goes down by so many bytes (up, if negative).
     Down(i32),
+    /// It is set to what is in a register: another stack begins.
+    Another,
     /// Something this module cannot tell.
     Unknown,
 }
@@ -75,6 +77,8 @@ pub struct Instruction {
     pub flow: Flow,
     /// What happens to the stack pointer.
     pub stack: Stack,
+    /// The number of the condition it is executed under, if any.
+    pub condition: Option<u32>,
     /// The frame pointer is set to this many bytes above the stack pointer.
     pub frame_pointer: Option<i32>,
     /// Half of a register is loaded: register, whether it is the upper half, and with what.
@@ -174,10 +178,8 @@ fn one(decoder: &Capstone, instruction: &Insn<'_>) -> Result<Instruction, Error>
     let always = matches!(arm.cc(), ArmCC::ARM_CC_AL | ArmCC::ARM_CC_INVALID);
     let id = ArmInsn::from(instruction.id().0);
     let flow = flow(id, &operands, always);
-    let mut stack = stack(id, &operands);
-    if !always && stack != Stack::Same && !matches!(flow, Flow::Return { .. }) {
-        stack = Stack::Unknown;
-    }
+    let stack = stack(id, &operands);
+    let condition = (!always).then_some(arm.cc() as u32);
     let frame_pointer = match id {
         ArmInsn::ARM_INS_ADD if operands.register(0) == Some(R7) && operands.register(1) == Some(SP) => {
             operands.number(2)
@@ -196,7 +198,7 @@ fn one(decoder: &Capstone, instruction: &Insn<'_>) -> Result<Instruction, Error>
     let half = upper.zip(operands.register(0)).zip(operands.number(1));
     let half = half.map(|((upper, register), number)| (register, upper, number as u32 & 0xffff));
     let next = instruction.address() as u32 + instruction.len() as u32;
-    Ok(Instruction { next, flow, stack, frame_pointer, half, text })
+    Ok(Instruction { next, flow, stack, condition, frame_pointer, half, text })
 }
 
 fn flow(id: ArmInsn, operands: &Operands, always: bool) -> Flow {
@@ -260,6 +262,7 @@ fn stack(id: ArmInsn, operands: &Operands) -> Stack {
             let number = operands.last_number().unwrap_or(ahead);
             Stack::Down(-number)
         }
+        ARM_INS_MOV if operands.register(0) == Some(SP) => Stack::Another,
         _ if operands.writes_stack_pointer() => Stack::Unknown,
         _ => Stack::Same,
     }

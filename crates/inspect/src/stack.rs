@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::Error;
-use crate::annotations::Annotations;
+use crate::annotations::{Annotations, Level};
 use crate::calls::{Graph, find, find_all};
 use crate::elf::{Image, THUMB};
 use crate::frames::Frame;
@@ -30,12 +30,14 @@ pub struct Worst {
     pub exception_frame: u32,
     /// The chain, outermost first.
     pub chain: Vec<Link>,
+    /// The chain is on a stack of its own, and does not count for the usual one.
+    pub own_stack: bool,
 }
 
 impl Worst {
-    /// Bytes of all.
+    /// Bytes on the usual stack.
     pub fn bytes(&self) -> u32 {
-        self.exception_frame + self.chain.iter().map(|link| link.bytes).sum::<u32>()
+        self.exception_frame + if self.own_stack { 0 } else { length(&self.chain) }
     }
 }
 
@@ -47,29 +49,69 @@ pub fn worst(
     annotations: &Annotations,
 ) -> Result<Vec<Worst>, Error> {
     every_vector_has_a_level(image, annotations)?;
+    only_handlers_take_stacks(image, frames, annotations)?;
     let mut deepest = Deepest::new(image, frames, graph, annotations)?;
-    let ceiling = Ceiling::new(image, annotations)?;
+    let ceilings = ceilings(image, annotations)?;
     // From the highest level down: whatever interrupts a level is known when its turn comes.
     let mut above: Vec<Vec<Worst>> = vec![Vec::new()];
-    let levels = annotations.levels.iter().rev();
-    let levels =
-        levels.map(|level| (level.name.as_str(), annotations.exception_frame_bytes, &level.handlers[..]));
-    let main = ("main", 0, std::slice::from_ref(&annotations.main));
-    for (name, exception_frame, handlers) in levels.chain([main]) {
+    let main =
+        Level { name: "main".to_owned(), handlers: vec![annotations.main.clone()], own_stack_bytes: None };
+    for level in annotations.levels.iter().rev().chain([&main]) {
+        let interrupting = above.last().cloned().unwrap_or_default();
+        let exception_frame = if level.name == main.name { 0 } else { annotations.exception_frame_bytes };
         let mut candidates = Vec::new();
-        for handler in handlers {
+        for handler in &level.handlers {
             let handler = find(image, handler)?;
-            let level = |chain| Worst { name: name.to_owned(), exception_frame, chain };
-            let open = level(deepest.from(handler, &ceiling.held)?);
-            candidates.push([vec![open], above.last().cloned().unwrap_or_default()].concat());
-            if let Some(free) = above.get(ceiling.above) {
-                let held = level(deepest.from(handler, &BTreeSet::new())?);
-                candidates.push([vec![held], free.clone()].concat());
+            let of = |chain, own_stack| Worst { name: level.name.clone(), exception_frame, chain, own_stack };
+            let with = |one: Worst, others: &[Worst]| [&[one], others].concat();
+            if let Some(limit) = level.own_stack_bytes {
+                let whole = deepest.from(handler, &BTreeSet::new())?;
+                let bytes = length(&whole) + total(&interrupting);
+                if bytes > limit {
+                    let what =
+                        format!("`{}` needs {bytes} bytes of its own stack, {limit} are there", level.name);
+                    return Err(Error::new(what));
+                }
+                candidates.push(with(of(whole, true), &interrupting));
+                continue;
             }
+            // Under the highest ceiling; under the next one, but for what is under the former; and so on; then under none.
+            let mut without = BTreeSet::new();
+            for ceiling in &ceilings {
+                if let Some(free) = above.get(ceiling.above) {
+                    candidates.push(with(of(deepest.from(handler, &without)?, false), free));
+                    without.extend(&ceiling.held);
+                }
+            }
+            candidates.push(with(of(deepest.from(handler, &without)?, false), &interrupting));
         }
         above.push(candidates.into_iter().max_by_key(|levels| total(levels)).unwrap_or_default());
     }
     Ok(above.pop().unwrap_or_default())
+}
+
+fn length(chain: &[Link]) -> u32 {
+    chain.iter().map(|link| link.bytes).sum()
+}
+
+/// Nobody takes another stack but the handlers that are said to.
+fn only_handlers_take_stacks(
+    image: &Image,
+    frames: &BTreeMap<u32, Frame>,
+    annotations: &Annotations,
+) -> Result<(), Error> {
+    let own = annotations.levels.iter().filter(|level| level.own_stack_bytes.is_some());
+    let own = own.flat_map(|level| &level.handlers).map(|handler| find(image, handler));
+    let own = own.collect::<Result<BTreeSet<_>, _>>()?;
+    let takers = frames.iter().filter(|(_, frame)| frame.takes_another_stack);
+    let takers: BTreeSet<u32> = takers.map(|(&address, _)| address).collect();
+    match own.symmetric_difference(&takers).next() {
+        None => Ok(()),
+        Some(&one) if takers.contains(&one) => {
+            Err(Error::new(format!("`{}` takes another stack: whose?", image.name_of(one))))
+        }
+        Some(&one) => Err(Error::new(format!("`{}` does not take a stack of its own", image.name_of(one)))),
+    }
 }
 
 /// Bytes of some levels.
@@ -101,19 +143,20 @@ struct Ceiling {
     above: usize,
 }
 
-impl Ceiling {
-    fn new(image: &Image, annotations: &Annotations) -> Result<Ceiling, Error> {
-        let Some(line) = &annotations.ceiling else {
-            return Ok(Ceiling { held: BTreeSet::new(), above: usize::MAX });
-        };
+/// The ceilings, highest first.
+fn ceilings(image: &Image, annotations: &Annotations) -> Result<Vec<Ceiling>, Error> {
+    let mut ceilings = Vec::new();
+    for line in &annotations.ceilings {
         let mut held = BTreeSet::new();
         for pattern in &line.functions {
             held.extend(find_all(image, pattern)?);
         }
         let above = annotations.levels.iter().rev().position(|level| level.name == line.level);
         let above = above.ok_or_else(|| Error::new(format!("there is no level `{}`", line.level)))?;
-        Ok(Ceiling { held, above })
+        ceilings.push(Ceiling { held, above });
     }
+    ceilings.sort_by_key(|ceiling| ceiling.above);
+    Ok(ceilings)
 }
 
 /// How often each function of which that is bounded is active.
