@@ -7,7 +7,7 @@ use core::cell::Cell;
 use core::mem::MaybeUninit;
 use core::ptr;
 
-use clino_console::Start;
+use clino_recovery::{Reset, Start};
 use critical_section::Mutex;
 use stm32f4xx_hal::pac;
 
@@ -16,35 +16,37 @@ static mut STARTS: MaybeUninit<[u32; 2]> = MaybeUninit::uninit();
 
 static START: Mutex<Cell<Option<Start>>> = Mutex::new(Cell::new(None));
 
-/// Why the board has started; `None` before [`note`].
-pub fn start() -> Option<Start> {
-    critical_section::with(|cs| START.borrow(cs).get())
+/// Why the board has started; unknown before [`note`].
+pub fn start() -> Start {
+    critical_section::with(|cs| START.borrow(cs).get()).unwrap_or_default()
 }
 
 /// Notes this start. Once, before interrupts are let in.
 pub fn note(rcc: &pac::RCC) {
     let flags = rcc.csr().read();
     // Each reset sets the flag of the pin, too, and each power-on that of the brown-out detector.
-    let cause = if flags.porrstf().bit_is_set() {
-        "power_on"
+    let reset = if flags.porrstf().bit_is_set() {
+        Reset::PowerOn
     } else if flags.borrstf().bit_is_set() {
-        "brown_out"
+        Reset::BrownOut
     } else if flags.wdgrstf().bit_is_set() {
-        "watchdog"
+        Reset::Watchdog
     } else if flags.wwdgrstf().bit_is_set() {
-        "window_watchdog"
+        Reset::WindowWatchdog
     } else if flags.sftrstf().bit_is_set() {
-        "software"
+        Reset::Software
     } else if flags.lpwrrstf().bit_is_set() {
-        "low_power"
+        Reset::LowPower
     } else if flags.padrstf().bit_is_set() {
-        "pin"
+        Reset::Pin
     } else {
-        "unknown"
+        Reset::Unknown
     };
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
-    let boots = count(cause == "power_on");
-    critical_section::with(|cs| START.borrow(cs).set(Some(Start { cause, boots })));
+    let boots = count(reset == Reset::PowerOn);
+    critical_section::with(|cs| {
+        START.borrow(cs).set(Some(Start { cause: reset.into(), boots, ..Start::default() }))
+    });
 }
 
 fn count(first: bool) -> u32 {

@@ -20,7 +20,7 @@ pub fn version(job: &mut Job<'_, '_>) -> Outcome {
 pub fn reset_cause(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let start = job.host.start();
-    let values = [start.map(|start| start.cause).into(), start.map(|start| start.boots).into()];
+    let values = [start.cause.name().into(), start.boots.into()];
     job.reply.line("start", "cause boots", &values);
     Ok(())
 }

@@ -7,6 +7,7 @@
 use clino_bus::{Counters, DriverEnable, Micros};
 use clino_gateway::order::{self, Order};
 use clino_gateway::{Asker, Gateway, Health, Reading, Snapshot, View};
+use clino_recovery::Start;
 
 use crate::command::{Command, Outcome, Progress};
 use crate::config::{BusConfig, SlotConfig};
@@ -36,6 +37,9 @@ pub trait Site {
 
     /// Version of the firmware: major, minor, patch.
     fn version(&self) -> (u8, u8, u16);
+
+    /// Why, how often and how the gateway has started.
+    fn start(&self) -> Start;
 
     /// Has this done soon; [`Desk::done`] is told what has come of it.
     ///
@@ -105,6 +109,7 @@ impl<'a, S: Site> Desk<'a, S> {
         match result {
             Some(Ok(())) => Ok(()),
             Some(Err(order::Refusal::Busy)) => Err(Refusal::Busy),
+            Some(Err(order::Refusal::Restrained(_))) => Err(Refusal::Failed),
             Some(Err(_)) => Err(Refusal::Value),
             None => Err(Refusal::Failed),
         }

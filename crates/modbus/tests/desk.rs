@@ -14,6 +14,7 @@ use clino_modbus::command::{Command, Outcome};
 use clino_modbus::config::{self, Filter};
 use clino_modbus::desk::{Desk, Site, Wish};
 use clino_modbus::{Bus, Host, Kind, Refusal, Status, Write, gateway_bits, slot_bits};
+use clino_recovery::Start;
 
 const CLOCK: u32 = 84_000_000;
 
@@ -21,6 +22,7 @@ struct Board {
     gateway: RefCell<Gateway>,
     now: Cell<Micros>,
     wishes: RefCell<Vec<Wish>>,
+    start: Cell<Start>,
 }
 
 impl Site for &Board {
@@ -40,6 +42,10 @@ impl Site for &Board {
 
     fn version(&self) -> (u8, u8, u16) {
         (1, 2, 3)
+    }
+
+    fn start(&self) -> Start {
+        self.start.get()
     }
 
     fn ask(&self, wish: Wish) -> Result<(), Refusal> {
@@ -63,6 +69,7 @@ impl Board {
             gateway: RefCell::new(Gateway::new(&settings, Limits::new(CLOCK))),
             now: Cell::new(Micros(1_000_000)),
             wishes: RefCell::default(),
+            start: Cell::default(),
         }
     }
 

@@ -204,7 +204,7 @@ fn the_modbus_port_is_shown_and_set() {
 #[test]
 fn the_cause_of_the_last_reset_is_told() {
     let said = Desk::new().type_in("reset-cause\r");
-    assert_eq!(said, "{\"what\":\"start\",\"cause\":\"watchdog\",\"boots\":12}\r\n");
+    assert_eq!(said, "{\"what\":\"start\",\"cause\":\"power_on\",\"boots\":1}\r\n");
 }
 
 #[test]
