@@ -15,7 +15,8 @@
 //! All pins used are 5 V tolerant (DS8626 table 7, "FT").
 
 use clino_bus::Event;
-use clino_gateway::{Capture, Gateway, Settings};
+use clino_gateway::{Capture, Settings};
+use clino_recovery::{Clock, Mode};
 use cortex_m::peripheral::DWT;
 use cortex_m::singleton;
 use heapless::spsc::{Consumer, Queue};
@@ -30,8 +31,7 @@ use crate::keeper::Keeper;
 use crate::log::log;
 use crate::ports::Ports;
 use crate::uart::{self, Rs485};
-use crate::{clock, params, start};
-use crate::{console, modbus};
+use crate::{bus, clock, console, modbus, params, start, watchdog};
 
 pub type T7Port = Rs485<pac::USART1, PB8<Output>>;
 pub type IsuPort = Rs485<pac::USART3, PD10<Output>>;
@@ -68,42 +68,44 @@ impl Queues {
     }
 }
 
-/// What the core clock is derived from.
-#[derive(Clone, Copy)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ClockSource {
-    /// The 8 MHz crystal.
-    Crystal,
-    /// The internal 16 MHz oscillator, because the crystal did not start. It is 1 % off at 25 °C and up to
-    /// 8 % over temperature (DS8626 table 39).
-    Internal,
-}
-
 /// The roles, ready to run.
 pub struct Board {
+    /// How much of it is to run.
+    pub mode: Mode,
     /// What is typed.
     pub keys: Consumer<'static, u8>,
+    /// What the buses and the PWM inputs are moved with.
     pub ports: Ports,
-    /// What the Modbus level talks through.
-    pub modbus: (modbus::Lines, clino_modbus::Settings),
-    pub inbox: Inbox,
-    pub gateway: Gateway,
     /// Who stores the configuration.
     pub keeper: &'static mut Keeper,
 }
 
 impl Board {
-    /// Brings the board up. No interrupt is on yet.
+    /// Brings the board up. No interrupt is on yet. A function of its own: its share of the stack is free again after it.
+    #[inline(never)]
     pub fn init(peripherals: pac::Peripherals, queues: &'static mut Queues) -> Board {
-        start::note(&peripherals.RCC);
-        let (clock_source, mut rcc) = start_clocks(peripherals.RCC);
-        log!(info, "clino {=str}, clock: {}", env!("CARGO_PKG_VERSION"), clock_source);
+        watchdog::start(&peripherals.IWDG, &peripherals.DBGMCU);
+        let start = start::note(&peripherals.RCC);
+        let (clock, mut rcc) = start_clocks(peripherals.RCC, start.clock);
+        start::note_clock(clock);
+        log!(
+            info,
+            "clino {=str}, start {=u32} after {=str}, {=u32} crashes, mode {=str}, clock {=str}",
+            env!("CARGO_PKG_VERSION"),
+            start.boots,
+            start.cause.name(),
+            start.crashes,
+            start.mode.name(),
+            clock.name()
+        );
         let mut settings = Settings::new(&params::SLOTS, params::T7, params::ISU);
         let mut modbus_settings = params::MODBUS;
         let Some(keeper) = singleton!(: Keeper = Keeper::new(peripherals.FLASH)) else {
             panic!("the board is brought up once");
         };
-        keeper.load(&mut settings, &mut modbus_settings);
+        if start.mode != Mode::Bare {
+            keeper.load(&mut settings, &mut modbus_settings);
+        }
         let rcc = &mut rcc;
         clock::start(peripherals.TIM4, rcc);
 
@@ -142,7 +144,7 @@ impl Board {
         gpioc.pc7.into_alternate::<8>().internal_resistor(Pull::Up);
         let de = gpioc.pc8.into_push_pull_output_in_state(PinState::Low);
         let clock_hz = switch_on::<pac::USART6>(rcc);
-        let modbus =
+        let lines =
             modbus::port::start(peripherals.USART6, de, clock_hz, &modbus_settings, &mut queues.modbus);
 
         switch_on::<pac::TIM5>(rcc);
@@ -153,25 +155,26 @@ impl Board {
         let pwm2 = PwmCapture::new(peripherals.TIM2, TimerInput::Ti1, pin, pwm2_producer);
 
         let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
-        let gateway = Gateway::new(&settings, params::pwm_limits(timer_hz));
-        Board {
-            keys,
-            modbus: (modbus, modbus_settings),
-            keeper,
-            ports: Ports { t7, isu, pwm1, pwm2 },
-            inbox,
-            gateway,
-        }
+        bus::start(inbox, &settings, params::pwm_limits(timer_hz));
+        modbus::start(lines, modbus_settings);
+        Board { mode: start.mode, keys, keeper, ports: Ports { t7, isu, pwm1, pwm2 } }
     }
 }
 
-/// Core at full speed from the crystal, or from the internal oscillator when there is no crystal.
-fn start_clocks(rcc: pac::RCC) -> (ClockSource, Rcc) {
-    let (source, config) = match crystal_starts(&rcc) {
-        true => (ClockSource::Crystal, Config::hse(params::CRYSTAL_HZ.Hz())),
-        false => (ClockSource::Internal, Config::hsi()),
+/// Core at full speed from the crystal, or from the internal oscillator when there is no crystal: it is 1 % off at 25 °C
+/// and up to 8 % over temperature (DS8626 table 39).
+///
+/// A crystal that stops later raises an NMI (`faults.rs`); `before` says if it has.
+fn start_clocks(rcc: pac::RCC, before: Clock) -> (Clock, Rcc) {
+    let (clock, config) = match before {
+        Clock::Crystal if crystal_starts(&rcc) => {
+            rcc.cr().modify(|_, w| w.csson().set_bit());
+            (Clock::Crystal, Config::hse(params::CRYSTAL_HZ.Hz()))
+        }
+        Clock::Crystal => (Clock::Internal, Config::hsi()),
+        known => (known, Config::hsi()),
     };
-    (source, rcc.freeze(config.sysclk(params::CORE_HZ.Hz())))
+    (clock, rcc.freeze(config.sysclk(params::CORE_HZ.Hz())))
 }
 
 /// Switches a peripheral's clock on and everything in it to its reset value; returns the bus clock in Hz.

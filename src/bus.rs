@@ -6,8 +6,10 @@
 //! The levels below give orders and ask for details with [`with`], which holds this level off for as long as it takes.
 
 use clino_bus::{Event, Micros, earliest};
+use clino_codec::pwm;
 use clino_console::BusState;
-use clino_gateway::{Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput};
+use clino_gateway::{Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput, Settings};
+use clino_recovery::Duty;
 use cortex_m::peripheral::NVIC;
 use heapless::spsc::Consumer;
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
@@ -16,7 +18,7 @@ use crate::ceiling::Ceiling;
 use crate::clock::Level;
 use crate::modbus;
 use crate::ports::priority;
-use crate::{clock, ports, shared};
+use crate::{clock, ports, shared, watchdog};
 
 /// The interrupt line is borrowed from EXTI0, which has nothing connected here; only software raises it.
 pub const INTERRUPT: Interrupt = Interrupt::EXTI0;
@@ -38,8 +40,13 @@ struct BusLevel {
 static LEVEL: Ceiling<BusLevel, { priority::BUS }> = Ceiling::new();
 
 /// Makes the bus level ready to run; it does once its interrupt is let in.
-pub fn start(inbox: Inbox, gateway: Gateway) {
-    LEVEL.fill(BusLevel { inbox, gateway, snapshot: shared::SNAPSHOT.publisher() });
+#[inline(never)]
+pub fn start(inbox: Inbox, settings: &Settings, pwm: pwm::Limits) {
+    LEVEL.fill(|| BusLevel {
+        gateway: Gateway::new(settings, pwm),
+        inbox,
+        snapshot: shared::SNAPSHOT.publisher(),
+    });
     wake();
 }
 
@@ -88,6 +95,12 @@ impl BusLevel {
             });
         }
         let ports_at = ports::poll();
+        for (bus, duty) in [(Bus::T7, Duty::T7Bus), (Bus::Isu, Duty::IsuBus)] {
+            // A bus that still wants something of the past has not gone on.
+            if self.gateway.poll_at(bus).is_none_or(|at| at > now) {
+                watchdog::check_in(duty);
+            }
+        }
         if self.gateway.publish(&mut self.snapshot) || self.gateway.has_news(Asker::Console) {
             shared::note_work();
         }
@@ -113,5 +126,6 @@ impl BusLevel {
         while let Some(capture) = self.inbox.pwm2.dequeue() {
             self.gateway.pwm(PwmInput::Pwm2, capture, now);
         }
+        watchdog::check_in(Duty::Pwm);
     }
 }

@@ -35,11 +35,12 @@ impl<T, const PRIORITY: u8> Ceiling<T, PRIORITY> {
         }
     }
 
-    /// Puts the value in its place, once.
-    pub fn fill(&self, value: T) {
+    /// Makes the value in its place, once: it is too large for the stack.
+    #[inline(always)]
+    pub fn fill(&self, make: impl FnOnce() -> T) {
         self.hold(|place| {
             if !self.full.replace(true) {
-                place.write(value);
+                place.write(make());
             }
         });
     }

@@ -6,13 +6,14 @@
 use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 
+use clino_recovery::Duty;
 use critical_section::Mutex;
 use embedded_io::{ErrorType, Write};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::{self, interrupt};
 
 use crate::params::CONSOLE_LOW_WATER;
-use crate::{shared, uart};
+use crate::{shared, uart, watchdog};
 
 /// Characters that can wait to be sent: more than the longest line on top of the low-water mark.
 pub const OUTGOING: usize = 256;
@@ -86,6 +87,8 @@ impl Write for Console {
                 }
             });
             if taken > 0 || bytes.is_empty() {
+                // A long answer is no hang for as long as its characters go out.
+                watchdog::check_in(Duty::Console);
                 return Ok(taken);
             }
             // The next character that goes out ends the sleep.

@@ -1,24 +1,134 @@
-//! What happens when the program itself is wrong: say so, then start again. A gateway that hangs is worse than
-//! one that restarts.
+//! What happens when the program itself is wrong: note it for the next start, and start again. A gateway that hangs is
+//! worse than one that restarts.
+//!
+//! | exception | what it means | what is noted |
+//! |---|---|---|
+//! | HardFault | any fault: the others are not enabled, and come here | kind, registers, fault status |
+//! | NMI | the crystal has stopped (RM0090 section 7.2.7) | registers; the next start is without it |
+//! | SysTick | the watchdog's tick | see `watchdog.rs` |
+//! | panic | the program has found itself to be wrong | file and line |
+//!
+//! A fault may be that the stack has run out of its memory: then nothing can be put on it, and the fault's handler has a
+//! stack of its own (`memory.x`).
 
+use core::arch::naked_asm;
 use core::panic::PanicInfo;
+use core::ptr;
 
+use clino_recovery::{Crash, FaultStatus, Registers};
 use cortex_m::peripheral::SCB;
-use cortex_m_rt::{ExceptionFrame, exception};
+use stm32f4xx_hal::pac;
 
 use crate::log::log;
+use crate::{start, watchdog};
+
+/// What the core puts on the stack when an exception begins (PM0214 section 2.3.7).
+#[repr(C)]
+pub struct Frame {
+    _r0: u32,
+    _r1: u32,
+    _r2: u32,
+    _r3: u32,
+    _r12: u32,
+    lr: u32,
+    pc: u32,
+    xpsr: u32,
+}
+
+/// The bits of xPSR that name the exception that was active.
+const EXCEPTION: u32 = 0x1FF;
+
+unsafe extern "C" {
+    /// Lower end of the stack, and first address above it (`memory.x`).
+    static _stack_end: u8;
+    static _stack_start: u8;
+}
+
+impl Frame {
+    /// Whether all of it is in the stack's memory.
+    fn is_inside(frame: *const Frame) -> bool {
+        let stack =
+            ptr::addr_of!(_stack_end).addr()..=ptr::addr_of!(_stack_start).addr() - size_of::<Frame>();
+        stack.contains(&frame.addr()) && frame.is_aligned()
+    }
+
+    /// Where the program was. `frame` is in the stack's memory.
+    pub fn registers(frame: *const Frame) -> Registers {
+        // SAFETY: the core has just written it, and it is in memory.
+        let Frame { lr, pc, xpsr, .. } = unsafe { frame.read() };
+        Registers { pc, lr, sp: frame.addr() as u32, exception: (xpsr & EXCEPTION) as u16 }
+    }
+
+    /// The same, if it is.
+    fn known(frame: *const Frame) -> Option<Registers> {
+        Frame::is_inside(frame).then(|| Frame::registers(frame))
+    }
+}
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     let line = info.location().map_or(0, |location| location.line());
-    let file = info.location().map_or("?", |location| location.file());
+    let file = info.location().map_or("", |location| location.file());
     log!(error, "panic at {=str}:{=u32}", file, line);
-    SCB::sys_reset()
+    cortex_m::interrupt::disable();
+    start::crash(Crash::panic(file, line))
 }
 
-// SAFETY: the handler runs on the interrupted stack and touches only the reset register.
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    log!(error, "hard fault at {=u32:#010x}", frame.pc());
-    SCB::sys_reset()
+/// Any fault. On a stack of its own, because the usual one may be what is wrong.
+///
+/// # Safety
+/// The core calls it.
+// SAFETY: the name is that of the vector.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn HardFault() -> ! {
+    naked_asm!(
+        "mrs r0, msp",
+        "movw r1, #:lower16:_fault_stack_start",
+        "movt r1, #:upper16:_fault_stack_start",
+        "mov sp, r1",
+        "b {fault}",
+        fault = sym fault,
+    )
+}
+
+extern "C" fn fault(frame: *const Frame) -> ! {
+    // SAFETY: reading the fault registers changes nothing.
+    let scb = unsafe { &*SCB::PTR };
+    let status = FaultStatus::new(scb.cfsr.read(), scb.hfsr.read(), scb.mmfar.read(), scb.bfar.read());
+    let registers = Frame::known(frame);
+    log!(error, "fault {=u32:#010x} at {=u32:#010x}", status.cfsr, registers.map_or(0, |at| at.pc));
+    start::crash(Crash::fault(status, registers, registers.is_none()))
+}
+
+/// The crystal has stopped, and the core runs from the internal oscillator.
+///
+/// # Safety
+/// The core calls it.
+// SAFETY: the name is that of the vector.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn NonMaskableInt() {
+    naked_asm!("mrs r0, msp", "b {crystal}", crystal = sym crystal)
+}
+
+extern "C" fn crystal(frame: *const Frame) {
+    // SAFETY: only this handler uses the register after start, and a write of this bit clears one flag.
+    let rcc = unsafe { &*pac::RCC::ptr() };
+    if rcc.cir().read().cssf().bit_is_set() {
+        rcc.cir().write(|w| w.cssc().set_bit());
+        log!(error, "the crystal has stopped");
+        start::crash(Crash::clock_failed(Frame::known(frame)))
+    }
+}
+
+/// The watchdog's tick.
+///
+/// # Safety
+/// The core calls it.
+// SAFETY: the name is that of the vector.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn SysTick() {
+    naked_asm!("mrs r0, msp", "b {tick}", tick = sym watchdog::tick)
 }

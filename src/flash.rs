@@ -14,6 +14,8 @@ use core::ptr;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use stm32f4xx_hal::pac;
 
+use crate::watchdog;
+
 /// Address of the first sector; offsets count from here.
 const BASE: usize = 0x0800_4000;
 /// Number of the first sector.
@@ -151,6 +153,8 @@ impl NorFlash for ConfigurationFlash {
                 flash.cr().write(|w| unsafe {
                     w.psize().psize32().ser().set_bit().snb().bits(number).lock().clear_bit()
                 });
+                // The core stands still from here on, the watchdog does not.
+                watchdog::look();
                 flash.cr().modify(|_, w| w.strt().set_bit());
                 let done = finish(flash);
                 flush(flash);

@@ -5,19 +5,21 @@
 
 use core::cell::Cell;
 
+use clino_bus::Micros;
 use clino_console::{Saved, StorageError};
 use clino_gateway::Settings;
+use clino_recovery::Duty;
 use clino_storage::{LoadError, Loaded, SaveError, Store};
 use critical_section::Mutex;
 use stm32f4xx_hal::pac;
 
 use crate::flash::{self, ConfigurationFlash};
 use crate::log::log;
-use crate::{bus, modbus, params};
+use crate::{bus, clock, modbus, params, watchdog};
 
-/// Interrupts after which a line that is driven all the time is not waited for any more: the longest answer on the Modbus
-/// port has 256 characters.
-const MOST_WAITS: usize = 4_096;
+/// How long a driver that is on is waited for: the longest answer on the Modbus port, 256 characters of 11 bits at
+/// 2400 bit/s, lasts 1.17 s.
+const LONGEST_WAIT: Micros = Micros::from_millis(1_300);
 
 /// What was in force when it was stored last: revision of the gateway's settings, and the Modbus port.
 static STORED: Mutex<Cell<(u32, clino_modbus::Settings)>> = Mutex::new(Cell::new((0, params::MODBUS)));
@@ -80,8 +82,17 @@ impl Keeper {
 
 /// Waits until all lines are silent, and does this.
 fn silently<R>(mut work: impl FnMut() -> R) -> Result<R, StorageError> {
-    for _ in 0..MOST_WAITS {
-        if let Some(result) = bus::while_silent(&mut work) {
+    let begin = clock::now();
+    while clock::now().since(begin) < LONGEST_WAIT {
+        watchdog::check_in(Duty::Console);
+        let result = bus::while_silent(|| {
+            watchdog::check_in(Duty::Storage);
+            let result = work();
+            watchdog::rest(Duty::Storage);
+            // Nobody else could check in meanwhile.
+            result
+        });
+        if let Some(result) = result {
             return Ok(result);
         }
         cortex_m::asm::wfi();

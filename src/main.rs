@@ -9,6 +9,9 @@
 //! 3. *Modbus* (`modbus`): a software interrupt that answers the Modbus master.
 //! 4. *People* (this loop): the console, and sleep.
 //!
+//! Above them all the tick of the watchdog (`watchdog`), which expects every level to check in. After three fast crashes
+//! in a row the bus level does not run, nor do its ports (safe mode, `clino_recovery`).
+//!
 //! No level waits for one below, but for the short looks into the gateway (`ceiling`): the bus never waits for the console.
 #![no_std]
 #![no_main]
@@ -31,8 +34,10 @@ mod ports;
 mod shared;
 mod start;
 mod uart;
+mod watchdog;
 
 use clino_console::Shell;
+use clino_recovery::Mode;
 use cortex_m_rt::entry;
 use stm32f4xx_hal::pac;
 
@@ -49,13 +54,15 @@ fn main() -> ! {
     };
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let Board { mut keys, ports, modbus, inbox, gateway, keeper } = Board::init(peripherals, QUEUES);
-    bus::start(inbox, gateway);
-    modbus::start(modbus.0, modbus.1);
-    ports::start(ports, &mut core.NVIC);
+    let Board { mode, mut keys, ports, keeper } = Board::init(peripherals, QUEUES);
+    ports::start(ports, mode, &mut core.NVIC);
+    watchdog::begin(core.SYST, &mut core.SCB, mode);
     let mut shell = Shell::new(Console);
     let mut host = Gateway { keeper };
     loop {
+        if mode != Mode::Normal && clock::now() >= params::SAFE_MODE {
+            start::retry();
+        }
         if let Some(key) = keys.dequeue() {
             shell.input(key, &mut host);
         } else if let Some(wish) = modbus::wish() {

@@ -9,7 +9,7 @@ use clino_bus::{DriverEnable, Micros};
 use clino_gateway::Gateway;
 use clino_modbus::desk::{Desk, Site, Wish};
 use clino_modbus::{Identification, Refusal, Server, Settings};
-use clino_recovery::Start;
+use clino_recovery::{Duty, Start};
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer};
@@ -18,7 +18,7 @@ use stm32f4xx_hal::pac::{Interrupt, interrupt};
 use crate::ceiling::Ceiling;
 use crate::clock::Level;
 use crate::ports::priority;
-use crate::{bus, clock, keeper, params, ports, shared, start};
+use crate::{bus, clock, keeper, params, ports, shared, start, watchdog};
 
 pub mod port;
 
@@ -58,10 +58,14 @@ static SETTINGS: Mutex<Cell<Settings>> = Mutex::new(Cell::new(params::MODBUS));
 static LEVEL: Ceiling<ModbusLevel, { priority::MODBUS }> = Ceiling::new();
 
 /// Makes the level ready to run; it does once its interrupt is let in.
+#[inline(never)]
 pub fn start(lines: Lines, settings: Settings) {
     note(settings);
-    let server = Server::new(settings, &IDENTIFICATION, clock::now());
-    LEVEL.fill(ModbusLevel { lines, server, desk: Desk::new(Board, &shared::SNAPSHOT) });
+    LEVEL.fill(|| ModbusLevel {
+        lines,
+        server: Server::new(settings, &IDENTIFICATION, clock::now()),
+        desk: Desk::new(Board, &shared::SNAPSHOT),
+    });
     wake();
 }
 
@@ -126,7 +130,11 @@ impl ModbusLevel {
             port::run(&settings);
             note(settings);
         }
-        if let Some(at) = self.server.poll_at() {
+        let next = self.server.poll_at();
+        if next.is_none_or(|at| at > now) {
+            watchdog::check_in(Duty::Modbus);
+        }
+        if let Some(at) = next {
             clock::wake_at(Level::Modbus, at);
         }
     }

@@ -21,6 +21,9 @@ pub const INTERNAL_HZ: u32 = 16_000_000;
 /// typical; bad weather and age get the rest.
 pub const CRYSTAL_START: Micros = Micros(20_000);
 
+/// How long safe mode lasts.
+pub const SAFE_MODE: Micros = Micros::from_millis(clino_recovery::SAFE_MODE_MS);
+
 /// The microsecond clock: ticks per second.
 pub const CLOCK_HZ: u32 = 1_000_000;
 

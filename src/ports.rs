@@ -6,6 +6,7 @@ use core::cell::RefCell;
 
 use clino_bus::{DriverEnable, Micros, Timing, earliest, line};
 use clino_gateway::Bus;
+use clino_recovery::Mode;
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
@@ -24,7 +25,7 @@ pub struct Ports {
 
 static PORTS: Mutex<RefCell<Option<Ports>>> = Mutex::new(RefCell::new(None));
 
-/// Interrupt priorities, highest first. The F4 implements the upper four bits of the byte (RM0090 section 12).
+/// Interrupt priorities, highest first; above them is the watchdog's tick. The F4 implements the upper four bits of the byte (RM0090 section 12).
 pub mod priority {
     /// Characters and edges, and the clock that stamps them.
     pub const BYTES: u8 = 1 << 4;
@@ -36,21 +37,29 @@ pub mod priority {
     pub const MODBUS: u8 = 4 << 4;
 }
 
+/// What serves the sensors.
+const SENSORS: [(Interrupt, u8); 5] = [
+    (Interrupt::USART1, priority::BYTES),
+    (Interrupt::USART3, priority::BYTES),
+    (Interrupt::TIM5, priority::BYTES),
+    (Interrupt::TIM2, priority::BYTES),
+    (crate::bus::INTERRUPT, priority::BUS),
+];
+
+/// What serves people and the Modbus master, in safe mode, too.
+const UPLINKS: [(Interrupt, u8); 4] = [
+    (Interrupt::TIM4, priority::BYTES),
+    (Interrupt::USART2, priority::CONSOLE),
+    (Interrupt::USART6, priority::CONSOLE),
+    (crate::modbus::INTERRUPT, priority::MODBUS),
+];
+
 /// Takes the ports into service and lets the interrupts in.
-pub fn start(ports: Ports, nvic: &mut NVIC) {
+#[inline(never)]
+pub fn start(ports: Ports, mode: Mode, nvic: &mut NVIC) {
     critical_section::with(|cs| PORTS.replace(cs, Some(ports)));
-    let interrupts = [
-        (Interrupt::USART1, priority::BYTES),
-        (Interrupt::USART3, priority::BYTES),
-        (Interrupt::TIM5, priority::BYTES),
-        (Interrupt::TIM2, priority::BYTES),
-        (Interrupt::TIM4, priority::BYTES),
-        (Interrupt::USART2, priority::CONSOLE),
-        (Interrupt::USART6, priority::CONSOLE),
-        (crate::bus::INTERRUPT, priority::BUS),
-        (crate::modbus::INTERRUPT, priority::MODBUS),
-    ];
-    for (number, priority) in interrupts {
+    let sensors = if mode == Mode::Normal { &SENSORS[..] } else { &[] };
+    for &(number, priority) in UPLINKS.iter().chain(sensors) {
         // SAFETY: critical sections here mask by PRIMASK, which no priority escapes; and everything the
         // handlers use was set up before this line.
         unsafe {

@@ -4,6 +4,9 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use clino_gateway::{Bus, Reading, Snapshot};
+use clino_recovery::Duty;
+
+use crate::watchdog;
 
 /// The buses.
 pub const BUSES: [Bus; 2] = [Bus::T7, Bus::Isu];
@@ -26,6 +29,7 @@ pub fn note_work() {
 pub fn sleep_until_work() {
     // With interrupts masked, an interrupt that comes between the look and the sleep still ends the sleep.
     while !critical_section::with(|_| {
+        watchdog::check_in(Duty::Console);
         if !WORK.load(Ordering::Relaxed) {
             cortex_m::asm::dsb();
             cortex_m::asm::wfi();

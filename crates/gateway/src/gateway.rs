@@ -88,6 +88,7 @@ const PWM_RESOLUTION: u32 = 180_000;
 
 impl Gateway {
     /// A gateway that has read nothing yet.
+    #[inline(never)]
     pub fn new(settings: &Settings, pwm: pwm::Limits) -> Gateway {
         let slots: Vec<Slot, MAX_SLOTS> = settings.slots.iter().copied().map(Slot::new).collect();
         Gateway {

@@ -114,19 +114,23 @@ impl Duties {
     /// Lets [`TICK_MS`] pass; names the first duty that has been silent for too long. For one context only, which nobody
     /// who checks in interrupts.
     pub fn tick(&self) -> Option<Duty> {
-        let mut stalled = None;
-        for (silence, duty) in self.silence.iter().zip(Duty::ALL) {
+        let stalled = self.stalled();
+        for silence in &self.silence {
             let ticks = silence.load(Ordering::Relaxed);
-            if ticks == RESTING {
-                continue;
-            }
-            if ticks >= duty.most_ticks() {
-                stalled = stalled.or(Some(duty));
-            } else {
-                silence.store(ticks.saturating_add(1), Ordering::Relaxed);
+            if ticks < RESTING {
+                // Every deadline is below the last number before `RESTING`.
+                silence.store(ticks.saturating_add(1).min(RESTING.saturating_sub(1)), Ordering::Relaxed);
             }
         }
         stalled
+    }
+
+    /// The first duty that has been silent for too long.
+    pub fn stalled(&self) -> Option<Duty> {
+        self.silence.iter().zip(Duty::ALL).find_map(|(silence, duty)| {
+            let ticks = silence.load(Ordering::Relaxed);
+            (ticks != RESTING && ticks >= duty.most_ticks()).then_some(duty)
+        })
     }
 }
 

@@ -9,6 +9,11 @@
 #[path = "../../../src/flash.rs"]
 mod flash;
 
+mod watchdog {
+    /// None runs here: nobody has to look at duties before a sector is erased.
+    pub fn look() {}
+}
+
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use clino_bus::{Micros, Serial, Timing};

@@ -1,0 +1,114 @@
+//! The watchdog: fed at one place, and only while every duty goes on.
+//!
+//! A tick of its own timer (SysTick, above every other interrupt) looks at the duties every 10 ms. If all have checked in
+//! within their own deadlines it feeds the independent watchdog; if one has not, it notes which, and where the program is,
+//! and starts again at once. If even the tick does not come, because interrupts are held off or the core is locked up,
+//! the watchdog runs out.
+//!
+//! | hang | ends after |
+//! |---|---|
+//! | a duty of the buses, of the PWM inputs, of Modbus | 0.5 s and two ticks |
+//! | the console or storing | 0.9 s and two ticks |
+//! | everything | 0.53 to 1.48 s, as its oscillator runs at 47 to 17 kHz |
+//!
+//! The longest time without a tick that is no hang is that of a sector being erased: 0.5 s, begun right after a feed
+//! ([`look`]). It fits before the watchdog's shortest time, and the tick after it fits as well.
+//!
+//! Source: RM0090 section 21 (IWDG), DS8626 table 40 (erase) and table 41 (LSI: 17, 32, 47 kHz), PM0214 section 4.5 (SysTick).
+
+use cortex_m::peripheral::scb::SystemHandler;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{SCB, SYST};
+use stm32f4xx_hal::pac;
+
+use clino_recovery::{Crash, Duties, Duty, Mode, TICK_MS};
+
+use crate::faults::Frame;
+use crate::{params, start};
+
+/// Cycles of the watchdog's oscillator for each of its counts: prescaler 16.
+const PRESCALER: u32 = 16;
+/// What PR holds for that.
+const PRESCALER_CODE: u16 = 0b010;
+/// Fastest and slowest oscillator, Hz.
+const LSI_HZ: (u32, u32) = (17_000, 47_000);
+/// Longest time from a feed to the reset, in milliseconds: what is promised is 1500.
+const LONGEST_MS: u32 = 1_480;
+/// Longest erase of a sector of 16 KiB, in milliseconds.
+const ERASE_MS: u32 = 500;
+/// Counts: as many as the slowest oscillator can make in the longest time.
+const COUNTS: u32 = LSI_HZ.0 * LONGEST_MS / 1_000 / PRESCALER;
+/// The same for the fastest, in milliseconds.
+const SHORTEST_MS: u32 = COUNTS * PRESCALER * 1_000 / LSI_HZ.1;
+const _: () = assert!(SHORTEST_MS >= ERASE_MS + 2 * TICK_MS, "a legal erase would run into the watchdog");
+const _: () = assert!(COUNTS <= 0x1000, "RLR has twelve bits");
+
+/// What has to be written to KR (RM0090 section 21.4.1).
+const FEED: u16 = 0xAAAA;
+const UNLOCK: u16 = 0x5555;
+const START: u16 = 0xCCCC;
+
+/// Cycles of the core from one tick to the next. SysTick has 24 bits.
+const TICK_CYCLES: u32 = params::CORE_HZ / 1_000 * TICK_MS;
+const _: () = assert!(TICK_CYCLES <= 1 << 24);
+
+static DUTIES: Duties = Duties::new();
+
+/// Starts the watchdog. Until [`begin`] nobody feeds it: bringing the board up takes less than its shortest time.
+pub fn start(iwdg: &pac::IWDG, dbgmcu: &pac::DBGMCU) {
+    // A core that a probe has stopped is no hang.
+    dbgmcu.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
+    // SAFETY: the keys of the data sheet; it starts, then takes its settings.
+    iwdg.kr().write(|w| unsafe { w.bits(START) });
+    iwdg.kr().write(|w| unsafe { w.bits(UNLOCK) });
+    iwdg.pr().write(|w| unsafe { w.bits(PRESCALER_CODE) });
+    iwdg.rlr().write(|w| w.rl().set((COUNTS - 1) as u16));
+}
+
+/// From here on every duty that this mode has is expected to check in.
+pub fn begin(mut timer: SYST, scb: &mut SCB, mode: Mode) {
+    let duties: &[Duty] = match mode {
+        Mode::Normal => &[Duty::T7Bus, Duty::IsuBus, Duty::Pwm, Duty::Modbus, Duty::Console],
+        Mode::Safe | Mode::Bare => &[Duty::Modbus, Duty::Console],
+    };
+    duties.iter().for_each(|duty| check_in(*duty));
+    // SAFETY: the tick shares nothing but atomic numbers and the watchdog, and holds nobody off.
+    unsafe { scb.set_priority(SystemHandler::SysTick, 0) };
+    timer.set_clock_source(SystClkSource::Core);
+    timer.set_reload(TICK_CYCLES - 1);
+    timer.clear_current();
+    timer.enable_interrupt();
+    timer.enable_counter();
+}
+
+/// The duty goes on.
+pub fn check_in(duty: Duty) {
+    DUTIES.check_in(duty);
+}
+
+/// The duty has nothing to do until it checks in again.
+pub fn rest(duty: Duty) {
+    DUTIES.rest(duty);
+}
+
+/// Feeds the watchdog, if all duties are in time: before something that keeps the tick away.
+pub fn look() {
+    if DUTIES.stalled().is_none() {
+        feed();
+    }
+}
+
+/// The one place that feeds.
+fn feed() {
+    // SAFETY: KR takes keys and nothing else, in one write; nobody else has this register after `start`.
+    unsafe { (*pac::IWDG::ptr()).kr().write(|w| w.bits(FEED)) };
+}
+
+/// A tick, above every other level. `frame` is what the core has put on the stack.
+pub extern "C" fn tick(frame: *const Frame) {
+    start::keep_uptime();
+    match DUTIES.tick() {
+        None => feed(),
+        Some(duty) => start::crash(Crash::stalled(duty, Frame::registers(frame))),
+    }
+}
