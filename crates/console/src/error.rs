@@ -148,10 +148,7 @@ impl Display for Error<'_> {
             Error::Refused(Refusal::Busy) => out.write_str("busy, try again"),
             Error::Refused(Refusal::Restrained(Restraint::InexactClock)) => {
                 let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(percent);
-                write!(
-                    out,
-                    "without its crystal the clock may be off by {off} %, a UART can take {most} %: sensors are not written"
-                )
+                write!(out, "the clock may be off by {off} %, a UART takes {most} %: no sensor is written to")
             }
             Error::Refused(Refusal::Restrained(_)) => out.write_str("safe mode: the buses are not served"),
             Error::TooLong(most) => write!(out, "more than {most} characters"),
