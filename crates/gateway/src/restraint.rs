@@ -49,3 +49,6 @@ const fn writes(order: &Order) -> bool {
         Order::Slot { .. } | Order::Bus { .. } | Order::Cancel(_) => false,
     }
 }
+
+#[cfg(test)]
+mod tests;
