@@ -9,7 +9,7 @@ use clino_bus::{DriverEnable, Micros};
 use clino_gateway::Gateway;
 use clino_modbus::desk::{Desk, Site, Wish};
 use clino_modbus::{Identification, Refusal, Server, Settings};
-use clino_recovery::Duty;
+use clino_recovery::{Duty, Start};
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer};
@@ -18,7 +18,7 @@ use stm32f4xx_hal::pac::{Interrupt, interrupt};
 use crate::ceiling::Ceiling;
 use crate::clock::Level;
 use crate::ports::priority;
-use crate::{bus, clock, keeper, params, ports, shared, watchdog};
+use crate::{bus, clock, keeper, params, ports, shared, start, watchdog};
 
 pub mod port;
 
@@ -162,6 +162,10 @@ impl Site for Board {
 
     fn version(&self) -> (u8, u8, u16) {
         params::VERSION
+    }
+
+    fn start(&self) -> Start {
+        start::start()
     }
 
     fn ask(&self, wish: Wish) -> Result<(), Refusal> {

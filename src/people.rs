@@ -1,13 +1,14 @@
 //! The gateway as the console sees it.
 
 use clino_bus::Micros;
-use clino_console::{BusState, Host, Saved, Start, StorageError};
+use clino_console::{BusState, Host, Saved, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 use clino_modbus::desk::Wish;
+use clino_recovery::Start;
 use cortex_m::peripheral::SCB;
 
 use crate::keeper::Keeper;
@@ -87,9 +88,8 @@ impl Host for Gateway {
         env!("CARGO_PKG_VERSION")
     }
 
-    fn start(&self) -> Option<Start> {
-        let start = start::start();
-        Some(Start { cause: start.cause.name(), boots: start.boots })
+    fn start(&self) -> Start {
+        start::start()
     }
 
     fn save(&mut self) -> Result<Saved, StorageError> {

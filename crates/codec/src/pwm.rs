@@ -147,6 +147,24 @@ impl Limits {
         }
     }
 
+    /// The same for a timer whose own clock may be off by this much either way, in parts per million: the period may be off
+    /// by both, (1 + sensor)·(1 + timer) − 1. Duty and angle are ratios: they stay as exact as they are.
+    ///
+    /// ```
+    /// use clino_codec::pwm::Limits;
+    ///
+    /// // 1.05 · 1.08 = 1.134
+    /// assert_eq!(Limits::new(84_000_000).with_clock_error(80_000).period_tolerance_ppm, 134_000);
+    /// ```
+    #[must_use]
+    pub const fn with_clock_error(self, clock_ppm: u32) -> Self {
+        let (sensor, timer) = (self.period_tolerance_ppm as u64, clock_ppm as u64);
+        // Both below 2^32: the product fits, and is far from its end after the division.
+        let both = sensor + timer + (sensor * timer).div_ceil(PPM as u64);
+        let period_tolerance_ppm = if both < PPM as u64 { both as u32 } else { PPM };
+        Self { period_tolerance_ppm, ..self }
+    }
+
     /// Shortest and longest period in ticks.
     const fn periods(&self) -> (u32, u32) {
         let scale = NOMINAL_HZ as u64 * PPM as u64;

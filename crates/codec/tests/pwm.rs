@@ -93,6 +93,47 @@ fn the_period_may_be_five_percent_off() {
     assert!(measure(Ticks { period: 2, high: 1 }, &any, Law::Documented).is_ok());
 }
 
+/// A module off by up to 5 %, measured with a clock off by −8 to +4.5 % (DS8626 table 39): none is refused, and the angle is
+/// the same as with a right clock.
+#[test]
+fn a_clock_that_is_off_does_not_change_the_angle() {
+    let wide = Limits::new(TIMER_HZ).with_clock_error(80_000);
+    let mut refused_without = 0;
+    for module in (-50..=50).map(|permille| 1.0 + f64::from(permille) / 1_000.0) {
+        for clock in (-80..=45).map(|permille| 1.0 + f64::from(permille) / 1_000.0) {
+            // Ticks are counted by the clock that is off.
+            let count = |duty: f64| (f64::from(PERIOD) * module * clock * duty).round() as u32;
+            for duty in [0.2334, 0.3, 0.5, 0.7666] {
+                let ticks = Ticks { period: count(1.0), high: count(duty) };
+                let angle = measure(ticks, &wide, Law::Documented).expect("a cycle").angle.udeg();
+                let expected = 674_900_000.0 * duty - 157_450_000.0;
+                // Each count is off by half a tick: 675° in 2.45 million, twice.
+                assert!((f64::from(angle) - expected).abs() <= 600.0, "{module} {clock} {duty}: {angle}");
+                refused_without += u32::from(documented(ticks).is_err());
+            }
+        }
+    }
+    assert!(refused_without > 10_000, "it matters: {refused_without}");
+    for (period, is_right) in [(2_424_800, true), (3_175_200, true), (2_424_799, false), (3_175_201, false)] {
+        let ticks = Ticks { period, high: period / 2 };
+        assert_eq!(
+            measure(ticks, &wide, Law::Documented).is_ok(),
+            is_right,
+            "2.8 million ± 13.4 %: {period}"
+        );
+    }
+}
+
+#[test]
+fn a_right_clock_changes_no_limit_and_no_error_is_too_large() {
+    let limits = Limits::new(TIMER_HZ);
+    assert_eq!(limits.with_clock_error(0), limits);
+    for sensor in [0, 50_000, u32::MAX] {
+        let wide = Limits { period_tolerance_ppm: sensor, ..limits }.with_clock_error(u32::MAX);
+        assert_eq!(wide.period_tolerance_ppm, 1_000_000);
+    }
+}
+
 #[test]
 fn the_duty_has_a_window_with_some_slack() {
     let duty = |ppm: u64| ticks((u64::from(PERIOD) * ppm / 1_000_000) as u32);

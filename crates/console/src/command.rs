@@ -104,8 +104,8 @@ static COMMANDS: [Command; 22] = [
         "forget what is saved; in force with the next start",
     ),
     command(Verb::Reboot, "reboot", "[--yes]", "start again"),
-    command(Verb::ResetCause, "reset-cause", "", "why the gateway has started"),
-    command(Verb::Version, "version", "", "version and time since reset"),
+    command(Verb::ResetCause, "reset-cause", "", "why the gateway has started, and its last crash"),
+    command(Verb::Version, "version", "", "version, time since reset, mode and clock"),
     command(Verb::Json, "json", "on|off", "answer programs (JSON lines, no echo) or people"),
     command(Verb::Help, "help", "[COMMAND]", "this list, or how to use a command"),
 ];

@@ -3,8 +3,8 @@
 use core::fmt::{self, Display};
 
 use clino_codec::t7::EncodeError;
-use clino_gateway::Status;
 use clino_gateway::order::Refusal;
+use clino_gateway::{INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_PPM};
 
 use crate::causes;
 use crate::host::StorageError;
@@ -92,6 +92,11 @@ impl Error<'_> {
             }
             Error::Refused(Refusal::T7(_) | Refusal::Isu(_)) => ("refused", "why", [why, NONE, NONE, NONE]),
             Error::Refused(Refusal::Busy) => ("busy", "", [NONE; 4]),
+            Error::Refused(Refusal::Restrained(Restraint::InexactClock)) => {
+                let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(percent);
+                ("inexact_clock", "clock_off_percent most_percent why", [off, most, why, NONE])
+            }
+            Error::Refused(Refusal::Restrained(_)) => ("no_buses", "why", [why, NONE, NONE, NONE]),
             Error::TooLong(most) => ("line_too_long", "most", [Value::from(most as u64), NONE, NONE, NONE]),
             Error::Unconfirmed => ("unconfirmed", "why", [why, NONE, NONE, NONE]),
             Error::NoValue { slot, status } => {
@@ -105,6 +110,12 @@ impl Error<'_> {
 
 /// What is said of a number out of its range.
 const RANGE: &str = "what value least most";
+
+/// Parts per million in percent.
+fn percent(ppm: u32) -> Value<'static> {
+    // Ten of them are a thousandth of a percent.
+    Value::Thousandths((ppm / 10).into())
+}
 
 fn scaled(number: i64, decimals: u32) -> Value<'static> {
     if decimals == number::DECIMALS { Value::Thousandths(number) } else { Value::Number(number) }
@@ -135,6 +146,11 @@ impl Display for Error<'_> {
             Error::Refused(Refusal::T7(error)) => write!(out, "{error}"),
             Error::Refused(Refusal::Isu(cause)) => out.write_str(causes::isu(cause)),
             Error::Refused(Refusal::Busy) => out.write_str("busy, try again"),
+            Error::Refused(Refusal::Restrained(Restraint::InexactClock)) => {
+                let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(percent);
+                write!(out, "the clock may be off by {off} %, a UART takes {most} %: no sensor is written to")
+            }
+            Error::Refused(Refusal::Restrained(_)) => out.write_str("safe mode: the buses are not served"),
             Error::TooLong(most) => write!(out, "more than {most} characters"),
             Error::Unconfirmed => out.write_str("not to be undone, wants --yes"),
             Error::NoValue { slot, status } => write!(out, "slot {slot} is {}", status.name()),

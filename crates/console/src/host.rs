@@ -8,6 +8,7 @@ use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Bus, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
+use clino_recovery::Start;
 
 /// The gateway as the console sees it. Each call is short: one slot, one transaction, one bus.
 pub trait Host {
@@ -46,8 +47,8 @@ pub trait Host {
     /// Version of the firmware.
     fn version(&self) -> &'static str;
 
-    /// Why the gateway has started; `None` if that is not known.
-    fn start(&self) -> Option<Start>;
+    /// Why, how often and how the gateway has started.
+    fn start(&self) -> Start;
 
     /// Stores everything that is set, so that it is so again after the next start.
     ///
@@ -84,15 +85,6 @@ pub struct BusState {
     pub driver: DriverEnable,
     /// How far the task on it is, if there is one.
     pub progress: Option<Progress>,
-}
-
-/// Why and how often the gateway has started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Start {
-    /// What ended the time before, as a word.
-    pub cause: &'static str,
-    /// Starts so far, this one included; wraps.
-    pub boots: u32,
 }
 
 /// What storing has taken.

@@ -58,5 +58,5 @@ mod typed;
 mod value;
 mod words;
 
-pub use host::{BusState, Host, Saved, Start, StorageError};
+pub use host::{BusState, Host, Saved, StorageError};
 pub use shell::Shell;

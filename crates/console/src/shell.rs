@@ -16,6 +16,7 @@ use crate::news;
 use crate::pending::{Next, Pending};
 use crate::reply::{Audience, Reply};
 use crate::stream::Stream;
+use crate::system;
 use crate::text::Text;
 use crate::words::Words as _;
 
@@ -104,7 +105,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         match self.mode {
             Mode::Stream { back, .. } if alone || byte == INTERRUPT => {
                 if back == Audience::People {
-                    _ = self.out.write_all(b"\r\n");
+                    _ = self.out.write_all(system::greeting(host.start().mode).as_bytes());
                 }
                 self.speak(back);
             }

@@ -2,17 +2,37 @@
 
 use clino_gateway::order::Refusal;
 use clino_modbus::settings::{ADDRESSES, BIT_RATES};
+use clino_recovery::{Crash, Duty, Mode};
 
 use crate::error::Error;
 use crate::host::Saved;
 use crate::job::{Job, Outcome};
+use crate::reply::Reply;
+use crate::value::Value;
 use crate::words::{PortField, Words as _};
+
+/// What a person is told who comes to the console, before the prompt.
+pub const fn greeting(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Normal => "\r\n",
+        Mode::Safe => "\r\nsafe mode after crashes: no bus is served, see reset-cause\r\n",
+        Mode::Bare => {
+            "\r\nbare mode after crashes: no bus is served, nothing stored is read, see reset-cause\r\n"
+        }
+    }
+}
 
 /// `version`
 pub fn version(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    let values = [job.host.version().into(), job.now.as_millis().into()];
-    job.reply.line("clino", "version uptime_ms", &values);
+    let start = job.host.start();
+    let values = [
+        job.host.version().into(),
+        job.now.as_millis().into(),
+        start.mode.name().into(),
+        start.clock.name().into(),
+    ];
+    job.reply.line("clino", "version uptime_ms mode clock", &values);
     Ok(())
 }
 
@@ -20,9 +40,42 @@ pub fn version(job: &mut Job<'_, '_>) -> Outcome {
 pub fn reset_cause(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let start = job.host.start();
-    let values = [start.map(|start| start.cause).into(), start.map(|start| start.boots).into()];
-    job.reply.line("start", "cause boots", &values);
+    let values = [
+        start.cause.name().into(),
+        start.boots.into(),
+        start.crashes.into(),
+        start.mode.name().into(),
+        start.clock.name().into(),
+    ];
+    job.reply.line("start", "cause boots crashes mode clock", &values);
+    if let Some(crash) = &start.crash {
+        write_crash(&mut job.reply, crash);
+    }
     Ok(())
+}
+
+/// The last crash.
+fn write_crash(reply: &mut Reply<'_>, crash: &Crash) {
+    let hex = |bits: Option<u32>| bits.map_or(Value::None, Value::Hex);
+    let registers = crash.registers;
+    let fault = Some(crash.fault).filter(|fault| fault.is_fault());
+    let values = [
+        crash.cause.name().into(),
+        crash.boot.into(),
+        crash.uptime_ms.into(),
+        crash.duty().map(Duty::name).into(),
+        crash.file().into(),
+        crash.line().into(),
+        hex(registers.map(|at| at.pc)),
+        hex(registers.map(|at| at.lr)),
+        hex(registers.map(|at| at.sp)),
+        registers.map(|at| at.exception).into(),
+        hex(fault.map(|fault| fault.cfsr)),
+        hex(fault.map(|fault| fault.hfsr)),
+        hex(fault.and_then(|fault| fault.known_address())),
+    ];
+    let names = "cause boot uptime_ms duty file line pc lr sp exception cfsr hfsr address";
+    reply.line("crash", names, &values);
 }
 
 /// `save`

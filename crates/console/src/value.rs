@@ -27,6 +27,8 @@ pub enum Value<'a> {
     OneOf(&'static [&'static str]),
     /// Yes or no.
     Flag(bool),
+    /// An address, or bits: eight hexadecimal digits.
+    Hex(u32),
     /// Signals of a slot.
     Health(Health),
     /// There is none.
@@ -98,6 +100,7 @@ impl Value<'_> {
                 (true, true) => "true",
                 (true, false) => "false",
             }),
+            Value::Hex(bits) => write!(out, "{quote}{bits:#010x}{quote}"),
             Value::Health(Health::WELL) => out.write_str(if programs { "[]" } else { "well" }),
             Value::Health(health) => {
                 let mut before = if programs { "[" } else { "" };

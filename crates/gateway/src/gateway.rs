@@ -9,6 +9,7 @@ use crate::bits::Bits;
 use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 use crate::counters::SlotCounters;
 use crate::order::{Order, Refusal};
+use crate::restraint::Restraint;
 use crate::settings::{BusSettings, Settings};
 use crate::slot::{Sample, Slot};
 use crate::snapshot::Publisher;
@@ -79,6 +80,7 @@ pub struct Gateway {
     trace: Trace,
     /// Counts the changes of what it was told.
     revision: u32,
+    restraint: Restraint,
 }
 
 /// Two PWM cycles this close are the same, in µ°: two steps of 4.34 µs.
@@ -100,6 +102,7 @@ impl Gateway {
             lost_edges: 0,
             trace: Trace::new(),
             revision: 0,
+            restraint: Restraint::None,
         }
     }
 
@@ -154,12 +157,19 @@ impl Gateway {
         }
     }
 
+    /// From now on refuses what does not go with these times. A task under way goes on.
+    pub fn restrain(&mut self, restraint: Restraint) {
+        self.restraint = restraint;
+    }
+
     /// Carries out an order, whole or not at all.
     ///
     /// # Errors
-    /// The [check](Order::check) has something against it; or [`Refusal::Busy`], the bus has a task already.
+    /// The [check](Order::check) has something against it; or it is [restrained](Gateway::restrain); or [`Refusal::Busy`],
+    /// the bus has a task already.
     pub fn carry_out(&mut self, order: Order, asker: Asker) -> Result<(), Refusal> {
         order.check()?;
+        self.restraint.check(&order)?;
         let accepted = match order {
             Order::Slot { slot, config } => {
                 let index = usize::from(slot);

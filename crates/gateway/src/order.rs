@@ -6,9 +6,9 @@
 use clino_bus::{Micros, Serial, Timing, line};
 use clino_codec::t7;
 
-use crate::task;
-
 use crate::config::{Bus, Filter, MAX_SLOTS, SlotConfig, Source, Span};
+use crate::restraint::Restraint;
+use crate::task;
 
 /// Something to be done by the bus level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +64,8 @@ pub enum Refusal {
     Isu(clino_commissioning::isu::Cause),
     /// The bus has a task already, or the gateway more orders in hand than it can take; ask again.
     Busy,
+    /// It is right, but not done in times like these.
+    Restrained(Restraint),
 }
 
 /// Bit rates of a T7 (T7 guide section 2.7.2), bit/s.

@@ -7,6 +7,7 @@
 use clino_bus::{Counters, DriverEnable, Micros};
 use clino_gateway::order::{self, Order};
 use clino_gateway::{Asker, Gateway, Health, Reading, Snapshot, View};
+use clino_recovery::{Mode, Start};
 
 use crate::command::{Command, Outcome, Progress};
 use crate::config::{BusConfig, SlotConfig};
@@ -36,6 +37,9 @@ pub trait Site {
 
     /// Version of the firmware: major, minor, patch.
     fn version(&self) -> (u8, u8, u16);
+
+    /// Why, how often and how the gateway has started.
+    fn start(&self) -> Start;
 
     /// Has this done soon; [`Desk::done`] is told what has come of it.
     ///
@@ -105,6 +109,7 @@ impl<'a, S: Site> Desk<'a, S> {
         match result {
             Some(Ok(())) => Ok(()),
             Some(Err(order::Refusal::Busy)) => Err(Refusal::Busy),
+            Some(Err(order::Refusal::Restrained(_))) => Err(Refusal::Failed),
             Some(Err(_)) => Err(Refusal::Value),
             None => Err(Refusal::Failed),
         }
@@ -159,6 +164,7 @@ impl<'a, S: Site> Desk<'a, S> {
             let mut mine = rows.filter(|row| row.enabled && row.source.bus() == Some(bus)).peekable();
             mine.peek().is_some() && mine.all(|row| !slot::status(row.status(self.now)).is_online())
         };
+        let start = self.site.start();
         let forced = |bus| self.counters(bus).forced > 0;
         let bits = [
             (gateway_bits::T7_BUS_DEAD, dead(clino_gateway::Bus::T7)),
@@ -166,6 +172,9 @@ impl<'a, S: Site> Desk<'a, S> {
             (gateway_bits::DRIVER_FORCED, forced(Bus::T7) || forced(Bus::Isu)),
             (gateway_bits::UNSAVED, self.site.is_unsaved()),
             (gateway_bits::COMMAND, self.progress.outcome == Outcome::Running),
+            (gateway_bits::SAFE_MODE, start.mode != Mode::Normal),
+            (gateway_bits::INTERNAL_CLOCK, !start.clock.is_exact()),
+            (gateway_bits::CRASHED, start.cause.is_crash()),
         ];
         bits.into_iter().filter(|&(_, on)| on).fold(0, |all, (bit, _)| all | bit)
     }
@@ -196,6 +205,10 @@ impl<S: Site> Host for Desk<'_, S> {
             sequence: self.view.generation() as u16,
             progress,
         }
+    }
+
+    fn start(&self) -> Start {
+        self.site.start()
     }
 
     fn reading(&self, slot: usize) -> SlotReading {

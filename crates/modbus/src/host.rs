@@ -1,6 +1,7 @@
 //! What the server needs of the rest of the gateway: what it reads from, and whom it asks for changes.
 
 use clino_bus::{Counters, DriverEnable, Micros};
+use clino_recovery::Start;
 
 use crate::command::{Command, Progress};
 use crate::config::{BusConfig, SlotConfig};
@@ -24,6 +25,9 @@ pub trait Host {
 
     /// The gateway as a whole.
     fn gateway(&self) -> GatewayView;
+
+    /// Why, how often and how it has started. The same all the time.
+    fn start(&self) -> Start;
 
     /// The value of a slot.
     fn reading(&self, slot: usize) -> SlotReading;
@@ -132,13 +136,26 @@ pub mod gateway_bits {
     pub const UNSAVED: u16 = 1 << 3;
     /// A command is under way.
     pub const COMMAND: u16 = 1 << 4;
+    /// Safe mode: no bus is served.
+    pub const SAFE_MODE: u16 = 1 << 5;
+    /// Time and bit rates come from the internal oscillator.
+    pub const INTERNAL_CLOCK: u16 = 1 << 6;
+    /// The time before ended in a crash.
+    pub const CRASHED: u16 = 1 << 7;
     /// The bits with names and meanings, for the documentation.
-    pub const ALL: [(u16, &str, &str); 5] = [
+    pub const ALL: [(u16, &str, &str); 8] = [
         (T7_BUS_DEAD, "t7_bus_dead", "no enabled slot of the T7 bus answers"),
         (ISU_BUS_DEAD, "isu_bus_dead", "no enabled slot of the ISU bus answers"),
         (DRIVER_FORCED, "driver_forced", "a line driver had to be switched off by force since reset"),
         (UNSAVED, "unsaved", "the configuration in force is not the one that is stored"),
         (COMMAND, "command", "a command is under way"),
+        (SAFE_MODE, "safe_mode", "safe mode: no bus is served; see *start_mode*"),
+        (
+            INTERNAL_CLOCK,
+            "internal_clock",
+            "time and bit rates come from the internal oscillator, up to 8 % off",
+        ),
+        (CRASHED, "crashed", "the time before ended in a crash; see *start_cause*"),
     ];
 }
 

@@ -13,6 +13,7 @@ mod table;
 
 pub use items::{
     BusItem, BusSetting, CommandItem, DetailItem, GatewayItem, Item, PortSetting, ReadingItem, SlotSetting,
+    StartItem,
 };
 pub use table::{BLOCKS, MAGIC, SLOT_BASE, SLOT_STRIDE, TEST_ANGLE, TEST_NUMBER, VERSION};
 
@@ -133,6 +134,15 @@ impl Entry {
             Item::Detail(item) => matches!(
                 item,
                 DetailItem::Temperature | DetailItem::Raw | DetailItem::Unwrapped | DetailItem::LastError
+            ),
+            Item::Start(item) => !matches!(
+                item,
+                StartItem::Cause
+                    | StartItem::Mode
+                    | StartItem::Clock
+                    | StartItem::Boots
+                    | StartItem::Crashes
+                    | StartItem::File
             ),
             _ => false,
         }

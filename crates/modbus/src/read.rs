@@ -15,6 +15,8 @@ use crate::number;
 use crate::settings::Settings;
 use crate::status::Status;
 
+mod start;
+
 /// Ages from here on are told as "none".
 const LONGEST_AGE_MS: u32 = 0xFFFF;
 const MICROS_PER_SECOND: u64 = 1_000_000;
@@ -88,6 +90,7 @@ impl<'a, H: Host> Reader<'a, H> {
             Item::Reading(item) => reading(&self.host.reading(index), item),
             Item::Detail(item) => self.detail(item, index),
             Item::Bus(item) => Some(self.bus(item, bus(index))),
+            Item::Start(item) => start::number(&self.host.start(), item, index),
             Item::SlotSetting(item) => Some(self.slot_setting(item, index)),
             Item::BusSetting(item) => Some(self.bus_setting(item, bus(index))),
             Item::Port(item) => Some(port_setting(&self.port, item)),

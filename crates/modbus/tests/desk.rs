@@ -8,12 +8,14 @@ use clino_bus::{DriverEnable, Micros, Serial, Timing};
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::{isu, t7};
 use clino_gateway::{
-    Bus as Line, Capture, Gateway, Publisher, PwmInput, Settings, SlotConfig, Snapshot, Source, Span,
+    Bus as Line, Capture, Gateway, Publisher, PwmInput, Restraint, Settings, SlotConfig, Snapshot, Source,
+    Span,
 };
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::config::{self, Filter};
 use clino_modbus::desk::{Desk, Site, Wish};
 use clino_modbus::{Bus, Host, Kind, Refusal, Status, Write, gateway_bits, slot_bits};
+use clino_recovery::{Cause, Clock, Mode, Start};
 
 const CLOCK: u32 = 84_000_000;
 
@@ -21,6 +23,7 @@ struct Board {
     gateway: RefCell<Gateway>,
     now: Cell<Micros>,
     wishes: RefCell<Vec<Wish>>,
+    start: Cell<Start>,
 }
 
 impl Site for &Board {
@@ -40,6 +43,10 @@ impl Site for &Board {
 
     fn version(&self) -> (u8, u8, u16) {
         (1, 2, 3)
+    }
+
+    fn start(&self) -> Start {
+        self.start.get()
     }
 
     fn ask(&self, wish: Wish) -> Result<(), Refusal> {
@@ -63,6 +70,7 @@ impl Board {
             gateway: RefCell::new(Gateway::new(&settings, Limits::new(CLOCK))),
             now: Cell::new(Micros(1_000_000)),
             wishes: RefCell::default(),
+            start: Cell::default(),
         }
     }
 
@@ -275,6 +283,58 @@ fn a_task_runs_alone_and_tells_how_it_ends() {
     }
     let progress = desk.gateway().progress;
     assert_eq!((progress.command, progress.outcome), (Some(Command::SensorZero), Outcome::Cancelled));
+}
+
+#[test]
+fn how_it_has_started_is_told() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    desk.snapshot();
+    let told = gateway_bits::SAFE_MODE | gateway_bits::INTERNAL_CLOCK | gateway_bits::CRASHED;
+    let quiet = Start { cause: Cause::PowerOn, boots: 1, ..Start::default() };
+    for (start, bits) in [
+        (quiet, 0),
+        (Start { cause: Cause::BrownOut, ..quiet }, 0),
+        (Start { cause: Cause::Watchdog, ..quiet }, 0x80),
+        (Start { cause: Cause::Stalled, ..quiet }, 0x80),
+        (Start { mode: Mode::Safe, ..quiet }, 0x20),
+        (Start { mode: Mode::Bare, cause: Cause::Panic, ..quiet }, 0xA0),
+        (Start { clock: Clock::Internal, ..quiet }, 0x40),
+        (Start { clock: Clock::Fallback, cause: Cause::ClockFailed, ..quiet }, 0xC0),
+    ] {
+        board.start.set(start);
+        assert_eq!(desk.gateway().status & told, bits, "{start:?}");
+        assert_eq!(desk.start(), start);
+    }
+}
+
+#[test]
+fn what_is_restrained_fails_and_is_not_begun() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    desk.snapshot();
+    for restraint in [Restraint::InexactClock, Restraint::NoBuses] {
+        board.gateway.borrow_mut().restrain(restraint);
+        assert_eq!(
+            desk.write(&command(Command::SensorDamping, 0, 5_001)),
+            Err(Refusal::Value),
+            "wrong in itself"
+        );
+        for (order, target, value) in [
+            (Command::SensorDamping, 0, 100),
+            (Command::SensorZero, 0, 0),
+            (Command::SensorBaud, 0, 9_600),
+            (Command::SensorAddress, 1, 4),
+            (Command::SensorRepair, 1, 0),
+        ] {
+            assert_eq!(desk.write(&command(order, target, value)), Err(Refusal::Failed), "{order:?}");
+        }
+        // What concerns the gateway alone goes on.
+        desk.write(&slot(&desk, 0, |config| config.retries = 4)).unwrap();
+        desk.write(&command(Command::ClearCounters, 0, 0)).unwrap();
+    }
+    board.gateway.borrow_mut().restrain(Restraint::None);
+    desk.write(&command(Command::SensorDamping, 0, 100)).unwrap();
 }
 
 #[test]

@@ -8,8 +8,9 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clino_modbus::command::{Command, Outcome};
-use clino_modbus::map::{BLOCKS, Block, Entry, Form};
+use clino_modbus::map::{BLOCKS, Block, Entry, Form, Item};
 use clino_modbus::{Kind, SLOTS, Status, gateway_bits, slot_bits};
+use clino_recovery::{Cause, Clock, Duty, Mode};
 
 const UPDATE: &str = "UPDATE=1 cargo test -p clino-modbus --test map";
 
@@ -130,6 +131,10 @@ fn codes_are_distinct() {
     assert!(distinct(Outcome::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Command::ALL.iter().map(|&command| command as u16).collect()));
     assert!(distinct(gateway_bits::ALL.iter().map(|row| row.0).collect()));
+    assert!(distinct(Cause::ALL.iter().map(|row| row.0 as u16).collect()));
+    assert!(distinct(Mode::ALL.iter().map(|row| row.0 as u16).collect()));
+    assert!(distinct(Clock::ALL.iter().map(|row| row.0 as u16).collect()));
+    assert!(distinct(Duty::ALL.iter().map(|&duty| duty as u16).collect()));
     assert!(distinct(slot_bits::ALL.iter().map(|row| row.0).collect()));
 }
 
@@ -276,6 +281,8 @@ fn sections() -> BTreeMap<&'static str, String> {
             };
             let (times, numbers) = match entry.count {
                 1 => (String::new(), String::new()),
+                // Not one for each slot.
+                count if matches!(entry.item, Item::Start(_)) => (format!(" × {count}"), String::new()),
                 count => (
                     format!(" × {count}"),
                     format!("; slots {} to {}", entry.first, u16::from(entry.first) + u16::from(count) - 1),
@@ -320,6 +327,10 @@ fn sections() -> BTreeMap<&'static str, String> {
     sections.insert("status", codes(&Status::ALL.map(|(code, name, text)| (code as u16, name, text))));
     sections.insert("kinds", codes(&Kind::ALL.map(|(code, name, text)| (code as u16, name, text))));
     sections.insert("outcomes", codes(&Outcome::ALL.map(|(code, name, text)| (code as u16, name, text))));
+    sections.insert("causes", codes(&Cause::ALL.map(|(code, name, text)| (code as u16, name, text))));
+    sections.insert("modes", codes(&Mode::ALL.map(|(code, text)| (code as u16, code.name(), text))));
+    sections.insert("clocks", codes(&Clock::ALL.map(|(code, text)| (code as u16, code.name(), text))));
+    sections.insert("duties", codes(&Duty::ALL.map(|duty| (duty as u16, duty.name(), duty.meaning()))));
     sections.insert("gateway status", bits(&gateway_bits::ALL));
     sections.insert("flags", bits(&slot_bits::ALL));
     let head = String::from("| code | name | target | value | arm key | what |\n|---|---|---|---|---|---|\n");

@@ -8,6 +8,7 @@ use common::Bench;
 use common::model::{self, STEP, age, angle, has_detail};
 
 use clino_modbus::Status;
+use clino_recovery::{Crash, Duty, Registers};
 
 const LIST: &str = include_str!("../../../docs/modbus.csv");
 
@@ -77,8 +78,47 @@ fn every_number_is_what_its_name_says() {
         let mask = if line.registers == 1 { 0xFFFF } else { u32::MAX };
         assert_eq!(found, expected.unwrap_or(none(line.kind)) & mask, "{}", line.name);
     }
-    // Four details of every other slot; eight copies of the angles of six slots; two of the ages of three; the oldest age.
-    assert_eq!(nones, 24 * 4 + 6 * 8 + 3 * 2 + 1);
+    // Four details of every other slot; eight copies of the angles of six slots; two of the ages of three; the oldest age;
+    // the detail of the crash.
+    assert_eq!(nones, 24 * 4 + 6 * 8 + 3 * 2 + 1 + 1);
+}
+
+/// The registers of the block *start*.
+fn start(crash: Option<Crash>) -> Vec<u16> {
+    let mut bench = Bench::new();
+    bench.host.start.crash = crash;
+    bench.read(0x0980, 36).expect("the block")
+}
+
+#[test]
+fn without_a_crash_there_is_nothing_of_one() {
+    let words = start(None);
+    let (first, rest) = words.split_at(8);
+    assert_eq!(first, [1, 2, 2, 0xFFFF, 1, 4_465, 1, 4_466], "70001 and 70002 starts and crashes");
+    // One number before the pc has one register, and one beside it has no name.
+    assert_eq!(rest[6..8], [0xFFFF, 0]);
+    assert!(rest[..6].iter().chain(&rest[8..20]).all(|&word| word == 0xFFFF), "{words:04X?}");
+    assert_eq!(rest[20..], [0; 8], "no file");
+}
+
+#[test]
+fn a_panic_has_a_file_and_a_line_and_no_registers() {
+    let words = start(Some(Crash::panic("src/modbus/desk.rs", 0x1_2345)));
+    assert_eq!((words[3], &words[12..15]), (9, &[0x0001, 0x2345, 0xFFFF][..]));
+    assert_eq!(words[16..28], [0xFFFF; 12], "neither registers nor a fault");
+    let text: Vec<u8> = words[28..].iter().flat_map(|word| word.to_be_bytes()).collect();
+    assert_eq!(text, b"c/modbus/desk.rs", "the last sixteen characters");
+    let short = start(Some(Crash::panic("a.rs", 7)));
+    assert_eq!(short[28..], [0x612E, 0x7273, 0, 0, 0, 0, 0, 0]);
+}
+
+#[test]
+fn a_stalled_duty_is_named_and_what_its_fault_status_would_be_is_not() {
+    let at = Registers { pc: 0x0800_1234, lr: 0x0800_5678, sp: 0x2000_0100, exception: 0 };
+    let words = start(Some(Crash::stalled(Duty::Storage, at)));
+    assert_eq!((words[3], &words[12..15]), (8, &[0, 6, 0][..]));
+    assert_eq!(words[16..22], [0x0800, 0x1234, 0x0800, 0x5678, 0x2000, 0x0100]);
+    assert_eq!(words[22..28], [0xFFFF; 6]);
 }
 
 /// What a number of this name has to be, as its bits, in the state that was held.
@@ -119,6 +159,23 @@ fn expected(name: &str, held: i32) -> Option<u32> {
         "port_baud" => 19_200,
         "port_stop_bits" => 1,
         "command" | "command_target" | "command_value" | "arm_key" => 0,
+        "start_cause" => 1,
+        "start_mode" | "clock_source" => 2,
+        "boots" => 70_001,
+        "crashes" => 70_002,
+        // An access to nothing: no duty, no line, no file.
+        "crash_cause" => 12,
+        "crash_boot" => 70_003,
+        "crash_uptime" => 70_004,
+        "crash_detail" => return None,
+        "crash_exception" => 22,
+        "crash_pc" => 0x0801_0203,
+        "crash_lr" => 0x0801_0405,
+        "crash_sp" => 0x2001_FF08,
+        "crash_cfsr" => 0x8200,
+        "crash_hfsr" => 0x4000_0000,
+        "crash_address" => 0x2222_2222,
+        _ if name.starts_with("crash_file_") => 0,
         "last_command" => 16,
         "command_outcome" => 1,
         "command_sequence" => 0xFFFE,
@@ -311,7 +368,7 @@ fn every_other_address() {
         0x0000..0x00E0_u32,
         0x0100..0x0790,
         0x0800..0x08C0,
-        0x0900..0x0980,
+        0x0900..0x09C0,
         0x1000..0x1600,
         0x1800..0x1820,
         0x1840..0x1850,

@@ -86,6 +86,11 @@ impl Cause {
         Cause::ALL.into_iter().find(|(cause, ..)| *cause == self).map_or("unknown", |(_, name, _)| name)
     }
 
+    /// Whether something went wrong with the gateway itself.
+    pub const fn is_crash(self) -> bool {
+        self as u8 >= Cause::Stalled as u8 || matches!(self, Cause::Watchdog | Cause::WindowWatchdog)
+    }
+
     /// The cause of this number.
     pub fn from_number(number: u8) -> Cause {
         Cause::ALL

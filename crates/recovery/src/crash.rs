@@ -77,6 +77,16 @@ impl FaultStatus {
         FaultStatus { cfsr, hfsr, address }
     }
 
+    /// Whether there was a fault at all.
+    pub const fn is_fault(&self) -> bool {
+        self.cfsr | self.hfsr != 0
+    }
+
+    /// The address that was accessed, if the core knows it.
+    pub const fn known_address(&self) -> Option<u32> {
+        if self.cfsr & (MEMORY_ADDRESS | BUS_ADDRESS) != 0 { Some(self.address) } else { None }
+    }
+
     /// What kind of fault it was. `outside`: the stack pointer was outside the stack.
     pub const fn cause(&self, outside: bool) -> Cause {
         let cfsr = self.cfsr;

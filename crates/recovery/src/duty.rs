@@ -42,6 +42,18 @@ impl Duty {
         }
     }
 
+    /// What goes on while it checks in, for the documentation.
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Duty::T7Bus => "the T7 bus keeps its own deadlines",
+            Duty::IsuBus => "the ISU bus keeps its own deadlines",
+            Duty::Pwm => "captured PWM cycles are fetched",
+            Duty::Modbus => "the Modbus server runs",
+            Duty::Console => "the console's loop goes round, or its characters go out",
+            Duty::Storage => "storing ends",
+        }
+    }
+
     /// The duty of this number.
     pub fn from_number(number: u32) -> Option<Duty> {
         Duty::ALL.into_iter().find(|duty| *duty as u32 == number)

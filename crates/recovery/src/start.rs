@@ -28,6 +28,13 @@ pub enum Mode {
 }
 
 impl Mode {
+    /// All of them, by number, with their meanings.
+    pub const ALL: [(Mode, &'static str); 3] = [
+        (Mode::Normal, "everything is started"),
+        (Mode::Safe, "after three fast crashes in a row: the console and the Modbus port, no bus"),
+        (Mode::Bare, "after six: the same, with the configuration as delivered"),
+    ];
+
     /// Its name in JSON and in the documentation.
     pub const fn name(self) -> &'static str {
         match self {
@@ -60,6 +67,13 @@ pub enum Clock {
 }
 
 impl Clock {
+    /// All of them, by number, with their meanings.
+    pub const ALL: [(Clock, &'static str); 3] = [
+        (Clock::Crystal, "the crystal"),
+        (Clock::Internal, "the internal oscillator, because the crystal did not start"),
+        (Clock::Fallback, "the internal oscillator, because the crystal has stopped since power came"),
+    ];
+
     /// Its name in JSON and in the documentation.
     pub const fn name(self) -> &'static str {
         match self {

@@ -50,7 +50,7 @@ fn what_is_saved_survives_a_reset_and_is_not_written_twice() {
             r#"{"what":"saved","stored":"written"}"#,
             r#"{"what":"saved","stored":"unchanged"}"#,
             r#"{"done":true}"#,
-            r#"{"what":"start","cause":"software","boots":2}"#,
+            r#"{"what":"start","cause":"software","boots":2,"crashes":0,"mode":"normal","clock":"crystal"}"#,
         ]
     );
     let last = ran.slot(0).last().expect("a reading");

@@ -6,11 +6,12 @@ use std::rc::Rc;
 
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
-use clino_console::{BusState, Host, Saved, Shell, Start, StorageError};
+use clino_console::{BusState, Host, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
+use clino_recovery::{Cause, Start};
 use embedded_io::{ErrorType, Write};
 
 /// What the far end reads.
@@ -42,6 +43,7 @@ pub struct Rest {
     /// What was stored, forgotten or started again, in that order.
     pub done: Vec<&'static str>,
     pub broken_storage: bool,
+    pub start: Start,
 }
 
 impl Host for Rest {
@@ -100,8 +102,8 @@ impl Host for Rest {
         "9.8.7"
     }
 
-    fn start(&self) -> Option<Start> {
-        Some(Start { cause: "watchdog", boots: 12 })
+    fn start(&self) -> Start {
+        self.start
     }
 
     fn save(&mut self) -> Result<Saved, StorageError> {
@@ -169,6 +171,7 @@ impl Desk {
             modbus: Some(clino_modbus::Settings::DEFAULT),
             done: Vec::new(),
             broken_storage: false,
+            start: Start { cause: Cause::PowerOn, boots: 1, ..Start::default() },
         };
         rest.publish();
         let port = Port::default();

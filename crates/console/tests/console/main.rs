@@ -4,3 +4,4 @@ mod desk;
 mod people;
 mod programs;
 mod slots;
+mod starts;

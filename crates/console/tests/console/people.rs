@@ -3,6 +3,7 @@
 use clino_bus::Micros;
 use clino_gateway::Bus;
 use clino_gateway::order::Order;
+use clino_recovery::Mode;
 
 use crate::desk::Desk;
 
@@ -12,7 +13,25 @@ fn enter_brings_a_prompt_and_what_is_typed_is_echoed() {
     assert!(desk.type_in("\r").ends_with("clino> "));
     assert_eq!(desk.type_in("vers"), "vers");
     assert!(desk.type_in("\t").contains("ion"), "completion");
-    assert!(desk.type_in("\r").contains("clino: version 9.8.7, uptime_ms 0\r\n"));
+    assert!(desk.type_in("\r").contains("clino: version 9.8.7, uptime_ms 0, mode normal, clock crystal\r\n"));
+}
+
+#[test]
+fn safe_mode_is_said_before_the_prompt() {
+    for (mode, said) in [(Mode::Normal, ""), (Mode::Safe, "safe mode"), (Mode::Bare, "bare mode")] {
+        let mut desk = Desk::new();
+        desk.rest.start.mode = mode;
+        let greeting = desk.type_in("\r");
+        let end = if said.is_empty() { "" } else { ", see reset-cause\r\n" };
+        assert!(greeting.starts_with(&format!("\r\n{said}")), "{greeting:?}");
+        assert!(greeting.contains(end) && greeting.ends_with("clino> "), "{greeting:?}");
+        assert_eq!(greeting.contains("mode"), mode != Mode::Normal, "{greeting:?}");
+        let name = format!("mode {}", mode.name());
+        assert!(desk.type_in("version\r").contains(&name), "{name}");
+        // A program is not greeted: it asks.
+        desk.type_in("json on\r");
+        assert_eq!(desk.type_in("\r"), "");
+    }
 }
 
 #[test]
@@ -84,7 +103,8 @@ fn former_lines_come_back_with_the_arrow() {
 fn json_is_a_mode_without_echo_and_back() {
     let mut desk = Desk::with_person();
     desk.type_in("json on\r");
-    assert_eq!(desk.type_in("version\r"), "{\"what\":\"clino\",\"version\":\"9.8.7\",\"uptime_ms\":0}\r\n");
+    let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal"}"#;
+    assert_eq!(desk.type_in("version\r"), format!("{version}\r\n"));
     assert!(desk.type_in("json off\r").ends_with("clino> "));
 }
 

@@ -23,10 +23,8 @@ fn a_program_may_speak_into_the_stream() {
 fn either_line_end_or_both_end_a_command() {
     let mut desk = Desk::new();
     for end in ["\r", "\n", "\r\n"] {
-        assert_eq!(
-            desk.type_in(&format!("version{end}")),
-            "{\"what\":\"clino\",\"version\":\"9.8.7\",\"uptime_ms\":0}\r\n"
-        );
+        let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal"}"#;
+        assert_eq!(desk.type_in(&format!("version{end}")), format!("{version}\r\n"));
     }
 }
 
@@ -199,12 +197,6 @@ fn the_modbus_port_is_shown_and_set() {
     assert_eq!(shown(&mut desk), format!("{end}\r\n"));
     desk.rest.modbus = None;
     assert_eq!(shown(&mut desk), "{\"error\":{\"kind\":\"absent\",\"what\":\"modbus\"}}\r\n");
-}
-
-#[test]
-fn the_cause_of_the_last_reset_is_told() {
-    let said = Desk::new().type_in("reset-cause\r");
-    assert_eq!(said, "{\"what\":\"start\",\"cause\":\"watchdog\",\"boots\":12}\r\n");
 }
 
 #[test]

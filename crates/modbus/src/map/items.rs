@@ -11,6 +11,8 @@ pub enum Item {
     Detail(DetailItem),
     /// Of what happened on a bus.
     Bus(BusItem),
+    /// Of how the gateway has started.
+    Start(StartItem),
     /// Of how a slot is set.
     SlotSetting(SlotSetting),
     /// Of how a bus is set.
@@ -169,6 +171,45 @@ pub enum BusItem {
     ReleaseMax,
     /// Longest time the driver was on.
     HighMax,
+}
+
+/// Of how the gateway has started; see [`Start`](clino_recovery::Start) and [`Crash`](clino_recovery::Crash).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StartItem {
+    /// What ended the time before.
+    Cause,
+    /// What is started.
+    Mode,
+    /// What time is measured with.
+    Clock,
+    /// Starts.
+    Boots,
+    /// Crashes.
+    Crashes,
+    /// Of the last crash: what,
+    CrashCause,
+    /// in which start,
+    CrashBoot,
+    /// and how long after it.
+    CrashUptime,
+    /// The duty that was silent, or the line of a panic.
+    CrashDetail,
+    /// The exception that was active.
+    Exception,
+    /// The instruction.
+    Pc,
+    /// Where it was called from.
+    Lr,
+    /// The stack.
+    Sp,
+    /// Fault status.
+    Cfsr,
+    /// HardFault status.
+    Hfsr,
+    /// Address of a fault.
+    Address,
+    /// Two characters of the name of a file.
+    File,
 }
 
 /// Of how a slot is set; see [`SlotConfig`](crate::config::SlotConfig).

@@ -3,10 +3,11 @@
 use clino_bus::Micros;
 use clino_gateway::config::Filter;
 use clino_gateway::order;
+use clino_recovery::PLACE;
 
 use super::{
     Block, BusItem as B, BusSetting as P, CommandItem as C, DetailItem as D, Entry, Form, GatewayItem as G,
-    Item, PortSetting as M, ReadingItem as R, SlotSetting as S,
+    Item, PortSetting as M, ReadingItem as R, SlotSetting as S, StartItem as T,
 };
 use crate::host::SLOTS;
 
@@ -101,6 +102,15 @@ pub const BLOCKS: &[Block] = &[
         count: 2,
         entries: BUS,
         text: "What happened on a bus since reset. Bus 0 is the T7 bus, bus 1 the ISU bus. Counters wrap.",
+    },
+    Block {
+        name: "start",
+        prefix: "",
+        base: 0x0980,
+        stride: 0x40,
+        count: 1,
+        entries: START,
+        text: "Why, how often and how the gateway has started, and its last crash since power came.",
     },
     Block {
         name: "slot settings",
@@ -326,6 +336,55 @@ const BUS: &[Entry] = &[
     bus(46, B::ReleaseMax, "de_release_max", "ns", "longest time from our last stop bit to DE low"),
     bus(48, B::HighMax, "de_high_max", "us", "longest time DE was high"),
 ];
+
+const fn start(
+    offset: u16,
+    form: Form,
+    item: T,
+    name: &'static str,
+    unit: &'static str,
+    text: &'static str,
+) -> Entry {
+    Entry::new(offset, form, Item::Start(item), name, unit, text)
+}
+
+const START: &[Entry] = &[
+    start(0, Form::U16, T::Cause, "start_cause", "code", "what ended the time before; see *causes*"),
+    start(1, Form::U16, T::Mode, "start_mode", "code", "what is started; see *modes*"),
+    start(2, Form::U16, T::Clock, "clock_source", "code", "what time and bit rates are made of; see *clocks*"),
+    start(3, Form::U16, T::CrashCause, "crash_cause", "code", "the last crash; see *causes*"),
+    start(4, Form::U32, T::Boots, "boots", "", "starts since power came, this one included; wraps"),
+    start(6, Form::U32, T::Crashes, "crashes", "", "how many of the times before ended in a crash; wraps"),
+    start(8, Form::U32, T::CrashBoot, "crash_boot", "", "the start in which it crashed, counted like *boots*"),
+    start(10, Form::U32, T::CrashUptime, "crash_uptime", "ms", "from that start to the crash"),
+    start(
+        12,
+        Form::U32,
+        T::CrashDetail,
+        "crash_detail",
+        "",
+        "cause *stalled*: see *duties*; cause *panic*: line of the file",
+    ),
+    start(14, Form::U16, T::Exception, "crash_exception", "", "number of the active exception; 0: the main loop"),
+    start(16, Form::U32, T::Pc, "crash_pc", "", "instruction"),
+    start(18, Form::U32, T::Lr, "crash_lr", "", "where it was called from"),
+    start(20, Form::U32, T::Sp, "crash_sp", "", "stack pointer"),
+    start(22, Form::U32, T::Cfsr, "crash_cfsr", "bits", "configurable fault status register (ARMv7-M)"),
+    start(24, Form::U32, T::Hfsr, "crash_hfsr", "bits", "HardFault status register (ARMv7-M)"),
+    start(26, Form::U32, T::Address, "crash_address", "", "address that was accessed"),
+    start(
+        28,
+        Form::U16,
+        T::File,
+        "crash_file",
+        "",
+        "end of the name of the file of a panic, two ASCII characters in each, the first in the high byte; then 0",
+    )
+    .times(0, FILE),
+];
+
+/// Registers for the name of a file.
+const FILE: u8 = (PLACE / 2) as u8;
 
 const fn setting(
     offset: u16,

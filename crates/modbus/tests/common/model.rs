@@ -9,6 +9,7 @@ use clino_modbus::config::{BusConfig, SlotConfig};
 use clino_modbus::{
     Bus, GatewayView, Host, Kind, Refusal, SlotCounters, SlotDetail, SlotReading, Status, Write,
 };
+use clino_recovery::{Cause, Clock, Crash, FaultStatus, Mode, Registers, Start};
 
 /// All slots move by this much, in millidegrees, whenever somebody looks.
 pub const STEP: i32 = 7;
@@ -26,6 +27,7 @@ pub struct Model {
     pub buses: [BusConfig; 2],
     pub counters: [Counters; 2],
     pub progress: Progress,
+    pub start: Start,
 }
 
 /// Angle of a slot when nobody has looked at it.
@@ -100,12 +102,29 @@ impl Model {
                 done: 3,
                 of: 8,
             },
+            start: start(),
         }
     }
 
     fn look(&self) -> i32 {
         self.looks.set(self.looks.get() + 1);
         self.held.expect("a snapshot before the first look")
+    }
+}
+
+/// A start after a fault of which everything is known.
+pub fn start() -> Start {
+    // The address is valid: BFARVALID, PRECISERR.
+    let fault = FaultStatus::new(0x8200, 0x4000_0000, 0x1111_1111, 0x2222_2222);
+    let registers = Registers { pc: 0x0801_0203, lr: 0x0801_0405, sp: 0x2001_FF08, exception: 22 };
+    let crash = Crash::fault(fault, Some(registers), false);
+    Start {
+        cause: Cause::PowerOn,
+        boots: 70_001,
+        crashes: 70_002,
+        mode: Mode::Bare,
+        clock: Clock::Fallback,
+        crash: Some(Crash { boot: 70_003, uptime_ms: 70_004, ..crash }),
     }
 }
 
@@ -158,6 +177,11 @@ impl Host for Model {
             sequence: 0xBEEF,
             progress: self.progress,
         }
+    }
+
+    fn start(&self) -> Start {
+        self.look();
+        self.start
     }
 
     fn reading(&self, slot: usize) -> SlotReading {
