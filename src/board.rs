@@ -15,7 +15,7 @@
 //! All pins used are 5 V tolerant (DS8626 table 7, "FT").
 
 use clino_bus::Event;
-use clino_gateway::{Capture, Settings};
+use clino_gateway::{Capture, Restraint, Settings};
 use clino_recovery::{Clock, Mode};
 use cortex_m::peripheral::DWT;
 use cortex_m::singleton;
@@ -173,9 +173,21 @@ impl Board {
         let pwm2 = PwmCapture::new(peripherals.TIM2, TimerInput::Ti1, pin, pwm2_producer);
 
         let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
-        bus::start(inbox, &settings, params::pwm_limits(timer_hz));
+        let limits = params::pwm_limits(timer_hz, clock.is_exact());
+        bus::start(inbox, &settings, limits, restraint(start.mode, clock));
         modbus::start(lines, modbus_settings);
         Board { mode: start.mode, keys, keeper, ports: Ports { t7, isu, pwm1, pwm2 } }
+    }
+}
+
+/// What must not be asked of the gateway.
+fn restraint(mode: Mode, clock: Clock) -> Restraint {
+    if mode != Mode::Normal {
+        Restraint::NoBuses
+    } else if !clock.is_exact() {
+        Restraint::InexactClock
+    } else {
+        Restraint::None
     }
 }
 

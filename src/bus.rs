@@ -8,7 +8,7 @@
 use clino_bus::{Event, Micros, earliest};
 use clino_codec::pwm;
 use clino_console::BusState;
-use clino_gateway::{Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput, Settings};
+use clino_gateway::{Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput, Restraint, Settings};
 use clino_recovery::Duty;
 use cortex_m::peripheral::NVIC;
 use heapless::spsc::Consumer;
@@ -41,12 +41,13 @@ static LEVEL: Ceiling<BusLevel, { priority::BUS }> = Ceiling::new();
 
 /// Makes the bus level ready to run; it does once its interrupt is let in.
 #[inline(never)]
-pub fn start(inbox: Inbox, settings: &Settings, pwm: pwm::Limits) {
+pub fn start(inbox: Inbox, settings: &Settings, pwm: pwm::Limits, restraint: Restraint) {
     LEVEL.fill(|| BusLevel {
         gateway: Gateway::new(settings, pwm),
         inbox,
         snapshot: shared::SNAPSHOT.publisher(),
     });
+    with(|gateway| gateway.restrain(restraint));
     wake();
 }
 

@@ -6,7 +6,7 @@
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
 use clino_gateway::config::PWM_PERIOD;
-use clino_gateway::{PwmInput, SlotConfig, Source};
+use clino_gateway::{INTERNAL_OSCILLATOR_PPM, PwmInput, SlotConfig, Source};
 
 /// Crystal on the board, Hz (STM32F4-Discovery X2, 8 MHz).
 pub const CRYSTAL_HZ: u32 = 8_000_000;
@@ -67,9 +67,11 @@ pub const PWM_NO_SIGNAL: Micros = Micros(PWM_PERIOD.as_micros() as u64 * 5 / 2);
 /// 84 MHz (RM0090 section 18.4.7). Both edges are delayed alike, so the duty cycle is not.
 pub const CAPTURE_FILTER: u8 = 0b1111;
 
-/// Limits within which a PWM cycle is an angle, for a timer at `timer_hz`.
-pub const fn pwm_limits(timer_hz: u32) -> pwm::Limits {
-    pwm::Limits::new(timer_hz)
+/// Limits within which a PWM cycle is an angle, for a timer at `timer_hz`. Without the crystal the period may be off by what
+/// the internal oscillator is off.
+pub const fn pwm_limits(timer_hz: u32, is_exact: bool) -> pwm::Limits {
+    let limits = pwm::Limits::new(timer_hz);
+    if is_exact { limits } else { limits.with_clock_error(INTERNAL_OSCILLATOR_PPM) }
 }
 
 /// The slot table the gateway starts with.
