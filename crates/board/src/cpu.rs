@@ -8,23 +8,31 @@
 //! - lets the board's [`Actor`]s act at their own instants, in order of time, with the position set back to that
 //!   very cycle (a timer input captures the cycle of the edge, not of the instruction that follows),
 //! - catches up the stock timers when one of them has an event, also one armed a moment ago,
-//! - jumps to the next of all these when the core sleeps, or when busy flash stalls it.
+//! - jumps to the next of all these when the core sleeps, when busy flash stalls it, or when only an interrupt or a
+//!   reset can end what it does: locked up, or at a branch to itself,
+//! - plants the faults that a scenario wants.
 //!
 //! It returns early from a round only where the machine has to act between rounds: a change of clock rates and
 //! a reset of the whole chip.
 
 mod device;
+mod plant;
 mod stall;
 mod step;
 
+use crate::incident::{Event, Incident, ResetCause};
+use crate::plant::{Bait, Plant};
 use crate::timeline::{Actor, Rate, Timeline, lock};
 use clino_sim::node::Ns;
 use device::ResetLine;
+use plant::Planting;
 use rsemu::core::Result;
 use rsemu::core::device::{Device, MachineReset};
 use rsemu::core::props::Props;
 use rsemu::core::sched::{AccessKind, LazyHandle, TickCursor};
+use rsemu::core::space::MemAttrs;
 use rsemu::core::sync::Ordering;
+use rsemu::core::value::Width;
 use rsemu::core::wire::{Level, WireSource};
 use rsemu::cpu::arm::v7m::ArmV7m;
 use rsemu::cpu::arm::v7m::sys::Exception;
@@ -41,6 +49,9 @@ const LOOK_EVERY: u32 = 8;
 
 /// "Nothing due".
 const NEVER: u64 = u64::MAX;
+
+/// A branch to itself (ARM DDI 0403 A7.7.12).
+const BRANCH_TO_SELF: u64 = 0xe7fe;
 
 /// What the core has done since power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,6 +97,17 @@ struct Timer {
     base: u64,
 }
 
+/// Whether the next step will be the same as the last.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Idle {
+    /// It will not.
+    No,
+    /// In WFI or WFE.
+    Asleep,
+    /// Locked up, or at a branch to itself.
+    Stuck,
+}
+
 /// What one round of execution works on.
 #[derive(Default)]
 struct Work {
@@ -102,6 +124,12 @@ struct Work {
     acted: Ns,
     timers: Vec<Timer>,
     flash: Option<BusyFlash>,
+    planting: Planting,
+    incidents: Vec<Incident>,
+    /// Program counter at the last look.
+    seen_pc: u32,
+    /// The core was seen locked up since the last reset.
+    locked_up: bool,
     stats: CpuStats,
 }
 
@@ -154,6 +182,21 @@ impl Cpu {
         lock(&self.work).is_without_power()
     }
 
+    /// Plants a fault.
+    pub fn order(&self, plant: Plant, bait: Bait) {
+        lock(&self.work).planting.add(plant, bait);
+    }
+
+    /// Whether the watchdog has bitten, and the core has not looked yet.
+    pub fn is_about_to_be_reset(&self) -> bool {
+        self.reset_line.asserted.load(Ordering::Relaxed)
+    }
+
+    /// What has befallen the chip since power-up, in order.
+    pub fn incidents(&self) -> Vec<Incident> {
+        lock(&self.work).incidents.clone()
+    }
+
     /// Counters since power-up.
     pub fn stats(&self) -> CpuStats {
         lock(&self.work).stats
@@ -187,8 +230,9 @@ impl Cpu {
         }
         let mut acting = self.next_act(work, at);
         let mut timing = work.next_timer_event(anchor);
+        let mut planting = self.next_planting(work);
         let mut until_look = LOOK_EVERY;
-        let mut dozing = false;
+        let mut idle = Idle::No;
 
         if work.is_without_power() {
             return budget;
@@ -213,43 +257,46 @@ impl Cpu {
                 // One cycle at least, in case an event lies where the core stands.
                 at += self.stall(work, at, until.min(end).min(acting).min(timing).max(at + 1));
                 timing = work.next_timer_event(anchor);
-                if self.must_leave(work) {
+                if self.must_leave(work, at) {
                     break;
                 }
                 continue;
+            }
+            if at >= planting && self.plant(work, at) {
+                planting = self.next_planting(work);
             }
             let cycles = step(&self.core);
             if cycles == 0 {
                 break;
             }
             at += cycles;
-            if dozing {
-                work.stats.asleep_cycles += cycles;
-            } else {
-                work.stats.instructions += 1;
-                work.stats.awake_cycles += cycles;
-            }
+            work.count(idle, cycles);
+            work.stats.instructions += u64::from(idle != Idle::Asleep);
             if self.timeline.take_nudge() {
                 acting = self.next_act(work, at);
             }
             until_look -= 1;
-            if until_look > 0 && !dozing {
+            if until_look > 0 && idle == Idle::No {
                 continue;
             }
             until_look = LOOK_EVERY;
             timing = work.next_timer_event(anchor);
-            if self.must_leave(work) {
+            if self.must_leave(work, at) {
                 break;
             }
-            // Asleep after a step that began asleep: nothing was pending, so nothing can happen before the next
-            // event. (The WFI itself proves nothing: it may fall through at once.)
-            let asleep = self.core.is_asleep();
-            if asleep && dozing {
-                let skipped = self.sleep_until(at, end.min(acting).min(timing));
+            let next = end.min(acting).min(timing).min(if planting > at { planting } else { NEVER });
+            // Idle after a step that began idle: nothing was pending, so nothing can happen before the next event.
+            // (The WFI itself proves nothing: it may fall through at once.)
+            let now = self.idleness(work, at);
+            if now == idle {
+                let skipped = match idle {
+                    Idle::No => 0,
+                    Idle::Asleep | Idle::Stuck => self.sleep_until(at, next),
+                };
                 at += skipped;
-                work.stats.asleep_cycles += skipped;
+                work.count(idle, skipped);
             }
-            dozing = asleep;
+            idle = now;
         }
         // What is due within this round must not find the timers at its end already.
         let seam = at.min(end);
@@ -304,12 +351,35 @@ impl Cpu {
         }
     }
 
+    /// What the core is doing after a step.
+    fn idleness(&self, work: &mut Work, at: u64) -> Idle {
+        if self.core.is_asleep() {
+            return Idle::Asleep;
+        }
+        let pc = self.core.pc();
+        if std::mem::replace(&mut work.seen_pc, pc) != pc {
+            return Idle::No;
+        }
+        if self.core.is_locked_up() {
+            if !std::mem::replace(&mut work.locked_up, true) {
+                work.note(self.timeline.ns_at(at), Event::Lockup);
+            }
+            return Idle::Stuck;
+        }
+        let instruction = self
+            .core
+            .space()
+            .map(|space| space.read(u64::from(pc), Width::U16, MemAttrs::DEBUG).unwrap_or_default());
+        if instruction == Some(BRANCH_TO_SELF) { Idle::Stuck } else { Idle::No }
+    }
+
     /// Whether the machine has something to do between rounds.
-    fn must_leave(&self, work: &mut Work) -> bool {
+    fn must_leave(&self, work: &mut Work, at: u64) -> bool {
         if self.clocks.get().is_some_and(|clocks| Some(clocks.generation()) != work.generation) {
             return true;
         }
-        if self.core.reset_requested() {
+        let software = self.core.reset_requested();
+        if software {
             self.core.clear_reset_request();
             if let Some(line) = &*lock(&self.sysresetreq) {
                 line.pulse(Level::High);
@@ -320,6 +390,10 @@ impl Cpu {
             return false;
         }
         work.stats.resets += 1;
+        let now = self.timeline.ns_at(at);
+        work.note(now, Event::Reset(if software { ResetCause::Software } else { ResetCause::Watchdog }));
+        work.planting.reset(now);
+        work.locked_up = false;
         for actor in &work.actors {
             actor.resetting();
         }
@@ -345,6 +419,17 @@ impl Cpu {
 }
 
 impl Work {
+    fn count(&mut self, idle: Idle, cycles: u64) {
+        match idle {
+            Idle::Asleep => self.stats.asleep_cycles += cycles,
+            Idle::No | Idle::Stuck => self.stats.awake_cycles += cycles,
+        }
+    }
+
+    fn note(&mut self, at: Ns, event: Event) {
+        self.incidents.push(Incident { at, event });
+    }
+
     /// Whether the supply has failed.
     fn is_without_power(&self) -> bool {
         self.flash.as_ref().is_some_and(BusyFlash::is_without_power)

@@ -3,8 +3,10 @@
 pub mod analysis;
 pub mod console;
 pub mod edges;
+pub mod incident;
 pub mod modbus;
 pub mod oracle;
+pub mod plant;
 pub mod run;
 pub mod scenario;
 pub mod summary;

@@ -3,7 +3,9 @@
 use crate::cpu::{self, BusyFlash, Cpu, CpuStats, Fault};
 use crate::elf::Image;
 use crate::flash::Sectors;
+use crate::incident::Incident;
 use crate::narrow::Narrow;
+use crate::plant::{Bait, NoBait, Plant};
 use crate::ports::{self, Ports};
 use crate::pwm::{self, Pulse, PwmDevice, PwmWaveform, Source};
 use crate::rtt;
@@ -12,6 +14,7 @@ use crate::usart::{self, Connections, UsartDevice};
 use clino_segment::wire::Wire;
 use clino_sim::node::Ns;
 use rsemu::core::clock::GlobalTime;
+use rsemu::core::device::Device;
 use rsemu::core::error::Error;
 use rsemu::core::props::Props;
 use rsemu::core::space::{AddressSpace, MemAttrs};
@@ -36,6 +39,7 @@ pub struct Board {
     space: Arc<AddressSpace>,
     timeline: Arc<Timeline>,
     cpu: Arc<Cpu>,
+    watchdog: Arc<dyn Device>,
     pwm: [Arc<Source>; 2],
     rtt: Option<Arc<rtt::Reader>>,
 }
@@ -47,7 +51,7 @@ pub struct BuildError(String);
 /// Why the board does not run on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Stopped {
-    /// Firmware is stuck in a fault handler, or locked up.
+    /// Firmware is stuck in a fault handler, or locked up, and no watchdog is running that would end it.
     Faulted {
         /// When this was noticed: up to 2 ms after the fault.
         at: Ns,
@@ -114,7 +118,8 @@ impl Board {
         cpu.surround(actors, timers(&machine)?);
         let (device, handle) = lazy(&machine, "eflash")?;
         cpu.execute_from(BusyFlash::new(device, handle));
-        Ok(Board { machine, scheduled: 0, space, timeline, cpu, pwm, rtt })
+        let (watchdog, _) = lazy(&machine, "iwdg")?;
+        Ok(Board { machine, scheduled: 0, space, timeline, cpu, watchdog, pwm, rtt })
     }
 
     /// Lets virtual time run, by whole milliseconds, until `ns` since power-up has been reached.
@@ -138,11 +143,17 @@ impl Board {
                 return Err(Stopped::PowerLost { at: self.now() });
             }
             // A handler that records the fault and resets is through long before it is seen twice.
-            if let Some(fault) = self.cpu.fault().filter(|fault| was_faulted || fault.lockup) {
+            let stuck = self.cpu.fault().filter(|fault| was_faulted || fault.lockup);
+            if let Some(fault) = stuck.filter(|_| !self.is_watched()) {
                 return Err(self.stopped(fault));
             }
         }
         Ok(())
+    }
+
+    /// Whether the watchdog is running, or has just bitten: only then does it have an event ahead for long.
+    fn is_watched(&self) -> bool {
+        self.watchdog.next_event_tick().is_some() || self.cpu.is_about_to_be_reset()
     }
 
     fn stopped(&self, fault: Fault) -> Stopped {
@@ -174,6 +185,21 @@ impl Board {
     /// power-up, from 1; what the torn step leaves behind follows from `seed`.
     pub fn cut_power_at(&mut self, step: u64, seed: u64) {
         self.cpu.cut_power_at(step, seed);
+    }
+
+    /// Plants a fault into the running image.
+    ///
+    /// # Errors
+    ///
+    /// [`NoBait`] if the image lacks what it takes.
+    pub fn plant(&mut self, plant: Plant, image: &Image) -> Result<(), NoBait> {
+        self.cpu.order(plant, Bait::find(image, plant.what)?);
+        Ok(())
+    }
+
+    /// What has befallen the chip since power-up, in order: resets, planted faults, lockups.
+    pub fn incidents(&self) -> Vec<Incident> {
+        self.cpu.incidents()
     }
 
     /// What is in the sectors that firmware writes to, for [`Image::with_stored`].
@@ -253,7 +279,13 @@ fn bind(options: &mut BuildOptions, parts: &Arc<Parts>) -> rsemu::core::Result<(
     Ok(())
 }
 
-type LazyDevice = (Arc<dyn rsemu::core::device::Device>, rsemu::core::sched::LazyHandle);
+impl From<NoBait> for BuildError {
+    fn from(error: NoBait) -> BuildError {
+        BuildError(error.to_string())
+    }
+}
+
+type LazyDevice = (Arc<dyn Device>, rsemu::core::sched::LazyHandle);
 
 /// A stock device and the handle that catches it up.
 fn lazy(machine: &Machine, name: &str) -> rsemu::core::Result<LazyDevice> {

@@ -1,7 +1,7 @@
 //! The scenario file as it is written. Documented for users in `docs/scenario.md`.
 
 use std::fmt;
-use std::num::NonZeroU64;
+use std::num::{NonZeroU32, NonZeroU64};
 
 use clino_sim::motion::Motion;
 use clino_sim::{fault, pwm};
@@ -13,6 +13,7 @@ use toml::Spanned;
 use super::hex::Hex;
 use super::units::{Chances, Degrees, Hertz, Number, Time};
 use crate::modbus::{Framing, Parity};
+use crate::plant::{Level, What};
 
 /// Duration of a run that does not say.
 const DEFAULT_DURATION: Time = Time(5_000_000_000);
@@ -45,6 +46,31 @@ pub struct File {
     /// The master at the Modbus port.
     #[serde(default)]
     pub modbus: Modbus,
+    /// Faults planted into the running firmware.
+    #[serde(default)]
+    pub plant: Vec<Plant>,
+}
+
+/// A fault planted into the running firmware.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plant {
+    /// From when on: it happens when the level executes next.
+    pub at: Time,
+    /// What it does.
+    pub what: What,
+    /// Where.
+    pub level: Level,
+    /// How often.
+    #[serde(default = "once")]
+    pub times: NonZeroU32,
+    /// How long after the reset that it brought it is due again.
+    #[serde(default)]
+    pub again: Time,
+}
+
+fn once() -> NonZeroU32 {
+    NonZeroU32::MIN
 }
 
 /// A line that somebody types at the console.
