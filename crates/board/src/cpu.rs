@@ -20,7 +20,8 @@ mod plant;
 mod stall;
 mod step;
 
-use crate::incident::{Event, Incident, ResetCause};
+use crate::crystal;
+use crate::incident::{Chronicle, Event, ResetCause};
 use crate::plant::{Bait, Plant};
 use crate::timeline::{Actor, Rate, Timeline, lock};
 use clino_sim::node::Ns;
@@ -62,7 +63,7 @@ pub struct CpuStats {
     pub awake_cycles: u64,
     /// Core cycles spent in WFI or WFE.
     pub asleep_cycles: u64,
-    /// Core cycles spent waiting for flash that was programmed or erased.
+    /// Core cycles spent waiting for flash that was programmed or erased, or for a crystal that has stopped.
     pub stalled_cycles: u64,
     /// Words of flash programmed, and sectors erased.
     pub flash_steps: u64,
@@ -124,8 +125,8 @@ struct Work {
     acted: Ns,
     timers: Vec<Timer>,
     flash: Option<BusyFlash>,
+    crystal: Option<Arc<crystal::Pins>>,
     planting: Planting,
-    incidents: Vec<Incident>,
     /// Program counter at the last look.
     seen_pc: u32,
     /// The core was seen locked up since the last reset.
@@ -137,6 +138,7 @@ struct Work {
 pub(crate) struct Cpu {
     core: ArmV7m,
     timeline: Arc<Timeline>,
+    chronicle: Arc<Chronicle>,
     clocks: OnceLock<Arc<Clocks>>,
     machine_reset: OnceLock<Arc<MachineReset>>,
     reset_line: Arc<ResetLine>,
@@ -146,10 +148,11 @@ pub(crate) struct Cpu {
 
 impl Cpu {
     /// A core in its power-on state.
-    pub fn new(props: &Props, timeline: Arc<Timeline>) -> Result<Cpu> {
+    pub fn new(props: &Props, timeline: Arc<Timeline>, chronicle: Arc<Chronicle>) -> Result<Cpu> {
         Ok(Cpu {
             core: ArmV7m::from_props(props)?,
             timeline,
+            chronicle,
             clocks: OnceLock::new(),
             machine_reset: OnceLock::new(),
             reset_line: Arc::new(ResetLine::default()),
@@ -163,6 +166,11 @@ impl Cpu {
         let mut work = lock(&self.work);
         work.actors = actors;
         work.timers = timers.into_iter().map(|(device, handle)| Timer { device, handle, base: 0 }).collect();
+    }
+
+    /// Takes the crystal that the core's clock may come from.
+    pub fn clock_from(&self, crystal: Arc<crystal::Pins>) {
+        lock(&self.work).crystal = Some(crystal);
     }
 
     /// Takes the flash that the core executes from, and stalls for.
@@ -190,11 +198,6 @@ impl Cpu {
     /// Whether the watchdog has bitten, and the core has not looked yet.
     pub fn is_about_to_be_reset(&self) -> bool {
         self.reset_line.asserted.load(Ordering::Relaxed)
-    }
-
-    /// What has befallen the chip since power-up, in order.
-    pub fn incidents(&self) -> Vec<Incident> {
-        lock(&self.work).incidents.clone()
     }
 
     /// Counters since power-up.
@@ -257,6 +260,15 @@ impl Cpu {
                 // One cycle at least, in case an event lies where the core stands.
                 at += self.stall(work, at, until.min(end).min(acting).min(timing).max(at + 1));
                 timing = work.next_timer_event(anchor);
+                if self.must_leave(work, at) {
+                    break;
+                }
+                continue;
+            }
+            if until_look == LOOK_EVERY && work.is_without_clock() {
+                let until = end.min(acting).min(timing).max(at + 1);
+                work.stats.stalled_cycles += until - at;
+                at = until;
                 if self.must_leave(work, at) {
                     break;
                 }
@@ -362,7 +374,7 @@ impl Cpu {
         }
         if self.core.is_locked_up() {
             if !std::mem::replace(&mut work.locked_up, true) {
-                work.note(self.timeline.ns_at(at), Event::Lockup);
+                self.chronicle.note(self.timeline.ns_at(at), Event::Lockup);
             }
             return Idle::Stuck;
         }
@@ -391,7 +403,8 @@ impl Cpu {
         }
         work.stats.resets += 1;
         let now = self.timeline.ns_at(at);
-        work.note(now, Event::Reset(if software { ResetCause::Software } else { ResetCause::Watchdog }));
+        let cause = if software { ResetCause::Software } else { ResetCause::Watchdog };
+        self.chronicle.note(now, Event::Reset(cause));
         work.planting.reset(now);
         work.locked_up = false;
         for actor in &work.actors {
@@ -426,13 +439,14 @@ impl Work {
         }
     }
 
-    fn note(&mut self, at: Ns, event: Event) {
-        self.incidents.push(Incident { at, event });
-    }
-
     /// Whether the supply has failed.
     fn is_without_power(&self) -> bool {
         self.flash.as_ref().is_some_and(BusyFlash::is_without_power)
+    }
+
+    /// Whether the core's clock has stopped.
+    fn is_without_clock(&self) -> bool {
+        self.crystal.as_ref().is_some_and(|crystal| crystal.is_halted())
     }
 
     /// The part of `budget` after which a tick of the timer clock begins.

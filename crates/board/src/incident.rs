@@ -1,10 +1,12 @@
 //! What befell the chip itself: resets, planted faults, a crystal that stops. Instants are ns since power-up.
 
 use std::fmt;
+use std::sync::Mutex;
 
 use clino_sim::node::Ns;
 
 use crate::plant::{Level, What};
+use crate::timeline::lock;
 
 /// One thing that befell the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +33,13 @@ pub enum Event {
     Lockup,
     /// The whole chip was reset; it starts again at this instant.
     Reset(ResetCause),
+    /// The crystal stopped, or can swing again.
+    Crystal {
+        /// It swings.
+        swings: bool,
+    },
+    /// The clock security system has put the core on the internal oscillator, and raised NMI.
+    ClockSecurity,
 }
 
 /// Why the chip was reset.
@@ -40,6 +49,22 @@ pub enum ResetCause {
     Watchdog,
     /// Firmware asked for it (SYSRESETREQ).
     Software,
+}
+
+/// Everything that has befallen the chip, kept by those who notice it.
+#[derive(Debug, Default)]
+pub(crate) struct Chronicle(Mutex<Vec<Incident>>);
+
+impl Chronicle {
+    /// One more.
+    pub fn note(&self, at: Ns, event: Event) {
+        lock(&self.0).push(Incident { at, event });
+    }
+
+    /// All so far, in order.
+    pub fn incidents(&self) -> Vec<Incident> {
+        lock(&self.0).clone()
+    }
 }
 
 impl fmt::Display for Incident {
@@ -52,6 +77,11 @@ impl fmt::Display for Incident {
             }
             Event::Lockup => write!(f, "{at:>12} board {:<10} core", "lockup"),
             Event::Reset(cause) => write!(f, "{at:>12} board {:<10} chip {cause}", "reset"),
+            Event::Crystal { swings } => {
+                let what = if swings { "swings" } else { "stands" };
+                write!(f, "{at:>12} board {:<10} hse {what}", "crystal")
+            }
+            Event::ClockSecurity => write!(f, "{at:>12} board {:<10} core internal nmi", "clock"),
         }
     }
 }

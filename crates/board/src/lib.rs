@@ -13,10 +13,12 @@ pub mod summary;
 
 // The emulator half.
 mod cpu;
+mod crystal;
 pub mod elf;
 pub mod flash;
 mod machine;
 mod narrow;
+pub mod oscillators;
 mod ports;
 pub mod pwm;
 mod rtt;

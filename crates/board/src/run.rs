@@ -75,7 +75,7 @@ impl Run {
             modbus: Box::new(line),
             pwm,
         };
-        let mut board = Board::new(image, ports)?;
+        let mut board = Board::clocked_by(scenario.oscillators(), image, ports)?;
         for plant in scenario.plants() {
             board.plant(plant, image)?;
         }
@@ -209,10 +209,16 @@ impl Run {
         let core = self.board.stats();
         let mut faults: Vec<String> = self.stopped.iter().map(Stopped::to_string).collect();
         let incidents = self.board.incidents();
-        // A planted fault brings a reset.
-        let planted = incidents.iter().filter(|i| matches!(i.event, incident::Event::Planted { .. })).count();
+        // A planted fault brings a reset, and so may a crystal that stops.
+        let brings_reset = |event: incident::Event| {
+            matches!(event, incident::Event::Planted { .. } | incident::Event::Crystal { swings: false })
+        };
+        let planted = incidents.iter().filter(|incident| brings_reset(incident.event)).count();
         if core.resets > planted as u64 {
-            faults.push(format!("the chip was reset {} times, with {planted} faults planted", core.resets));
+            faults.push(format!(
+                "the chip was reset {} times, with {planted} reasons in the scenario",
+                core.resets
+            ));
         }
         let unreadable = self.terminal.lock().unreadable();
         if unreadable > 0 {

@@ -19,6 +19,7 @@ use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
 
 use crate::modbus::Framing;
+use crate::oscillators::Oscillators;
 use crate::plant::Plant;
 use crate::pwm::PwmWaveform;
 use clino_segment::Segment;
@@ -180,6 +181,11 @@ impl Scenario {
             times: plant.times.get(),
             again: plant.again.0,
         })
+    }
+
+    /// The chip's oscillators.
+    pub fn oscillators(&self) -> Oscillators {
+        self.file.oscillators()
     }
 
     /// Makes the sensors, for a run of this scenario from time 0.

@@ -57,7 +57,7 @@ impl Cpu {
         order.bait.swallow(core);
         order.left = order.left.saturating_sub(1);
         order.due = None;
-        work.note(now, event);
+        self.chronicle.note(now, event);
         true
     }
 }

@@ -1,6 +1,7 @@
 //! Good files, bad files, and that what is built behaves as the file says.
 
 use super::*;
+use crate::oscillators::CrystalLife;
 use crate::plant::{Level, What};
 use clino_segment::log::{Event, Talker};
 use clino_segment::wire::{Format, Sent, Wire};
@@ -72,6 +73,11 @@ fn every_mistake_names_its_line_and_what_was_expected() {
         ("[[modbus.request]]\nat = \"1s\"\nbytes = \"\"".into(), 3, vec!["without bytes"]),
         ("[[modbus.request]]\nat = \"1s\"\nbytes = \"1 04\"".into(), 3, vec!["`1` is no byte", "two hexadecimal digits"]),
         ("[[modbus.request]]\nat = \"1s\"\nbytes = \"+1\"".into(), 3, vec!["`+1` is no byte"]),
+        ("lsi_hz = 16999".into(), 1, vec!["lsi_hz 16999", "17000 to 47000"]),
+        ("[crystal]\ninternal_error = 0.05".into(), 2, vec!["0.05 is out of range", "-0.08 to 0.045"]),
+        ("[crystal]\ndead = true\nstops_at = \"1s\"".into(), 3, vec!["dead crystal"]),
+        ("[crystal]\nreturns_at = \"1s\"".into(), 2, vec!["does not stop"]),
+        ("[crystal]\nstops_at = \"2s\"\nreturns_at = \"1s\"".into(), 3, vec!["returns_at 1s", "stops at 2s"]),
         ("[[plant]]\nat = \"1s\"\nwhat = \"bang\"\nlevel = \"bus\"".into(), 3, vec!["unknown variant `bang`", "`hang`"]),
         ("[[plant]]\nat = \"1s\"\nwhat = \"hang\"\nlevel = \"moon\"".into(), 4, vec!["unknown variant `moon`", "`main`"]),
         ("[[plant]]\nat = \"1s\"\nwhat = \"hang\"".into(), 1, vec!["missing field `level`"]),
@@ -126,6 +132,17 @@ fn faults_are_planted_as_the_file_says() {
             Plant { at: SECOND, what: What::Panic, level: Level::Main, times: 1, again: 0 },
         ]
     );
+}
+
+#[test]
+fn oscillators_are_as_the_file_says() {
+    assert_eq!(parse("").unwrap().oscillators(), Oscillators::default());
+    let text = "lsi_hz = 47000\n[crystal]\nstops_at = \"1s\"\nreturns_at = \"2s\"\ninternal_error = -0.08\n";
+    let crystal = CrystalLife { stops_at: Some(SECOND), returns_at: Some(2 * SECOND) };
+    let expected = Oscillators { lsi_hz: 47_000, hsi_hz: 14_720_000, crystal };
+    assert_eq!(parse(text).unwrap().oscillators(), expected);
+    let dead = parse("[crystal]\ndead = true").unwrap().oscillators().crystal;
+    assert_eq!(dead, CrystalLife { stops_at: Some(0), returns_at: None });
 }
 
 #[test]
