@@ -16,6 +16,7 @@
 //! a reset of the whole chip.
 
 mod device;
+mod idle;
 mod plant;
 mod stall;
 mod step;
@@ -26,14 +27,13 @@ use crate::plant::{Bait, Plant};
 use crate::timeline::{Actor, Rate, Timeline, lock};
 use clino_sim::node::Ns;
 use device::ResetLine;
+use idle::Idle;
 use plant::Planting;
 use rsemu::core::Result;
 use rsemu::core::device::{Device, MachineReset};
 use rsemu::core::props::Props;
 use rsemu::core::sched::{AccessKind, LazyHandle, TickCursor};
-use rsemu::core::space::MemAttrs;
 use rsemu::core::sync::Ordering;
-use rsemu::core::value::Width;
 use rsemu::core::wire::{Level, WireSource};
 use rsemu::cpu::arm::v7m::ArmV7m;
 use rsemu::cpu::arm::v7m::sys::Exception;
@@ -50,9 +50,6 @@ const LOOK_EVERY: u32 = 8;
 
 /// "Nothing due".
 const NEVER: u64 = u64::MAX;
-
-/// A branch to itself (ARM DDI 0403 A7.7.12).
-const BRANCH_TO_SELF: u64 = 0xe7fe;
 
 /// What the core has done since power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -96,17 +93,6 @@ struct Timer {
     handle: LazyHandle,
     /// Its tick at the start of the round.
     base: u64,
-}
-
-/// Whether the next step will be the same as the last.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Idle {
-    /// It will not.
-    No,
-    /// In WFI or WFE.
-    Asleep,
-    /// Locked up, or at a branch to itself.
-    Stuck,
 }
 
 /// What one round of execution works on.
@@ -363,28 +349,6 @@ impl Cpu {
         }
     }
 
-    /// What the core is doing after a step.
-    fn idleness(&self, work: &mut Work, at: u64) -> Idle {
-        if self.core.is_asleep() {
-            return Idle::Asleep;
-        }
-        let pc = self.core.pc();
-        if std::mem::replace(&mut work.seen_pc, pc) != pc {
-            return Idle::No;
-        }
-        if self.core.is_locked_up() {
-            if !std::mem::replace(&mut work.locked_up, true) {
-                self.chronicle.note(self.timeline.ns_at(at), Event::Lockup);
-            }
-            return Idle::Stuck;
-        }
-        let instruction = self
-            .core
-            .space()
-            .map(|space| space.read(u64::from(pc), Width::U16, MemAttrs::DEBUG).unwrap_or_default());
-        if instruction == Some(BRANCH_TO_SELF) { Idle::Stuck } else { Idle::No }
-    }
-
     /// Whether the machine has something to do between rounds.
     fn must_leave(&self, work: &mut Work, at: u64) -> bool {
         if self.clocks.get().is_some_and(|clocks| Some(clocks.generation()) != work.generation) {
@@ -414,20 +378,6 @@ impl Cpu {
             reset.request();
         }
         true
-    }
-
-    /// Lets a sleeping core sleep up to `until`; returns the cycles skipped.
-    fn sleep_until(&self, at: u64, until: u64) -> u64 {
-        self.core.with_sys(|sys| {
-            let mut cycles = until.saturating_sub(at);
-            if sys.syst_csr & 1 != 0 && sys.syst_rvr != 0 {
-                // SysTick's own wrap is left to an ordinary step, which pends the exception.
-                cycles = cycles.min(u64::from(sys.syst_cvr & 0x00ff_ffff).saturating_sub(1));
-            }
-            sys.tick_systick(cycles);
-            sys.tick_cyccnt(cycles);
-            cycles
-        })
     }
 }
 

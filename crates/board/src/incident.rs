@@ -28,6 +28,8 @@ pub enum Event {
         level: Level,
         /// Where the core would have gone on.
         pc: u32,
+        /// Where it goes on: the address of the fault, or of the function that fails.
+        to: u32,
     },
     /// The core cannot go on: a fault within the handler of a fault. Only a reset ends that.
     Lockup,
@@ -72,8 +74,8 @@ impl fmt::Display for Incident {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let at = self.at;
         match self.event {
-            Event::Planted { what, level, pc } => {
-                write!(f, "{at:>12} board {:<10} {level} {what} pc={pc:#010x}", "planted")
+            Event::Planted { what, level, pc, to } => {
+                write!(f, "{at:>12} board {:<10} {level} {what} pc={pc:#010x} to={to:#010x}", "planted")
             }
             Event::Lockup => write!(f, "{at:>12} board {:<10} core", "lockup"),
             Event::Reset(cause) => write!(f, "{at:>12} board {:<10} chip {cause}", "reset"),

@@ -1,7 +1,8 @@
 //! Faults planted into the running image from outside: what, at which level, how often.
 //!
 //! The image is not changed. When a fault is due, and the core is about to execute an instruction at its level, the
-//! registers are set so that the fault follows: what it takes of code and constants is found in the image itself.
+//! registers are set so that the fault follows: what it takes of code and constants is found in the image itself. Only
+//! `flip` changes memory instead.
 //! Level names are those of the gateway's architecture; the exception numbers are those of the board text.
 
 mod bait;
@@ -17,7 +18,7 @@ pub use bait::{Bait, NoBait};
 
 /// What a planted fault does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum What {
     /// The level goes round in an endless loop; higher levels interrupt it. Planted where interrupts are let in.
     Hang,
@@ -33,6 +34,13 @@ pub enum What {
     StackOverflow,
     /// The level panics: enters a panic function of `core`.
     Panic,
+    /// A bit of memory turns, and the level goes on.
+    Flip {
+        /// Address of the byte.
+        address: u32,
+        /// Bit of the byte, 0 to 7.
+        bit: u32,
+    },
 }
 
 /// Where a fault is planted: what the core is executing.
@@ -108,6 +116,7 @@ impl fmt::Display for What {
             What::UsageFault => "usage_fault",
             What::StackOverflow => "stack_overflow",
             What::Panic => "panic",
+            What::Flip { address, bit } => return write!(f, "flip={address:#010x}.{bit}"),
         })
     }
 }

@@ -176,7 +176,7 @@ impl Scenario {
     pub fn plants(&self) -> impl Iterator<Item = Plant> {
         self.file.plant.iter().map(|plant| Plant {
             at: plant.at.0,
-            what: plant.what,
+            what: *plant.what.get_ref(),
             level: plant.level,
             times: plant.times.get(),
             again: plant.again.0,

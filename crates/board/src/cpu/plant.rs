@@ -1,6 +1,8 @@
 //! Plants faults: sets the core's registers when a fault is due and its level is executing.
 
 use clino_sim::node::Ns;
+use rsemu::core::space::MemAttrs;
+use rsemu::core::value::Width;
 use rsemu::cpu::arm::v7m::{ArmV7m, xpsr};
 
 use super::{Cpu, NEVER, Work};
@@ -53,8 +55,9 @@ impl Cpu {
         let fits = |order: &Order| order.due.is_some_and(|due| due <= now) && is_at(core, &order.plant);
         let Some(order) = work.planting.orders.iter_mut().find(|order| fits(order)) else { return false };
         let Plant { what, level, .. } = order.plant;
-        let event = Event::Planted { what, level, pc: core.pc() };
+        let pc = core.pc();
         order.bait.swallow(core);
+        let event = Event::Planted { what, level, pc, to: core.pc() };
         order.left = order.left.saturating_sub(1);
         order.due = None;
         self.chronicle.note(now, event);
@@ -73,8 +76,12 @@ fn is_at(core: &ArmV7m, plant: &Plant) -> bool {
 }
 
 impl Bait {
-    /// Sets the registers.
+    /// Sets the registers, or the memory.
     fn swallow(&self, core: &ArmV7m) {
+        if let Some((address, mask)) = self.flips {
+            flip(core, address, mask);
+            return;
+        }
         let mut regs = core.regs();
         regs.r[15] = self.pc;
         for (number, value) in self.registers.iter().flatten() {
@@ -88,5 +95,14 @@ impl Bait {
         // The instruction must not be taken for one of the block that was being executed.
         regs.xpsr &= !xpsr::IT_MASK;
         core.set_regs(regs);
+    }
+}
+
+/// Turns the bits of `mask` in the byte at `address`.
+fn flip(core: &ArmV7m, address: u32, mask: u8) {
+    let Some(space) = core.space() else { return };
+    // Where there is no memory, there is nothing to turn.
+    if let Ok(byte) = space.read(u64::from(address), Width::U8, MemAttrs::DEBUG) {
+        let _ = space.write(u64::from(address), Width::U8, byte ^ u64::from(mask), MemAttrs::DEBUG);
     }
 }

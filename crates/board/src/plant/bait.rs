@@ -35,6 +35,8 @@ pub struct Bait {
     pub sp: Option<u32>,
     /// PRIMASK is set.
     pub masked: bool,
+    /// Only this byte of memory is changed: its address, and the bits that turn.
+    pub flips: Option<(u32, u8)>,
 }
 
 /// The image lacks what a fault takes: a board with it cannot be built.
@@ -54,7 +56,7 @@ impl Bait {
     /// [`NoBait`] if it is not there.
     pub fn find(image: &Image, what: What) -> Result<Bait, NoBait> {
         let lacks = |lacks| move || NoBait { what, lacks };
-        let at = |pc| Bait { pc, registers: [None; 3], sp: None, masked: false };
+        let at = |pc| Bait { pc, registers: [None; 3], sp: None, masked: false, flips: None };
         let code = |mask: u16, pattern: u16| instruction(image, mask, pattern);
         Ok(match what {
             What::Hang | What::MaskedHang => {
@@ -62,6 +64,7 @@ impl Bait {
                 Bait { masked: what == What::MaskedHang, ..at(pc) }
             }
             What::BusFault => at(NOWHERE),
+            What::Flip { address, bit } => Bait { flips: Some((address, 1_u8.rotate_left(bit))), ..at(0) },
             What::DataFault => {
                 let (pc, load) = code(0xffc0, LOAD).ok_or_else(lacks("a load without an offset"))?;
                 let base = (load >> 3 & 7) as u8;

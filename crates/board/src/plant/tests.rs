@@ -53,7 +53,9 @@ fn planted(what: What) -> (Board, Option<Fault>) {
         Err(other) => panic!("{other}"),
     };
     let [incident, ..] = board.incidents()[..] else { panic!("nothing was planted") };
-    let Event::Planted { what: done, level: Level::Main, pc } = incident.event else { panic!("{incident}") };
+    let Event::Planted { what: done, level: Level::Main, pc, .. } = incident.event else {
+        panic!("{incident}")
+    };
     assert_eq!(done, what);
     assert!((5 * MS..5 * MS + 1_000).contains(&incident.at), "{incident}");
     assert!((CODE..CODE + 4).contains(&pc), "{incident}");
@@ -88,6 +90,13 @@ fn a_full_stack_takes_neither_a_push_nor_the_frame_of_the_fault() {
     // PRECISERR with its address for the push, STKERR for the frame of HardFault, which runs all the same.
     assert_eq!((fault.exception, fault.lockup, fault.cfsr), (3, false, 0x9200));
     assert!((RAM - 8..RAM).contains(&fault.bfar), "{:#x}", fault.bfar);
+}
+
+#[test]
+fn a_bit_turns_and_the_program_goes_on() {
+    let (board, fault) = planted(What::Flip { address: RAM + 0x102, bit: 7 });
+    assert_eq!((fault, board.peek32(RAM + 0x100)), (None, Some(0x0080_0000)));
+    assert!((CODE..CODE + 4).contains(&board.pc()));
 }
 
 #[test]

@@ -10,6 +10,7 @@ use toml::Spanned;
 use super::schema::{Babble, Crystal, File, Interval, Latency, Modbus, Moves, Pwm, Stuck};
 use super::units::Time;
 use crate::oscillators::LSI_RANGE;
+use crate::plant::What;
 
 /// Most T7s on a bus ("T7 Communication User Guide", section 1).
 const MOST_T7: usize = 32;
@@ -84,6 +85,11 @@ pub fn file(file: &File) -> Checked {
         return complain(hz, format!("lsi_hz {}, expected {lowest} to {highest}", hz.get_ref()));
     }
     crystal(&file.crystal)?;
+    for plant in &file.plant {
+        if let What::Flip { bit: bit @ 8.., .. } = plant.what.get_ref() {
+            return complain(&plant.what, format!("bit {bit} of a byte, expected 0 to 7"));
+        }
+    }
     file.pwm.iter().try_for_each(pwm)?;
     unique(file.pwm.iter().map(|pwm| &pwm.channel), "PWM channel")
 }

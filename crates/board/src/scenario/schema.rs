@@ -94,7 +94,7 @@ pub struct Plant {
     /// From when on: it happens when the level executes next.
     pub at: Time,
     /// What it does.
-    pub what: What,
+    pub what: Spanned<What>,
     /// Where.
     pub level: Level,
     /// How often.

@@ -82,6 +82,11 @@ fn every_mistake_names_its_line_and_what_was_expected() {
         ("[[plant]]\nat = \"1s\"\nwhat = \"hang\"\nlevel = \"moon\"".into(), 4, vec!["unknown variant `moon`", "`main`"]),
         ("[[plant]]\nat = \"1s\"\nwhat = \"hang\"".into(), 1, vec!["missing field `level`"]),
         (
+            "[[plant]]\nat = \"1s\"\nwhat.flip = { address = 0x20000000, bit = 8 }\nlevel = \"main\"".into(),
+            3,
+            vec!["bit 8 of a byte", "0 to 7"],
+        ),
+        (
             "[[plant]]\nat = \"1s\"\nwhat = \"hang\"\nlevel = \"bus\"\ntimes = 0".into(),
             5,
             vec!["nonzero"],
