@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use clino_board::analysis::Analysis;
 use clino_board::console::Line;
 use clino_board::elf::Image;
+use clino_board::incident::Incident;
 use clino_board::oracle::{self, Reading};
 use clino_board::pwm::Pulse;
 use clino_board::run::Run;
@@ -47,6 +48,8 @@ pub struct Ran {
     pub log: Vec<String>,
     /// The bus log as text.
     pub bus_log: Vec<u8>,
+    /// Resets, planted faults, a crystal that stops.
+    pub incidents: Vec<Incident>,
     /// The summary for humans.
     pub summary: String,
     /// The simulator has nothing to complain about.
@@ -84,7 +87,8 @@ fn go(scenario: Result<Scenario, impl std::fmt::Display>) -> Ran {
     let (summary, all_well) = run.summary();
     let pulses = [0, 1].map(|input| run.board().pwm_log(input));
     let log = decode(&run.board().take_rtt());
-    Ran { lines, spoken, t7, isu, pulses, log, bus_log, summary, all_well }
+    let incidents = run.incidents();
+    Ran { lines, spoken, t7, isu, pulses, log, bus_log, incidents, summary, all_well }
 }
 
 fn spoken(line: &Line) -> Option<Spoken> {

@@ -8,18 +8,27 @@
 //! - lets the board's [`Actor`]s act at their own instants, in order of time, with the position set back to that
 //!   very cycle (a timer input captures the cycle of the edge, not of the instruction that follows),
 //! - catches up the stock timers when one of them has an event, also one armed a moment ago,
-//! - jumps to the next of all these when the core sleeps, or when busy flash stalls it.
+//! - jumps to the next of all these when the core sleeps, when busy flash stalls it, or when only an interrupt or a
+//!   reset can end what it does: locked up, or at a branch to itself,
+//! - plants the faults that a scenario wants.
 //!
 //! It returns early from a round only where the machine has to act between rounds: a change of clock rates and
 //! a reset of the whole chip.
 
 mod device;
+mod idle;
+mod plant;
 mod stall;
 mod step;
 
+use crate::crystal;
+use crate::incident::{Chronicle, Event, ResetCause};
+use crate::plant::{Bait, Plant};
 use crate::timeline::{Actor, Rate, Timeline, lock};
 use clino_sim::node::Ns;
 use device::ResetLine;
+use idle::Idle;
+use plant::Planting;
 use rsemu::core::Result;
 use rsemu::core::device::{Device, MachineReset};
 use rsemu::core::props::Props;
@@ -51,7 +60,7 @@ pub struct CpuStats {
     pub awake_cycles: u64,
     /// Core cycles spent in WFI or WFE.
     pub asleep_cycles: u64,
-    /// Core cycles spent waiting for flash that was programmed or erased.
+    /// Core cycles spent waiting for flash that was programmed or erased, or for a crystal that has stopped.
     pub stalled_cycles: u64,
     /// Words of flash programmed, and sectors erased.
     pub flash_steps: u64,
@@ -102,6 +111,12 @@ struct Work {
     acted: Ns,
     timers: Vec<Timer>,
     flash: Option<BusyFlash>,
+    crystal: Option<Arc<crystal::Pins>>,
+    planting: Planting,
+    /// Program counter at the last look.
+    seen_pc: u32,
+    /// The core was seen locked up since the last reset.
+    locked_up: bool,
     stats: CpuStats,
 }
 
@@ -109,6 +124,7 @@ struct Work {
 pub(crate) struct Cpu {
     core: ArmV7m,
     timeline: Arc<Timeline>,
+    chronicle: Arc<Chronicle>,
     clocks: OnceLock<Arc<Clocks>>,
     machine_reset: OnceLock<Arc<MachineReset>>,
     reset_line: Arc<ResetLine>,
@@ -118,10 +134,11 @@ pub(crate) struct Cpu {
 
 impl Cpu {
     /// A core in its power-on state.
-    pub fn new(props: &Props, timeline: Arc<Timeline>) -> Result<Cpu> {
+    pub fn new(props: &Props, timeline: Arc<Timeline>, chronicle: Arc<Chronicle>) -> Result<Cpu> {
         Ok(Cpu {
             core: ArmV7m::from_props(props)?,
             timeline,
+            chronicle,
             clocks: OnceLock::new(),
             machine_reset: OnceLock::new(),
             reset_line: Arc::new(ResetLine::default()),
@@ -135,6 +152,11 @@ impl Cpu {
         let mut work = lock(&self.work);
         work.actors = actors;
         work.timers = timers.into_iter().map(|(device, handle)| Timer { device, handle, base: 0 }).collect();
+    }
+
+    /// Takes the crystal that the core's clock may come from.
+    pub fn clock_from(&self, crystal: Arc<crystal::Pins>) {
+        lock(&self.work).crystal = Some(crystal);
     }
 
     /// Takes the flash that the core executes from, and stalls for.
@@ -152,6 +174,16 @@ impl Cpu {
     /// Whether it has failed.
     pub fn is_without_power(&self) -> bool {
         lock(&self.work).is_without_power()
+    }
+
+    /// Plants a fault.
+    pub fn order(&self, plant: Plant, bait: Bait) {
+        lock(&self.work).planting.add(plant, bait);
+    }
+
+    /// Whether the watchdog has bitten, and the core has not looked yet.
+    pub fn is_about_to_be_reset(&self) -> bool {
+        self.reset_line.asserted.load(Ordering::Relaxed)
     }
 
     /// Counters since power-up.
@@ -187,8 +219,9 @@ impl Cpu {
         }
         let mut acting = self.next_act(work, at);
         let mut timing = work.next_timer_event(anchor);
+        let mut planting = self.next_planting(work);
         let mut until_look = LOOK_EVERY;
-        let mut dozing = false;
+        let mut idle = Idle::No;
 
         if work.is_without_power() {
             return budget;
@@ -213,43 +246,55 @@ impl Cpu {
                 // One cycle at least, in case an event lies where the core stands.
                 at += self.stall(work, at, until.min(end).min(acting).min(timing).max(at + 1));
                 timing = work.next_timer_event(anchor);
-                if self.must_leave(work) {
+                if self.must_leave(work, at) {
                     break;
                 }
                 continue;
+            }
+            if until_look == LOOK_EVERY && work.is_without_clock() {
+                let until = end.min(acting).min(timing).max(at + 1);
+                work.stats.stalled_cycles += until - at;
+                at = until;
+                if self.must_leave(work, at) {
+                    break;
+                }
+                continue;
+            }
+            if at >= planting && self.plant(work, at) {
+                planting = self.next_planting(work);
             }
             let cycles = step(&self.core);
             if cycles == 0 {
                 break;
             }
             at += cycles;
-            if dozing {
-                work.stats.asleep_cycles += cycles;
-            } else {
-                work.stats.instructions += 1;
-                work.stats.awake_cycles += cycles;
-            }
+            work.count(idle, cycles);
+            work.stats.instructions += u64::from(idle != Idle::Asleep);
             if self.timeline.take_nudge() {
                 acting = self.next_act(work, at);
             }
             until_look -= 1;
-            if until_look > 0 && !dozing {
+            if until_look > 0 && idle == Idle::No {
                 continue;
             }
             until_look = LOOK_EVERY;
             timing = work.next_timer_event(anchor);
-            if self.must_leave(work) {
+            if self.must_leave(work, at) {
                 break;
             }
-            // Asleep after a step that began asleep: nothing was pending, so nothing can happen before the next
-            // event. (The WFI itself proves nothing: it may fall through at once.)
-            let asleep = self.core.is_asleep();
-            if asleep && dozing {
-                let skipped = self.sleep_until(at, end.min(acting).min(timing));
+            let next = end.min(acting).min(timing).min(if planting > at { planting } else { NEVER });
+            // Idle after a step that began idle: nothing was pending, so nothing can happen before the next event.
+            // (The WFI itself proves nothing: it may fall through at once.)
+            let now = self.idleness(work, at);
+            if now == idle {
+                let skipped = match idle {
+                    Idle::No => 0,
+                    Idle::Asleep | Idle::Stuck => self.sleep_until(at, next),
+                };
                 at += skipped;
-                work.stats.asleep_cycles += skipped;
+                work.count(idle, skipped);
             }
-            dozing = asleep;
+            idle = now;
         }
         // What is due within this round must not find the timers at its end already.
         let seam = at.min(end);
@@ -305,11 +350,12 @@ impl Cpu {
     }
 
     /// Whether the machine has something to do between rounds.
-    fn must_leave(&self, work: &mut Work) -> bool {
+    fn must_leave(&self, work: &mut Work, at: u64) -> bool {
         if self.clocks.get().is_some_and(|clocks| Some(clocks.generation()) != work.generation) {
             return true;
         }
-        if self.core.reset_requested() {
+        let software = self.core.reset_requested();
+        if software {
             self.core.clear_reset_request();
             if let Some(line) = &*lock(&self.sysresetreq) {
                 line.pulse(Level::High);
@@ -320,6 +366,11 @@ impl Cpu {
             return false;
         }
         work.stats.resets += 1;
+        let now = self.timeline.ns_at(at);
+        let cause = if software { ResetCause::Software } else { ResetCause::Watchdog };
+        self.chronicle.note(now, Event::Reset(cause));
+        work.planting.reset(now);
+        work.locked_up = false;
         for actor in &work.actors {
             actor.resetting();
         }
@@ -328,26 +379,24 @@ impl Cpu {
         }
         true
     }
-
-    /// Lets a sleeping core sleep up to `until`; returns the cycles skipped.
-    fn sleep_until(&self, at: u64, until: u64) -> u64 {
-        self.core.with_sys(|sys| {
-            let mut cycles = until.saturating_sub(at);
-            if sys.syst_csr & 1 != 0 && sys.syst_rvr != 0 {
-                // SysTick's own wrap is left to an ordinary step, which pends the exception.
-                cycles = cycles.min(u64::from(sys.syst_cvr & 0x00ff_ffff).saturating_sub(1));
-            }
-            sys.tick_systick(cycles);
-            sys.tick_cyccnt(cycles);
-            cycles
-        })
-    }
 }
 
 impl Work {
+    fn count(&mut self, idle: Idle, cycles: u64) {
+        match idle {
+            Idle::Asleep => self.stats.asleep_cycles += cycles,
+            Idle::No | Idle::Stuck => self.stats.awake_cycles += cycles,
+        }
+    }
+
     /// Whether the supply has failed.
     fn is_without_power(&self) -> bool {
         self.flash.as_ref().is_some_and(BusyFlash::is_without_power)
+    }
+
+    /// Whether the core's clock has stopped.
+    fn is_without_clock(&self) -> bool {
+        self.crystal.as_ref().is_some_and(|crystal| crystal.is_halted())
     }
 
     /// The part of `budget` after which a tick of the timer clock begins.

@@ -106,6 +106,13 @@ impl Image {
         Image { flash: words.iter().flat_map(|word| word.to_le_bytes()).collect(), symbols: BTreeMap::new() }
     }
 
+    /// The same with a symbol, for tests.
+    #[cfg(test)]
+    pub(crate) fn with_symbol(mut self, name: &str, address: u32) -> Image {
+        self.symbols.insert(name.to_owned(), address);
+        self
+    }
+
     /// Contents of flash from its first address.
     pub fn flash(&self) -> &[u8] {
         &self.flash
@@ -128,6 +135,22 @@ impl Image {
     /// Address of the symbol called `name`.
     pub fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols.get(name).copied()
+    }
+
+    /// Names and addresses of all symbols, in alphabetical order.
+    pub fn symbols(&self) -> impl Iterator<Item = (&str, u32)> {
+        self.symbols.iter().map(|(name, address)| (name.as_str(), *address))
+    }
+
+    /// The bytes of flash from `address` on.
+    pub(crate) fn bytes(&self, address: u32, length: u32) -> Option<&[u8]> {
+        let start = address.checked_sub(FLASH_BASE)? as usize;
+        self.flash.get(start..start.checked_add(length as usize)?)
+    }
+
+    /// The word of flash at `address`.
+    pub(crate) fn word(&self, address: u32) -> Option<u32> {
+        self.bytes(address, 4)?.first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
     }
 }
 

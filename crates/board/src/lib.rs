@@ -3,18 +3,22 @@
 pub mod analysis;
 pub mod console;
 pub mod edges;
+pub mod incident;
 pub mod modbus;
 pub mod oracle;
+pub mod plant;
 pub mod run;
 pub mod scenario;
 pub mod summary;
 
 // The emulator half.
 mod cpu;
+mod crystal;
 pub mod elf;
 pub mod flash;
 mod machine;
 mod narrow;
+pub mod oscillators;
 mod ports;
 pub mod pwm;
 mod rtt;

@@ -1,9 +1,13 @@
 //! The assembled board: image in, virtual time forward, and what can be looked at from outside.
 
 use crate::cpu::{self, BusyFlash, Cpu, CpuStats, Fault};
+use crate::crystal::{self, Crystal};
 use crate::elf::Image;
 use crate::flash::Sectors;
+use crate::incident::{Chronicle, Incident};
 use crate::narrow::Narrow;
+use crate::oscillators::{CrystalLife, Oscillators};
+use crate::plant::{Bait, NoBait, Plant};
 use crate::ports::{self, Ports};
 use crate::pwm::{self, Pulse, PwmDevice, PwmWaveform, Source};
 use crate::rtt;
@@ -12,11 +16,12 @@ use crate::usart::{self, Connections, UsartDevice};
 use clino_segment::wire::Wire;
 use clino_sim::node::Ns;
 use rsemu::core::clock::GlobalTime;
+use rsemu::core::device::Device;
 use rsemu::core::error::Error;
 use rsemu::core::props::Props;
 use rsemu::core::space::{AddressSpace, MemAttrs};
 use rsemu::core::value::Width;
-use rsemu::machine::{self, BuildOptions, Machine, catalog};
+use rsemu::machine::{self, BuildOptions, Instance, Machine, catalog};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
@@ -35,7 +40,9 @@ pub struct Board {
     scheduled: Ns,
     space: Arc<AddressSpace>,
     timeline: Arc<Timeline>,
+    chronicle: Arc<Chronicle>,
     cpu: Arc<Cpu>,
+    watchdog: Arc<dyn Device>,
     pwm: [Arc<Source>; 2],
     rtt: Option<Arc<rtt::Reader>>,
 }
@@ -47,7 +54,7 @@ pub struct BuildError(String);
 /// Why the board does not run on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Stopped {
-    /// Firmware is stuck in a fault handler, or locked up.
+    /// Firmware is stuck in a fault handler, or locked up, and no watchdog is running that would end it.
     Faulted {
         /// When this was noticed: up to 2 ms after the fault.
         at: Ns,
@@ -73,14 +80,27 @@ impl Board {
     ///
     /// Only if the emulator refuses the board text.
     pub fn new(image: &Image, ports: Ports) -> Result<Board, BuildError> {
-        Board::assemble(image, ports).map_err(|error| BuildError(error.to_string()))
+        Board::clocked_by(Oscillators::default(), image, ports)
     }
 
-    fn assemble(image: &Image, ports: Ports) -> rsemu::core::Result<Board> {
+    /// The same with these oscillators.
+    ///
+    /// # Errors
+    ///
+    /// As [`Board::new`].
+    pub fn clocked_by(oscillators: Oscillators, image: &Image, ports: Ports) -> Result<Board, BuildError> {
+        Board::assemble(oscillators, image, ports).map_err(|error| BuildError(error.to_string()))
+    }
+
+    fn assemble(oscillators: Oscillators, image: &Image, ports: Ports) -> rsemu::core::Result<Board> {
         let timeline = Arc::new(Timeline::new());
+        let chronicle = Arc::new(Chronicle::default());
         let Ports { t7, isu, console, modbus, pwm: [pwm1, pwm2] } = ports;
         let parts = Arc::new(Parts {
             timeline: Arc::clone(&timeline),
+            chronicle: Arc::clone(&chronicle),
+            life: oscillators.crystal,
+            crystal: Mutex::new(None),
             wires: Mutex::new(BTreeMap::from([
                 ("t7", t7),
                 ("isu", isu),
@@ -99,6 +119,9 @@ impl Board {
         let mut options = catalog::build_options()?;
         bind(&mut options, &parts)?;
         options.realize.media.insert("firmware", image.flash());
+        for (name, hz) in [("lsi-hz", oscillators.lsi_hz), ("hsi-hz", oscillators.hsi_hz)] {
+            options.resolve = options.resolve.with_param(name, hz.to_string());
+        }
         options.realize.scheduler.quantum = GlobalTime::from_nanos(ROUND);
         let machine = machine::build("board.machine", TEXT, &registry, &options)?;
 
@@ -112,9 +135,11 @@ impl Board {
         let rtt = image.symbol(rtt::SYMBOL).map(reader);
         actors.extend(rtt.clone().map(|reader| reader as Arc<dyn Actor>));
         cpu.surround(actors, timers(&machine)?);
+        cpu.clock_from(lock(&parts.crystal).take().ok_or_else(|| missing("crystal"))?);
         let (device, handle) = lazy(&machine, "eflash")?;
         cpu.execute_from(BusyFlash::new(device, handle));
-        Ok(Board { machine, scheduled: 0, space, timeline, cpu, pwm, rtt })
+        let (watchdog, _) = lazy(&machine, "iwdg")?;
+        Ok(Board { machine, scheduled: 0, space, timeline, chronicle, cpu, watchdog, pwm, rtt })
     }
 
     /// Lets virtual time run, by whole milliseconds, until `ns` since power-up has been reached.
@@ -138,11 +163,17 @@ impl Board {
                 return Err(Stopped::PowerLost { at: self.now() });
             }
             // A handler that records the fault and resets is through long before it is seen twice.
-            if let Some(fault) = self.cpu.fault().filter(|fault| was_faulted || fault.lockup) {
+            let stuck = self.cpu.fault().filter(|fault| was_faulted || fault.lockup);
+            if let Some(fault) = stuck.filter(|_| !self.is_watched()) {
                 return Err(self.stopped(fault));
             }
         }
         Ok(())
+    }
+
+    /// Whether the watchdog is running, or has just bitten: only then does it have an event ahead for long.
+    fn is_watched(&self) -> bool {
+        self.watchdog.next_event_tick().is_some() || self.cpu.is_about_to_be_reset()
     }
 
     fn stopped(&self, fault: Fault) -> Stopped {
@@ -176,6 +207,21 @@ impl Board {
         self.cpu.cut_power_at(step, seed);
     }
 
+    /// Plants a fault into the running image.
+    ///
+    /// # Errors
+    ///
+    /// [`NoBait`] if the image lacks what it takes.
+    pub fn plant(&mut self, plant: Plant, image: &Image) -> Result<(), NoBait> {
+        self.cpu.order(plant, Bait::find(image, plant.what)?);
+        Ok(())
+    }
+
+    /// What has befallen the chip since power-up, in order: resets, planted faults, lockups.
+    pub fn incidents(&self) -> Vec<Incident> {
+        self.chronicle.incidents()
+    }
+
     /// What is in the sectors that firmware writes to, for [`Image::with_stored`].
     pub fn stored(&self) -> Vec<u8> {
         Sectors::read(&self.space).bytes()
@@ -200,6 +246,9 @@ impl Board {
 /// What the constructors of the board's own classes take from and leave for the assembly.
 struct Parts {
     timeline: Arc<Timeline>,
+    chronicle: Arc<Chronicle>,
+    life: CrystalLife,
+    crystal: Mutex<Option<Arc<crystal::Pins>>>,
     wires: Mutex<BTreeMap<&'static str, Box<dyn Wire>>>,
     waveforms: Mutex<BTreeMap<u64, Box<dyn PwmWaveform>>>,
     cpu: Mutex<Option<Arc<Cpu>>>,
@@ -209,9 +258,16 @@ struct Parts {
 
 impl Parts {
     fn build_cpu(&self, props: &Props) -> rsemu::core::Result<Arc<Cpu>> {
-        let cpu = Arc::new(Cpu::new(props, Arc::clone(&self.timeline))?);
+        let cpu = Arc::new(Cpu::new(props, Arc::clone(&self.timeline), Arc::clone(&self.chronicle))?);
         *lock(&self.cpu) = Some(Arc::clone(&cpu));
         Ok(cpu)
+    }
+
+    fn build_crystal(&self, stock: Arc<dyn Instance>) -> rsemu::core::Result<Arc<Crystal>> {
+        let crystal = Arc::new(Crystal::new(stock, self.life, Arc::clone(&self.chronicle))?);
+        *lock(&self.crystal) = Some(crystal.pins());
+        lock(&self.actors).push(crystal.pins());
+        Ok(crystal)
     }
 
     fn build_usart(&self, props: &Props) -> rsemu::core::Result<Arc<UsartDevice>> {
@@ -238,7 +294,7 @@ impl Parts {
     }
 }
 
-/// Adds the board's own classes, and the width adapter around the watchdog.
+/// Adds the board's own classes, the width adapter around the watchdog, and the crystal at the clock controller.
 fn bind(options: &mut BuildOptions, parts: &Arc<Parts>) -> rsemu::core::Result<()> {
     let (a, b, c) = (Arc::clone(parts), Arc::clone(parts), Arc::clone(parts));
     options.bindings.bind(cpu::CLASS_NAME, move |props| Ok(a.build_cpu(props)?))?;
@@ -247,13 +303,23 @@ fn bind(options: &mut BuildOptions, parts: &Arc<Parts>) -> rsemu::core::Result<(
     if let Some(stock) = options.bindings.get("st.iwdg") {
         options.bindings.replace("st.iwdg", move |props| Ok(Arc::new(Narrow::new(stock(props)?))));
     }
-    for schema in [cpu::schema(), usart::schema(), pwm::schema()] {
+    if let Some(stock) = options.bindings.get(crystal::STOCK) {
+        let d = Arc::clone(parts);
+        options.bindings.replace(crystal::STOCK, move |props| Ok(d.build_crystal(stock(props)?)?));
+    }
+    for schema in [cpu::schema(), usart::schema(), pwm::schema(), crystal::schema()] {
         options.classes.insert(schema);
     }
     Ok(())
 }
 
-type LazyDevice = (Arc<dyn rsemu::core::device::Device>, rsemu::core::sched::LazyHandle);
+impl From<NoBait> for BuildError {
+    fn from(error: NoBait) -> BuildError {
+        BuildError(error.to_string())
+    }
+}
+
+type LazyDevice = (Arc<dyn Device>, rsemu::core::sched::LazyHandle);
 
 /// A stock device and the handle that catches it up.
 fn lazy(machine: &Machine, name: &str) -> rsemu::core::Result<LazyDevice> {

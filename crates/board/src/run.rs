@@ -9,6 +9,7 @@ use crate::analysis::{Analysis, Protocol};
 use crate::console::{Console, Line, SharedTerminal};
 use crate::edges::Edges;
 use crate::elf::Image;
+use crate::incident::{self, Incident};
 use crate::modbus::{ModbusLine, SharedMaster};
 use crate::oracle::Oracle;
 use crate::scenario::{Bench, Scenario};
@@ -50,7 +51,7 @@ impl Run {
     /// Puts everything together, power on at time 0.
     ///
     /// # Errors
-    /// The emulator refuses the board.
+    /// The emulator refuses the board, or a fault cannot be planted into this image.
     pub fn new(image: &Image, scenario: &Scenario) -> Result<Self, BuildError> {
         let Bench { t7, isu, pwm, truths } = scenario.build();
         let console = Console::new();
@@ -74,8 +75,12 @@ impl Run {
             modbus: Box::new(line),
             pwm,
         };
+        let mut board = Board::clocked_by(scenario.oscillators(), image, ports)?;
+        for plant in scenario.plants() {
+            board.plant(plant, image)?;
+        }
         Ok(Self {
-            board: Board::new(image, ports)?,
+            board,
             terminal,
             modbus,
             modbus_log,
@@ -203,8 +208,17 @@ impl Run {
         let buses = self.analyses();
         let core = self.board.stats();
         let mut faults: Vec<String> = self.stopped.iter().map(Stopped::to_string).collect();
-        if core.resets > 0 {
-            faults.push(format!("the chip was reset {} times", core.resets));
+        let incidents = self.board.incidents();
+        // A planted fault brings a reset, and so may a crystal that stops.
+        let brings_reset = |event: incident::Event| {
+            matches!(event, incident::Event::Planted { .. } | incident::Event::Crystal { swings: false })
+        };
+        let planted = incidents.iter().filter(|incident| brings_reset(incident.event)).count();
+        if core.resets > planted as u64 {
+            faults.push(format!(
+                "the chip was reset {} times, with {planted} reasons in the scenario",
+                core.resets
+            ));
         }
         let unreadable = self.terminal.lock().unreadable();
         if unreadable > 0 {
@@ -219,11 +233,17 @@ impl Run {
         let pwm = self.edges();
         let modbus = self.modbus.lock().traffic();
         let (end, oracle) = (self.now, &self.oracle);
-        let summary = Summary { end, oracle, buses: &buses, pwm: &pwm, modbus, core, faults: &faults };
+        let (pwm, incidents) = (&pwm[..], &incidents[..]);
+        let summary = Summary { end, oracle, buses: &buses, pwm, modbus, core, incidents, faults: &faults };
         (summary.to_string(), faults.is_empty())
     }
 
-    /// Writes what happened on both buses and the Modbus port, in order.
+    /// What has befallen the chip so far: resets, planted faults.
+    pub fn incidents(&self) -> Vec<Incident> {
+        self.board.incidents()
+    }
+
+    /// Writes what happened on both buses and the Modbus port and what befell the chip, in order.
     ///
     /// # Errors
     /// Those of `out`.
@@ -236,10 +256,14 @@ impl Run {
             events.extend(log.in_order().into_iter().map(|event| (*name, &**log, event)));
         }
         events.sort_by_key(|(.., event)| event.at());
+        let mut incidents = self.incidents().into_iter().peekable();
         for (name, log, event) in events {
+            while let Some(incident) = incidents.next_if(|incident| incident.at <= event.at()) {
+                writeln!(out, "{incident}")?;
+            }
             writeln!(out, "{}", log.text(name, event))?;
         }
-        Ok(())
+        incidents.try_for_each(|incident| writeln!(out, "{incident}"))
     }
 }
 

@@ -19,6 +19,8 @@ use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
 
 use crate::modbus::Framing;
+use crate::oscillators::Oscillators;
+use crate::plant::Plant;
 use crate::pwm::PwmWaveform;
 use clino_segment::Segment;
 
@@ -168,6 +170,22 @@ impl Scenario {
             requests.map(|request| (request.at.0, request.bytes.get_ref().0.as_slice())).collect();
         requests.sort_by_key(|&(at, _)| at);
         requests.into_iter()
+    }
+
+    /// Faults to be planted into the running firmware.
+    pub fn plants(&self) -> impl Iterator<Item = Plant> {
+        self.file.plant.iter().map(|plant| Plant {
+            at: plant.at.0,
+            what: *plant.what.get_ref(),
+            level: plant.level,
+            times: plant.times.get(),
+            again: plant.again.0,
+        })
+    }
+
+    /// The chip's oscillators.
+    pub fn oscillators(&self) -> Oscillators {
+        self.file.oscillators()
     }
 
     /// Makes the sensors, for a run of this scenario from time 0.

@@ -8,6 +8,7 @@ use clino_sim::node::Ns;
 use crate::analysis::{Analysis, Extremes, Tally};
 use crate::cpu::CpuStats;
 use crate::edges::Edges;
+use crate::incident::Incident;
 use crate::modbus::Traffic;
 use crate::oracle::{Oracle, Slot};
 use clino_segment::log::PS_PER_S;
@@ -29,6 +30,8 @@ pub struct Summary<'a> {
     pub modbus: Traffic,
     /// What the core did.
     pub core: CpuStats,
+    /// What befell the chip.
+    pub incidents: &'a [Incident],
     /// What is wrong with the run; empty if it worked.
     pub faults: &'a [String],
 }
@@ -59,6 +62,10 @@ impl fmt::Display for Summary<'_> {
         let cycles = self.core.awake_cycles + self.core.asleep_cycles;
         let awake = self.core.awake_cycles as f64 * 100.0 / cycles.max(1) as f64;
         figure(f, "core awake", format!("{awake:.2} % ({} instructions)", self.core.instructions))?;
+        if !self.incidents.is_empty() {
+            writeln!(f, "\nThe chip")?;
+            self.incidents.iter().try_for_each(|incident| writeln!(f, "{incident}"))?;
+        }
         if self.faults.is_empty() {
             return writeln!(f, "\nAll well.");
         }
@@ -197,6 +204,7 @@ mod tests {
             pwm: &[],
             modbus: Traffic::default(),
             core,
+            incidents: &[],
             faults: &[],
         }
         .to_string();
@@ -210,6 +218,7 @@ mod tests {
             pwm: &[],
             modbus: Traffic::default(),
             core,
+            incidents: &[],
             faults: &faults,
         }
         .to_string();

@@ -6,9 +6,15 @@
 //! - Exception entry stacks the program status without it. It is put into the frame here.
 //! - An exception return that is itself in an IT block advances the state just restored as if it were its own.
 //!   It is taken from the frame again here.
+//!
+//! And where the frame of an exception cannot be stacked (the stack has left RAM), it goes on into the handler. ARM DDI
+//! 0403 B1.5.6 makes that a fault of its own that comes first: HardFault is entered in its place here, and the exception is
+//! pending. (BusFault, if enabled, would take its place; the gateway does not enable it.) HardFault itself is entered
+//! even so, as on the part; what it pushes on such a stack locks the core up.
 
 use rsemu::core::space::{AddressSpace, MemAttrs};
 use rsemu::core::value::Width;
+use rsemu::cpu::arm::v7m::sys::{Exception, fsr};
 use rsemu::cpu::arm::v7m::{ArmV7m, Regs, xpsr};
 
 /// Offsets in an exception frame (ARM DDI 0403 B1.5.6).
@@ -23,6 +29,8 @@ mod frame {
     pub const ALIGNED: u32 = 1 << 9;
 }
 
+/// The fewest cycles that an exception entry takes in the emulator; most instructions take fewer.
+const ENTRY_CYCLES: u64 = 12;
 /// Bit of EXC_RETURN: the frame is on the process stack (ARM DDI 0403 B1.5.8).
 const EXC_RETURN_SPSEL: u32 = 1 << 2;
 /// Bit of CONTROL: the context uses the floating-point unit, so its frame was an extended one.
@@ -32,7 +40,9 @@ const CONTROL_FPCA: u32 = 1 << 2;
 pub(super) fn step(core: &ArmV7m) -> u64 {
     let it_state = core.xpsr() & xpsr::IT_MASK;
     if it_state == 0 {
-        return core.step();
+        let cycles = core.step();
+        mend_failed_entry(core, cycles);
+        return cycles;
     }
     let before = core.with_sys(|sys| sys.active);
     let cycles = core.step();
@@ -46,7 +56,33 @@ pub(super) fn step(core: &ArmV7m) -> u64 {
         (false, true) => restore_it_state(&space, core),
         _ => {}
     }
+    mend_failed_entry(core, cycles);
     cycles
+}
+
+/// Enters HardFault in place of an exception that was just entered, if its frame could not be stacked.
+fn mend_failed_entry(core: &ArmV7m, cycles: u64) {
+    if cycles < ENTRY_CYCLES {
+        return;
+    }
+    let entered = core.current_exception();
+    if entered.0 <= Exception::HARD_FAULT.0 {
+        return;
+    }
+    let vector = core.with_sys(|sys| {
+        let failed = sys.cfsr & fsr::BF_STKERR != 0;
+        failed.then(|| {
+            sys.set_active(entered, false);
+            sys.set_pending(entered, true);
+            sys.set_active(Exception::HARD_FAULT, true);
+            sys.vtor.wrapping_add(Exception::HARD_FAULT.vector_offset())
+        })
+    });
+    let Some((space, vector)) = core.space().zip(vector) else { return };
+    // The table is in flash: it can be read.
+    let handler = read(&space, vector).unwrap_or_default();
+    core.set_xpsr(core.xpsr() & !xpsr::EXCEPTION | u32::from(Exception::HARD_FAULT.0));
+    core.set_pc(handler & !1);
 }
 
 fn read(space: &AddressSpace, address: u32) -> Option<u32> {

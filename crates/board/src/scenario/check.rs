@@ -7,8 +7,10 @@ use clino_sim::node::Ns;
 use clino_sim::{isu, t7};
 use toml::Spanned;
 
-use super::schema::{Babble, File, Interval, Latency, Modbus, Moves, Pwm, Stuck};
+use super::schema::{Babble, Crystal, File, Interval, Latency, Modbus, Moves, Pwm, Stuck};
 use super::units::Time;
+use crate::oscillators::LSI_RANGE;
+use crate::plant::What;
 
 /// Most T7s on a bus ("T7 Communication User Guide", section 1).
 const MOST_T7: usize = 32;
@@ -78,6 +80,16 @@ pub fn file(file: &File) -> Checked {
     }
     unique(file.isu.iter().map(|isu| &isu.address), "ISU address")?;
     modbus(&file.modbus)?;
+    if let Some(hz) = file.lsi_hz.as_ref().filter(|hz| !LSI_RANGE.contains(hz.get_ref())) {
+        let (lowest, highest) = (LSI_RANGE.start(), LSI_RANGE.end());
+        return complain(hz, format!("lsi_hz {}, expected {lowest} to {highest}", hz.get_ref()));
+    }
+    crystal(&file.crystal)?;
+    for plant in &file.plant {
+        if let What::Flip { bit: bit @ 8.., .. } = plant.what.get_ref() {
+            return complain(&plant.what, format!("bit {bit} of a byte, expected 0 to 7"));
+        }
+    }
     file.pwm.iter().try_for_each(pwm)?;
     unique(file.pwm.iter().map(|pwm| &pwm.channel), "PWM channel")
 }
@@ -98,6 +110,29 @@ fn modbus(modbus: &Modbus) -> Checked {
         Some(empty) => complain(&empty.bytes, "a request without bytes, expected at least one"),
         None => Ok(()),
     }
+}
+
+fn crystal(crystal: &Crystal) -> Checked {
+    let Crystal { dead, stops_at, returns_at, .. } = crystal;
+    if let Some(stops_at) = stops_at.as_ref().filter(|_| *dead) {
+        return complain(stops_at, "stops_at of a dead crystal, expected one of the two");
+    }
+    let Some(returns) = returns_at else { return Ok(()) };
+    let stops = match stops_at {
+        Some(stops_at) => *stops_at.get_ref(),
+        None if *dead => Time(0),
+        None => {
+            return complain(
+                returns,
+                "returns_at of a crystal that does not stop, expected dead or stops_at",
+            );
+        }
+    };
+    if *returns.get_ref() <= stops {
+        let what = format!("returns_at {}, expected after it stops at {stops}", returns.get_ref());
+        return complain(returns, what);
+    }
+    Ok(())
 }
 
 fn pwm(pwm: &Pwm) -> Checked {

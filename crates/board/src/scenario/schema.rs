@@ -1,7 +1,7 @@
 //! The scenario file as it is written. Documented for users in `docs/scenario.md`.
 
 use std::fmt;
-use std::num::NonZeroU64;
+use std::num::{NonZeroU32, NonZeroU64};
 
 use clino_sim::motion::Motion;
 use clino_sim::{fault, pwm};
@@ -11,8 +11,10 @@ use serde::de::{self, Deserializer, MapAccess, Visitor};
 use toml::Spanned;
 
 use super::hex::Hex;
-use super::units::{Chances, Degrees, Hertz, Number, Time};
+use super::units::{Chances, Degrees, Deviation, Hertz, Number, Time};
 use crate::modbus::{Framing, Parity};
+use crate::oscillators::{CrystalLife, HSI_HZ, LSI_HZ, Oscillators};
+use crate::plant::{Level, What};
 
 /// Duration of a run that does not say.
 const DEFAULT_DURATION: Time = Time(5_000_000_000);
@@ -45,6 +47,66 @@ pub struct File {
     /// The master at the Modbus port.
     #[serde(default)]
     pub modbus: Modbus,
+    /// Faults planted into the running firmware.
+    #[serde(default)]
+    pub plant: Vec<Plant>,
+    /// Frequency of the watchdog's oscillator in Hz.
+    pub lsi_hz: Option<Spanned<u32>>,
+    /// What the crystal does, and the oscillator that stands in for it.
+    #[serde(default)]
+    pub crystal: Crystal,
+}
+
+/// The crystal.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Crystal {
+    /// It never starts.
+    pub dead: bool,
+    /// When it stops.
+    pub stops_at: Option<Spanned<Time>>,
+    /// When it can swing again.
+    pub returns_at: Option<Spanned<Time>>,
+    /// Relative error of the internal oscillator.
+    pub internal_error: Number<Deviation>,
+}
+
+impl File {
+    /// The chip's oscillators in the board's terms.
+    pub fn oscillators(&self) -> Oscillators {
+        let Crystal { dead, stops_at, returns_at, internal_error } = &self.crystal;
+        let at = |time: &Option<Spanned<Time>>| time.as_ref().map(|time| time.get_ref().0);
+        Oscillators {
+            lsi_hz: self.lsi_hz.as_ref().map_or(LSI_HZ, |hz| *hz.get_ref()),
+            hsi_hz: HSI_HZ.saturating_add_signed(internal_error.0),
+            crystal: CrystalLife {
+                stops_at: if *dead { Some(0) } else { at(stops_at) },
+                returns_at: at(returns_at),
+            },
+        }
+    }
+}
+
+/// A fault planted into the running firmware.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plant {
+    /// From when on: it happens when the level executes next.
+    pub at: Time,
+    /// What it does.
+    pub what: Spanned<What>,
+    /// Where.
+    pub level: Level,
+    /// How often.
+    #[serde(default = "once")]
+    pub times: NonZeroU32,
+    /// How long after the reset that it brought it is due again.
+    #[serde(default)]
+    pub again: Time,
+}
+
+fn once() -> NonZeroU32 {
+    NonZeroU32::MIN
 }
 
 /// A line that somebody types at the console.

@@ -1,6 +1,8 @@
 //! Good files, bad files, and that what is built behaves as the file says.
 
 use super::*;
+use crate::oscillators::CrystalLife;
+use crate::plant::{Level, What};
 use clino_segment::log::{Event, Talker};
 use clino_segment::wire::{Format, Sent, Wire};
 
@@ -71,6 +73,24 @@ fn every_mistake_names_its_line_and_what_was_expected() {
         ("[[modbus.request]]\nat = \"1s\"\nbytes = \"\"".into(), 3, vec!["without bytes"]),
         ("[[modbus.request]]\nat = \"1s\"\nbytes = \"1 04\"".into(), 3, vec!["`1` is no byte", "two hexadecimal digits"]),
         ("[[modbus.request]]\nat = \"1s\"\nbytes = \"+1\"".into(), 3, vec!["`+1` is no byte"]),
+        ("lsi_hz = 16999".into(), 1, vec!["lsi_hz 16999", "17000 to 47000"]),
+        ("[crystal]\ninternal_error = 0.05".into(), 2, vec!["0.05 is out of range", "-0.08 to 0.045"]),
+        ("[crystal]\ndead = true\nstops_at = \"1s\"".into(), 3, vec!["dead crystal"]),
+        ("[crystal]\nreturns_at = \"1s\"".into(), 2, vec!["does not stop"]),
+        ("[crystal]\nstops_at = \"2s\"\nreturns_at = \"1s\"".into(), 3, vec!["returns_at 1s", "stops at 2s"]),
+        ("[[plant]]\nat = \"1s\"\nwhat = \"bang\"\nlevel = \"bus\"".into(), 3, vec!["unknown variant `bang`", "`hang`"]),
+        ("[[plant]]\nat = \"1s\"\nwhat = \"hang\"\nlevel = \"moon\"".into(), 4, vec!["unknown variant `moon`", "`main`"]),
+        ("[[plant]]\nat = \"1s\"\nwhat = \"hang\"".into(), 1, vec!["missing field `level`"]),
+        (
+            "[[plant]]\nat = \"1s\"\nwhat.flip = { address = 0x20000000, bit = 8 }\nlevel = \"main\"".into(),
+            3,
+            vec!["bit 8 of a byte", "0 to 7"],
+        ),
+        (
+            "[[plant]]\nat = \"1s\"\nwhat = \"hang\"\nlevel = \"bus\"\ntimes = 0".into(),
+            5,
+            vec!["nonzero"],
+        ),
         ("seed = 1\nseed = 2".into(), 2, vec!["duplicate"]),
         ("a b".into(), 1, vec!["expected"]),
     ] {
@@ -94,6 +114,40 @@ fn the_masters_settings_and_requests_are_what_the_file_says() {
     assert_eq!(scenario.modbus().to_string(), "9600 8N2");
     let requests: Vec<_> = scenario.requests().collect();
     assert_eq!(requests, [(SECOND, &[0x01, 0xff][..]), (2 * SECOND, &[0x0a])]);
+}
+
+#[test]
+fn faults_are_planted_as_the_file_says() {
+    let scenario = parse(
+        "[[plant]]\nat = \"2s\"\nwhat = \"masked_hang\"\nlevel = \"t7_port\"\ntimes = 3\nagain = \"10ms\"\n\
+         [[plant]]\nat = \"1s\"\nwhat = \"panic\"\nlevel = \"main\"\n",
+    )
+    .unwrap();
+    let plants: Vec<_> = scenario.plants().collect();
+    assert_eq!(
+        plants,
+        [
+            Plant {
+                at: 2 * SECOND,
+                what: What::MaskedHang,
+                level: Level::T7Port,
+                times: 3,
+                again: 10_000_000
+            },
+            Plant { at: SECOND, what: What::Panic, level: Level::Main, times: 1, again: 0 },
+        ]
+    );
+}
+
+#[test]
+fn oscillators_are_as_the_file_says() {
+    assert_eq!(parse("").unwrap().oscillators(), Oscillators::default());
+    let text = "lsi_hz = 47000\n[crystal]\nstops_at = \"1s\"\nreturns_at = \"2s\"\ninternal_error = -0.08\n";
+    let crystal = CrystalLife { stops_at: Some(SECOND), returns_at: Some(2 * SECOND) };
+    let expected = Oscillators { lsi_hz: 47_000, hsi_hz: 14_720_000, crystal };
+    assert_eq!(parse(text).unwrap().oscillators(), expected);
+    let dead = parse("[crystal]\ndead = true").unwrap().oscillators().crystal;
+    assert_eq!(dead, CrystalLife { stops_at: Some(0), returns_at: None });
 }
 
 #[test]

@@ -11,6 +11,8 @@ use serde::de::{self, Deserialize, Deserializer, Visitor};
 
 use clino_segment::Probability;
 
+use crate::oscillators::HSI_HZ;
+
 /// Longest duration in a scenario: a day.
 const LONGEST: Ns = 24 * 3_600 * 1_000_000_000;
 /// Largest angle (and angular rate) in a scenario, in degrees (per second).
@@ -193,6 +195,19 @@ impl Unit for Hertz {
 
     fn convert(number: f64) -> Option<u32> {
         (0.001..=1_000.0).contains(&number).then(|| (number * 1_000.0).round() as u32)
+    }
+}
+
+/// Relative error of the internal oscillator, kept as Hz: what DS8626 table 39 allows it over temperature.
+#[derive(Debug)]
+pub enum Deviation {}
+
+impl Unit for Deviation {
+    type Value = i32;
+    const EXPECTED: &'static str = "a relative error from -0.08 to 0.045";
+
+    fn convert(number: f64) -> Option<i32> {
+        (-0.08..=0.045).contains(&number).then(|| (number * f64::from(HSI_HZ)).round() as i32)
     }
 }
 

@@ -6,6 +6,7 @@
 
 #[cfg(target_os = "linux")]
 mod served;
+mod trials;
 
 use clino_board::elf::Image;
 use clino_board::modbus::{Answer, Framing, ModbusLine};
@@ -103,16 +104,21 @@ impl Wire for Scripted {
     }
 }
 
-/// The self-test firmware, built once.
+/// The self-test firmware, read once.
 fn image() -> &'static Image {
     static IMAGE: OnceLock<Image> = OnceLock::new();
-    IMAGE.get_or_init(|| Image::read(elf()).expect("an image"))
+    IMAGE.get_or_init(|| Image::read(&elf()).expect("an image"))
 }
 
 /// Where its image is.
-fn elf() -> &'static Path {
-    static ELF: OnceLock<PathBuf> = OnceLock::new();
-    ELF.get_or_init(|| {
+fn elf() -> PathBuf {
+    built().join("board-selftest")
+}
+
+/// Where the images are, built once.
+fn built() -> &'static Path {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    BUILT.get_or_init(|| {
         let crate_dir = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("selftest-firmware");
         let target_dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("selftest");
         let status = Command::new(env!("CARGO"))
@@ -122,7 +128,7 @@ fn elf() -> &'static Path {
             .status()
             .expect("cargo runs");
         assert!(status.success(), "the self-test firmware does not build: is the thumb target installed?");
-        target_dir.join("thumbv7em-none-eabihf/release/board-selftest")
+        target_dir.join("thumbv7em-none-eabihf/release")
     })
 }
 
