@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use clino_board::analysis::Analysis;
 use clino_board::console::Line;
 use clino_board::elf::Image;
-use clino_board::incident::Incident;
+use clino_board::incident::{Event, Incident};
 use clino_board::oracle::{self, Reading};
 use clino_board::pwm::Pulse;
 use clino_board::run::Run;
@@ -79,7 +79,8 @@ fn go(scenario: Result<Scenario, impl std::fmt::Display>) -> Ran {
     let mut run = Run::new(image(), &scenario).unwrap_or_else(|error| panic!("{error}"));
     let mut lines = Vec::new();
     run.finish(|line| lines.push(line.clone()));
-    let spoken = lines.iter().filter_map(spoken).collect();
+    let incidents = run.incidents();
+    let spoken = lines.iter().filter(|line| !is_torn(line, &incidents)).filter_map(spoken).collect();
     let mut analyses = run.analyses().into_iter().map(|(_, analysis)| analysis);
     let (Some(t7), Some(isu)) = (analyses.next(), analyses.next()) else { panic!("there are two buses") };
     let mut bus_log = Vec::new();
@@ -87,8 +88,13 @@ fn go(scenario: Result<Scenario, impl std::fmt::Display>) -> Ran {
     let (summary, all_well) = run.summary();
     let pulses = [0, 1].map(|input| run.board().pwm_log(input));
     let log = decode(&run.board().take_rtt());
-    let incidents = run.incidents();
     Ran { lines, spoken, t7, isu, pulses, log, bus_log, incidents, summary, all_well }
+}
+
+/// A reset has cut the line short: what comes after it is printed on.
+fn is_torn(line: &Line, incidents: &[Incident]) -> bool {
+    let resets = incidents.iter().filter(|incident| matches!(incident.event, Event::Reset(_)));
+    resets.map(|reset| reset.at).any(|at| (line.began..=line.at).contains(&at))
 }
 
 fn spoken(line: &Line) -> Option<Spoken> {

@@ -80,9 +80,9 @@ impl Bait {
                 let pc = PANICS.iter().find_map(|name| function(image, name));
                 let pc = pc.ok_or_else(lacks("a panic function of core"))?;
                 let location = location(image).ok_or_else(lacks("the location of a panic"))?;
-                let file = image.word(location).ok_or_else(lacks("the location of a panic"))?;
-                // The file's name serves as the message.
-                Bait { registers: [Some((0, file)), Some((1, 1)), Some((2, location))], ..at(pc) }
+                // It takes a message (two registers) and the location; the optimiser leaves out what the image's handler does
+                // not look at, and the others move up. So there is no message, and the location is in all of them.
+                Bait { registers: [0, 1, 2].map(|register| Some((register, location))), ..at(pc) }
             }
         })
     }
