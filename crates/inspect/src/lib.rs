@@ -7,6 +7,7 @@
 //! - [`calls`]: who calls whom, indirect calls included
 //! - [`annotations`]: what no analysis can know: callees of indirect calls, bounds of recursion, priorities
 //! - [`stack`]: the deepest chain of every priority level, and their sum
+//! - [`report`]: all of these together
 //! - [`source`]: the line of the source an instruction comes from
 //! - [`panics`]: who calls what ends in the panic handler
 //!
@@ -19,6 +20,7 @@ pub mod elf;
 pub mod frames;
 pub mod instruction;
 pub mod panics;
+pub mod report;
 pub mod source;
 pub mod stack;
 

@@ -6,8 +6,9 @@ use std::process::ExitCode;
 
 use clino_inspect::annotations::Annotations;
 use clino_inspect::elf::Image;
+use clino_inspect::report::Report;
 use clino_inspect::source::Lines;
-use clino_inspect::{Error, calls, cfi, frames, instruction, panics, stack};
+use clino_inspect::{Error, frames, instruction, panics, stack};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -31,14 +32,8 @@ fn main() -> ExitCode {
 
 fn check_stack(table: &str, elf: &str) -> Result<(), Error> {
     let annotations = Annotations::parse(&fs::read_to_string(table)?)?;
-    let elf = fs::read(elf)?;
-    let image = Image::parse(&elf)?;
-    let code = instruction::decode(&image)?;
-    let frames = frames::all(&image, &code)?;
-    let (notes, functions) = cfi::compare(&elf, &image, &frames)?;
-    println!("{} functions; {notes} notes of the compiler on {functions} of them agree", frames.len());
-    let graph = calls::graph(&image, &code, &frames, &annotations)?;
-    let levels = stack::worst(&image, &frames, &graph, &annotations)?;
+    let Report { image, functions, agreeing, levels } = Report::of(&fs::read(elf)?, &annotations)?;
+    println!("{functions} functions; {agreeing} notes of the compiler agree");
     for level in &levels {
         println!("{}: {} bytes, {} of them by the core", level.name, level.bytes(), level.exception_frame);
         for link in &level.chain {
