@@ -266,7 +266,7 @@ pub fn set_divider(uart: &RegisterBlock, divider: u16) {
 
 /// Core cycles of one character at a divider of the USART's clock.
 fn cycles_per_character(divider: u16, clock_hz: u32, core_hz: u32) -> u32 {
-    (u64::from(divider) * u64::from(CHARACTER_BITS) * u64::from(core_hz) / u64::from(clock_hz)) as u32
+    (u64::from(divider) * u64::from(CHARACTER_BITS) * u64::from(core_hz) / u64::from(clock_hz.max(1))) as u32
 }
 
 /// USART_BRR for oversampling by 16: the clock over the bit rate, rounded; the last four bits are sixteenths

@@ -52,6 +52,8 @@ pub struct Ran {
     pub incidents: Vec<Incident>,
     /// The summary for humans.
     pub summary: String,
+    /// Lowest stack pointer seen.
+    pub lowest_sp: u32,
     /// The simulator has nothing to complain about.
     pub all_well: bool,
 }
@@ -87,8 +89,9 @@ fn go(scenario: Result<Scenario, impl std::fmt::Display>) -> Ran {
     run.write_bus_log(&mut bus_log).expect("memory does not fail");
     let (summary, all_well) = run.summary();
     let pulses = [0, 1].map(|input| run.board().pwm_log(input));
+    let lowest_sp = run.board().stats().lowest_sp.unwrap_or(u32::MAX);
     let log = decode(&run.board().take_rtt());
-    Ran { lines, spoken, t7, isu, pulses, log, bus_log, incidents, summary, all_well }
+    Ran { lines, spoken, t7, isu, pulses, log, bus_log, incidents, summary, lowest_sp, all_well }
 }
 
 /// A reset has cut the line short: what comes after it is printed on.
@@ -124,7 +127,8 @@ fn image() -> &'static Image {
     IMAGE.get_or_init(|| Image::read(&elf()).unwrap_or_else(|error| panic!("{error}")))
 }
 
-fn elf() -> PathBuf {
+/// The image's file.
+pub fn elf() -> PathBuf {
     let path = env::var_os("CLINO_ELF").map(PathBuf::from);
     path.expect("CLINO_ELF names the firmware image: run these tests with `cargo xtask test`")
 }

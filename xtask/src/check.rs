@@ -31,6 +31,7 @@ const CHECKS: &[Check] = &[
         "bus, commissioning and drivers build for Cortex-M0 and Cortex-M4F",
     ),
     codec("nopanic", "crates/codec/checks/nopanic.sh", "no panic is reachable in the codec"),
+    codec("nopanic-core", "crates/gateway/checks/nopanic.sh", "no panic is reachable in bus and gateway"),
     codec("instructions", "crates/codec/checks/instructions.sh", "instructions of a decode, under callgrind"),
     Check {
         // The goal is not reached yet; among all others it only guards against growth.
@@ -46,6 +47,11 @@ const CHECKS: &[Check] = &[
     codec("coverage", "crates/codec/checks/coverage.sh", "line and branch coverage of the codec"),
     codec("fuzz", "crates/codec/checks/fuzz.sh", "30 s of fuzzing for every decoder"),
     codec("stack", "crates/inspect/checks/stack.sh", "worst-case stack of the firmware image"),
+    codec(
+        "panics",
+        "crates/inspect/checks/panics.sh",
+        "the panics left in the firmware image are those listed",
+    ),
     codec("throughput", "crates/clino/checks/throughput.sh", "frames a second of the bench tool"),
     Check {
         slow: true,

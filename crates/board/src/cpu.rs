@@ -66,6 +66,8 @@ pub struct CpuStats {
     pub flash_steps: u64,
     /// Resets of the whole chip after power-up: watchdog or software.
     pub resets: u64,
+    /// Lowest main stack pointer seen, looked at every few instructions.
+    pub lowest_sp: Option<u32>,
 }
 
 /// What is known of a core that stopped in a fault.
@@ -278,6 +280,8 @@ impl Cpu {
                 continue;
             }
             until_look = LOOK_EVERY;
+            let sp = self.core.msp();
+            work.stats.lowest_sp = Some(work.stats.lowest_sp.map_or(sp, |lowest| lowest.min(sp)));
             timing = work.next_timer_event(anchor);
             if self.must_leave(work, at) {
                 break;

@@ -14,6 +14,27 @@ bare_metal_build() {
     RUSTFLAGS="-C link-arg=--nmagic" cargo build --quiet --release --target "$target" "$@"
 }
 
+# Builds the probe program of a crate, which links only if no panic is reachable; first with a panic planted in it, to show
+# that the check can fail. What is checked is $1.
+no_panic_is_reachable() {
+    planted=$CARGO_TARGET_DIR/nopanic-planted.log
+    cd "$crate/nopanic"
+    if bare_metal_build thumbv7em-none-eabihf --features planted 2>"$planted"; then
+        echo "nopanic: a planted panic was not noticed" >&2
+        exit 1
+    fi
+    if ! grep -q "undefined symbol: a_panic_is_reachable" "$planted"; then
+        cat "$planted" >&2
+        echo "nopanic: the planted panic failed to build for another reason" >&2
+        exit 1
+    fi
+    if ! bare_metal_build thumbv7em-none-eabihf; then
+        echo "nopanic: a panic is reachable in $1" >&2
+        exit 1
+    fi
+    echo "nopanic: 0 reachable panics in $1 on thumbv7em-none-eabihf (a planted one is noticed)"
+}
+
 # Makes sure that a program is there, from Debian's package of that name where apt-get can install it.
 needs() {
     command -v "$1" >/dev/null 2>&1 && return

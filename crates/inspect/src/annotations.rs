@@ -128,18 +128,18 @@ impl Annotations {
     pub fn parse(text: &str) -> Result<Annotations, Error> {
         let mut table: Annotations = toml::from_str(text)?;
         for line in &mut table.indirect {
-            let mut callees = Vec::new();
-            for pattern in &line.callees {
-                match pattern.0.strip_prefix('@') {
-                    None => callees.push(pattern.clone()),
-                    Some(name) => {
-                        let group = table.groups.get(name);
-                        let group = group.ok_or_else(|| Error::new(format!("there is no group `{name}`")))?;
-                        callees.extend(group.iter().cloned());
+            let names = std::mem::take(&mut line.callees);
+            for name in names {
+                match name.0.strip_prefix('@') {
+                    None => line.callees.push(name),
+                    Some(group) => {
+                        let group = table.groups.get(group);
+                        let group =
+                            group.ok_or_else(|| Error::new(format!("there is no group `{}`", name.0)))?;
+                        line.callees.extend(group.iter().cloned());
                     }
                 }
             }
-            line.callees = callees;
         }
         Ok(table)
     }

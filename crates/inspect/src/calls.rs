@@ -1,7 +1,8 @@
 //! Who calls whom. An indirect call can reach what the table says, and only functions whose address is taken somewhere.
 //!
 //! The table and the image have to fit each other, so that neither grows stale: every function with an indirect call is in
-//! some line (what several lines say of it adds up), every function whose address is taken is in some line, and every name in a line is of some use.
+//! some line (what several lines say of it adds up), every function whose address is taken is in some line, and every line is of
+//! some use.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -91,29 +92,37 @@ fn indirect(
     let mut known = BTreeSet::new();
     let mut reached: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
     let mut wrong = Vec::new();
+    let matching = |patterns: &[Pattern], among: &mut dyn Iterator<Item = &u32>| -> BTreeSet<u32> {
+        let matches = |address: &&u32| patterns.iter().any(|pattern| pattern.matches_any(names(address)));
+        among.filter(matches).copied().collect()
+    };
+    let first = |patterns: &[Pattern]| patterns.first().map_or("", |pattern| pattern.0.as_str()).to_owned();
     for line in &annotations.indirect {
-        let mut callees = BTreeSet::new();
-        for pattern in &line.callees {
-            let matching = taken.iter().filter(|address| pattern.matches_any(names(address)));
-            if !gather(&mut callees, matching) {
-                wrong.push(format!("nobody takes the address of a function `{}`", pattern.0));
-            }
+        let callees = matching(&line.callees, &mut taken.iter());
+        if callees.is_empty() {
+            wrong.push(format!(
+                "nobody takes the address of `{}` and others of that line",
+                first(&line.callees)
+            ));
         }
-        known.extend(&callees);
-        for pattern in &line.callers {
-            let mut matching = BTreeSet::new();
-            if !gather(&mut matching, callers.iter().filter(|address| pattern.matches_any(names(address)))) {
-                wrong.push(format!("no function `{}` has an indirect call", pattern.0));
-            }
-            for caller in matching {
-                reached.entry(caller).or_default().extend(&callees);
-            }
+        let callers = matching(&line.callers, &mut callers.iter());
+        if callers.is_empty() {
+            wrong.push(format!("no indirect call in `{}` and others of that line", first(&line.callers)));
         }
+        for caller in callers {
+            reached.entry(caller).or_default().extend(&callees);
+        }
+        known.extend(callees);
     }
-    for pattern in annotations.uncalled.iter().flat_map(|line| &line.functions) {
-        if !gather(&mut known, taken.iter().filter(|address| pattern.matches_any(names(address)))) {
-            wrong.push(format!("nobody takes the address of a function `{}`", pattern.0));
+    for line in &annotations.uncalled {
+        let functions = matching(&line.functions, &mut taken.iter());
+        if functions.is_empty() {
+            wrong.push(format!(
+                "nobody takes the address of `{}` and others of that line",
+                first(&line.functions)
+            ));
         }
+        known.extend(functions);
     }
     let unknown = callers.iter().filter(|caller| !reached.contains_key(caller));
     wrong.extend(unknown.map(|&caller| format!("whom does `{}` call indirectly?", image.name_of(caller))));
@@ -122,16 +131,6 @@ fn indirect(
         unknown.map(|&callee| format!("who calls `{}`, whose address is taken?", image.name_of(callee))),
     );
     if wrong.is_empty() { Ok(reached) } else { Err(Error::new(wrong.join("\n"))) }
-}
-
-/// Adds some; says whether there were any.
-fn gather<'a>(set: &mut BTreeSet<u32>, some: impl Iterator<Item = &'a u32>) -> bool {
-    let mut any = false;
-    for &address in some {
-        any = true;
-        set.insert(address);
-    }
-    any
 }
 
 /// The functions of this name; at least one.

@@ -21,21 +21,20 @@ const R7: Register = Register(7);
 /// And of the stack pointer.
 const SP: Register = Register(13);
 
-/// Compares; returns how many notes agree, and how many functions have some.
-pub fn compare(elf: &[u8], image: &Image, frames: &BTreeMap<u32, Frame>) -> Result<(usize, usize), Error> {
+/// Compares; returns how many notes agree.
+pub fn compare(elf: &[u8], image: &Image, frames: &BTreeMap<u32, Frame>) -> Result<usize, Error> {
     let file = object::File::parse(elf)?;
     let section = file.section_by_name(".debug_frame");
     let data = section.map_or(Ok(&[][..]), |section| section.data())?;
     let notes = DebugFrame::new(data, LittleEndian);
     let bases = BaseAddresses::default();
     let mut context = UnwindContext::new();
-    let (mut agreeing, mut functions) = (0, 0);
+    let mut agreeing = 0;
     let mut entries = notes.entries(&bases);
     while let Some(entry) = entries.next()? {
         let CieOrFde::Fde(partial) = entry else { continue };
         let note = partial.parse(DebugFrame::cie_from_offset)?;
         let Some(frame) = frames.get(&(note.initial_address() as u32)) else { continue };
-        functions += 1;
         let mut rows = note.rows(&notes, &bases, &mut context)?;
         while let Some(row) = rows.next_row()? {
             let at = row.start_address() as u32;
@@ -59,5 +58,5 @@ pub fn compare(elf: &[u8], image: &Image, frames: &BTreeMap<u32, Frame>) -> Resu
             agreeing += 1;
         }
     }
-    Ok((agreeing, functions))
+    Ok(agreeing)
 }

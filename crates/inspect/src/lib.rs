@@ -7,6 +7,9 @@
 //! - [`calls`]: who calls whom, indirect calls included
 //! - [`annotations`]: what no analysis can know: callees of indirect calls, bounds of recursion, priorities
 //! - [`stack`]: the deepest chain of every priority level, and their sum
+//! - [`report`]: all of these together
+//! - [`source`]: the line of the source an instruction comes from
+//! - [`panics`]: who calls what ends in the panic handler
 //!
 //! For Thumb-2 (ARMv7-M) only. The program is one whose image has its symbols.
 
@@ -16,6 +19,9 @@ pub mod cfi;
 pub mod elf;
 pub mod frames;
 pub mod instruction;
+pub mod panics;
+pub mod report;
+pub mod source;
 pub mod stack;
 
 use std::fmt;

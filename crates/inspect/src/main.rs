@@ -1,4 +1,4 @@
-//! `inspect stack TABLE ELF`
+//! `inspect stack TABLE ELF`: the worst-case stack of an image. `inspect panics LIST ELF`: the panics left in it.
 
 use std::env;
 use std::fs;
@@ -6,15 +6,18 @@ use std::process::ExitCode;
 
 use clino_inspect::annotations::Annotations;
 use clino_inspect::elf::Image;
-use clino_inspect::{Error, calls, cfi, frames, instruction, stack};
+use clino_inspect::report::Report;
+use clino_inspect::source::Lines;
+use clino_inspect::{Error, frames, instruction, panics, stack};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let result = match arguments[..] {
         ["stack", table, elf] => check_stack(table, elf),
+        ["panics", list, elf] => check_panics(list, elf),
         _ => {
-            eprintln!("Usage: inspect stack TABLE ELF");
+            eprintln!("Usage: inspect stack TABLE ELF\n       inspect panics LIST ELF");
             return ExitCode::from(2);
         }
     };
@@ -29,14 +32,8 @@ fn main() -> ExitCode {
 
 fn check_stack(table: &str, elf: &str) -> Result<(), Error> {
     let annotations = Annotations::parse(&fs::read_to_string(table)?)?;
-    let elf = fs::read(elf)?;
-    let image = Image::parse(&elf)?;
-    let code = instruction::decode(&image)?;
-    let frames = frames::all(&image, &code)?;
-    let (notes, functions) = cfi::compare(&elf, &image, &frames)?;
-    println!("{} functions; {notes} notes of the compiler on {functions} of them agree", frames.len());
-    let graph = calls::graph(&image, &code, &frames, &annotations)?;
-    let levels = stack::worst(&image, &frames, &graph, &annotations)?;
+    let Report { image, functions, agreeing, levels } = Report::of(&fs::read(elf)?, &annotations)?;
+    println!("{functions} functions; {agreeing} notes of the compiler agree");
     for level in &levels {
         println!("{}: {} bytes, {} of them by the core", level.name, level.bytes(), level.exception_frame);
         for link in &level.chain {
@@ -51,4 +48,16 @@ fn check_stack(table: &str, elf: &str) -> Result<(), Error> {
         return Err(Error::new("the stack is over its limit"));
     }
     Ok(())
+}
+
+fn check_panics(list: &str, elf: &str) -> Result<(), Error> {
+    let listed = panics::listed(&fs::read_to_string(list)?)?;
+    let elf = fs::read(elf)?;
+    let image = Image::parse(&elf)?;
+    let frames = frames::all(&image, &instruction::decode(&image)?)?;
+    let found = panics::find(&image, &frames, &Lines::parse(&elf)?)?;
+    let differences = panics::compare(&found, &listed);
+    let sites: usize = found.values().map(Vec::len).sum();
+    println!("panics: {sites} sites in {} files", found.len());
+    if differences.is_empty() { Ok(()) } else { Err(Error::new(differences.join("\n"))) }
 }

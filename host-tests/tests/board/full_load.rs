@@ -5,7 +5,10 @@ use std::fmt::Write as _;
 
 use clino_board::analysis::{Poll, Protocol, Verdict};
 use clino_host_tests::modbus::{self, Exchange};
-use clino_host_tests::{Ran, run};
+use clino_host_tests::{Ran, elf, run};
+use clino_inspect::annotations::Annotations;
+use clino_inspect::report::Report;
+use clino_inspect::stack;
 
 const MS: u64 = 1_000_000;
 const SECOND: u64 = 1_000 * MS;
@@ -76,6 +79,19 @@ fn every_duty_is_done() {
     println!("core: {load:.2} % of the instructions at 168 MHz");
     assert!(load <= 10.0, "{load} %");
     assert!(ran.slot(46).last().is_some_and(|spoken| spoken.is_ok()));
+    the_stack_is_no_deeper_than_computed(&ran);
+}
+
+/// What was seen of the stack against what `cargo xtask check stack` says.
+fn the_stack_is_no_deeper_than_computed(ran: &Ran) {
+    let table = include_str!("../../../crates/inspect/stack.toml");
+    let annotations = Annotations::parse(table).expect("the table of what is known");
+    let image = std::fs::read(elf()).expect("the image");
+    let report = Report::of(&image, &annotations).unwrap_or_else(|error| panic!("{error}"));
+    let top = report.image.vectors.first().expect("the initial stack pointer");
+    let (seen, computed) = (top - ran.lowest_sp, stack::total(&report.levels));
+    println!("stack: {seen} bytes seen, {computed} computed");
+    assert!(seen > 0 && seen <= computed, "{seen} bytes seen, {computed} computed");
 }
 
 #[test]

@@ -1,0 +1,75 @@
+//! clino-bus, with a master for each of its protocols.
+
+use clino_bus::line::{Settings, SubmitError};
+use clino_bus::{
+    Blame, Counters, Fault, Isu, Line, Master, Micros, Protocol, Retry, Serial, T7, Timing, earliest,
+};
+
+use crate::{Entry, entries};
+
+pub static ENTRIES: &[Entry] = &entries![
+    Line::new,
+    Line::set,
+    Line::settings,
+    Line::has_echo,
+    Line::submit,
+    Line::poll,
+    Line::poll_at,
+    Line::next_character,
+    Line::transmission_complete,
+    Line::heard,
+    Line::driving,
+    Line::frame_len,
+    Line::longest_hold,
+    Settings::new,
+    SubmitError::blame,
+    Counters::default,
+    Micros::from_millis,
+    Micros::as_millis,
+    Micros::since,
+    Micros::times,
+    <Micros as core::ops::Add>::add,
+    <Micros as core::ops::Sub>::sub,
+    earliest,
+    Serial::bits,
+    Serial::half_bit,
+    Serial::characters,
+    Timing::t7,
+    Timing::isu,
+    Timing::line,
+    Timing::first_character,
+    Retry::times,
+];
+
+macro_rules! of_protocol {
+    ($protocol:ty) => {
+        &entries![
+            Master::<$protocol>::new,
+            Master::<$protocol>::take_late,
+            Master::<$protocol>::is_idle,
+            Master::<$protocol>::is_asking,
+            Master::<$protocol>::counters,
+            Master::<$protocol>::clear_counters,
+            Master::<$protocol>::timing,
+            Master::<$protocol>::set_timing,
+            Master::<$protocol>::on,
+            Master::<$protocol>::poll,
+            Master::<$protocol>::poll_at,
+            Master::<$protocol>::ask_at,
+            Master::<$protocol>::may_ask,
+            Master::<$protocol>::begin,
+            Master::<$protocol>::begin_retry,
+            Master::<$protocol>::begin_collecting,
+            Master::<$protocol>::allow,
+            Retry::after::<$protocol>,
+            blame::<$protocol>,
+        ]
+    };
+}
+
+pub static T7_ENTRIES: &[Entry] = of_protocol!(T7);
+pub static ISU_ENTRIES: &[Entry] = of_protocol!(Isu);
+
+fn blame<P: Protocol>(fault: &Fault<P::DecodeError>) -> (Blame, bool) {
+    (fault.blame(), fault.request_unheard())
+}

@@ -1,0 +1,122 @@
+//! clino-gateway.
+
+use clino_bus::Micros;
+use clino_gateway::config::Filter;
+use clino_gateway::lint::{Finding, Lint};
+use clino_gateway::order::{self, Order};
+use clino_gateway::task::News;
+use clino_gateway::trace::{Entry as Exchange, Purpose, Trace, Verdict};
+use clino_gateway::{
+    Action, Bus, BusSettings, Gateway, Glance, Health, Reading, Reporter, Settings, SlotConfig, SlotCounters,
+    Snapshot, Source, Span, Status, Value, View,
+};
+
+use crate::{Entry, entries};
+
+pub static ENTRIES: &[Entry] = &entries![
+    Gateway::new,
+    Gateway::line,
+    Gateway::pwm,
+    Gateway::carry_out,
+    Gateway::news,
+    Gateway::has_news,
+    Gateway::progress,
+    poll,
+    Gateway::poll_at,
+    Gateway::next_changed,
+    Gateway::publish,
+    Gateway::config,
+    Gateway::slot_counters,
+    Gateway::detail,
+    Gateway::bus_settings,
+    Gateway::settings,
+    Gateway::revision,
+    Gateway::clear_counters,
+    Gateway::trace,
+    Gateway::counters,
+    Gateway::timing,
+    Gateway::line_settings,
+    Gateway::lost_edges,
+    Source::bus,
+    Source::node,
+    Filter::samples,
+    SlotConfig::usual,
+    SlotConfig::every,
+    SlotConfig::bus,
+    SlotConfig::is_on,
+    Span::from_micros,
+    Span::from_millis,
+    Span::as_micros,
+    Span::times,
+    <Micros as From<Span>>::from,
+    <Span as TryFrom<Micros>>::try_from,
+    SlotCounters::response_last,
+    SlotCounters::response_min,
+    SlotCounters::response_max,
+    Health::has,
+    Health::bits,
+    Health::from_bits,
+    health_names,
+    findings,
+    Lint::load,
+    Order::check,
+    order::period,
+    order::stale_after,
+    next,
+    BusSettings::new,
+    Settings::new,
+    Snapshot::new,
+    Snapshot::publisher,
+    read,
+    Snapshot::view,
+    View::reading,
+    View::value,
+    View::glance,
+    View::holds,
+    View::generation,
+    News::is_end,
+    Verdict::name,
+    Purpose::name,
+    Exchange::took,
+    Trace::new,
+    Trace::total,
+    trace,
+    Status::name,
+    Reading::glance,
+    Reading::status,
+    Reading::angle,
+    Reading::raw,
+    Reading::rate,
+    Reading::turns,
+    Reading::temperature,
+    Reading::is_fresh,
+    Reading::age,
+];
+
+// What takes a function or returns an iterator exists only where it is used.
+
+fn poll(gateway: &mut Gateway, bus: Bus, now: Micros, act: fn(Action<'_>)) {
+    gateway.poll(bus, now, act);
+}
+
+fn health_names(health: Health) -> usize {
+    health.names().count()
+}
+
+fn findings(lint: Lint<'_>, found: fn(Finding)) {
+    lint.findings().for_each(found);
+}
+
+fn next(reporter: &mut Reporter, look: fn(usize) -> Option<Glance>, now: Micros) -> Option<usize> {
+    reporter.next(look, now)
+}
+
+fn read(snapshot: &Snapshot, look: fn(&View<'_>) -> Option<Value>) -> Option<Value> {
+    snapshot.read(look)
+}
+
+fn trace(trace: &Trace, age: usize) -> Option<&Exchange> {
+    #[cfg(feature = "planted")]
+    core::hint::black_box([0u8; 4][age]);
+    trace.iter().nth(age)
+}
