@@ -98,6 +98,24 @@ impl Board {
             start.mode.name(),
             clock.name()
         );
+        if let Some(crash) = start.crash {
+            let at = crash.registers.unwrap_or_default();
+            log!(
+                error,
+                "last crash: {=str} {=u32} {=str} in start {=u32} after {=u32} ms, pc {=u32:#010x}, lr {=u32:#010x}, \
+                 level {=u16}, cfsr {=u32:#010x}, address {=u32:#010x}",
+                crash.cause.name(),
+                crash.detail,
+                crash.file().unwrap_or(""),
+                crash.boot,
+                crash.uptime_ms,
+                at.pc,
+                at.lr,
+                at.exception,
+                crash.fault.cfsr,
+                crash.fault.address
+            );
+        }
         let mut settings = Settings::new(&params::SLOTS, params::T7, params::ISU);
         let mut modbus_settings = params::MODBUS;
         let Some(keeper) = singleton!(: Keeper = Keeper::new(peripherals.FLASH)) else {

@@ -6,11 +6,12 @@
 use core::cell::{Cell, RefCell};
 
 use clino_bus::Micros;
+use cortex_m::peripheral::DWT;
 use critical_section::{CriticalSection, Mutex};
 use stm32f4xx_hal::pac::{self, interrupt};
 use stm32f4xx_hal::rcc::{BusTimerClock, Enable, Rcc, Reset};
 
-use crate::params::CLOCK_HZ;
+use crate::params::{CLOCK_HZ, CORE_HZ};
 
 /// Microseconds in one round of the counter.
 const ROUND: u64 = 1 << 16;
@@ -36,6 +37,21 @@ pub fn start(timer: pac::TIM4, rcc: &mut Rcc) {
 /// Now.
 pub fn now() -> Micros {
     critical_section::with(|cs| TIMER.borrow_ref(cs).as_ref().map_or(Micros::ZERO, |timer| read(timer, cs)))
+}
+
+/// Does something that stalls the core, interrupts included, maybe for more than a round of the counter: of the rounds that
+/// end meanwhile one is counted, and the others here. The core's cycle counter, which goes on, tells how many.
+///
+/// Limit: 25 s, in which the cycle counter comes round.
+pub fn across_stall<R>(work: impl FnOnce() -> R) -> R {
+    let (cycles, begin) = critical_section::with(|_| (DWT::cycle_count(), now()));
+    let result = work();
+    critical_section::with(|cs| {
+        let passed = u64::from(DWT::cycle_count().wrapping_sub(cycles) / (CORE_HZ / CLOCK_HZ));
+        let lost = (passed + ROUND / 2).saturating_sub(now().since(begin).0) / ROUND;
+        ROUNDS.borrow(cs).set(ROUNDS.borrow(cs).get() + lost);
+    });
+    result
 }
 
 /// Whom an alarm wakes.

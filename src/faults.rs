@@ -19,7 +19,6 @@ use clino_recovery::{Crash, FaultStatus, Registers};
 use cortex_m::peripheral::SCB;
 use stm32f4xx_hal::pac;
 
-use crate::log::log;
 use crate::{start, watchdog};
 
 /// What the core puts on the stack when an exception begins (PM0214 section 2.3.7).
@@ -67,10 +66,10 @@ impl Frame {
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
+    // Nothing is logged here, nor in the other handlers: it may have been the log that panicked. The next start says it.
+    cortex_m::interrupt::disable();
     let line = info.location().map_or(0, |location| location.line());
     let file = info.location().map_or("", |location| location.file());
-    log!(error, "panic at {=str}:{=u32}", file, line);
-    cortex_m::interrupt::disable();
     start::crash(Crash::panic(file, line))
 }
 
@@ -97,7 +96,6 @@ extern "C" fn fault(frame: *const Frame) -> ! {
     let scb = unsafe { &*SCB::PTR };
     let status = FaultStatus::new(scb.cfsr.read(), scb.hfsr.read(), scb.mmfar.read(), scb.bfar.read());
     let registers = Frame::known(frame);
-    log!(error, "fault {=u32:#010x} at {=u32:#010x}", status.cfsr, registers.map_or(0, |at| at.pc));
     start::crash(Crash::fault(status, registers, registers.is_none()))
 }
 
@@ -117,7 +115,6 @@ extern "C" fn crystal(frame: *const Frame) {
     let rcc = unsafe { &*pac::RCC::ptr() };
     if rcc.cir().read().cssf().bit_is_set() {
         rcc.cir().write(|w| w.cssc().set_bit());
-        log!(error, "the crystal has stopped");
         start::crash(Crash::clock_failed(Frame::known(frame)))
     }
 }

@@ -87,7 +87,7 @@ fn silently<R>(mut work: impl FnMut() -> R) -> Result<R, StorageError> {
         watchdog::check_in(Duty::Console);
         let result = bus::while_silent(|| {
             watchdog::check_in(Duty::Storage);
-            let result = work();
+            let result = clock::across_stall(&mut work);
             watchdog::rest(Duty::Storage);
             // Nobody else could check in meanwhile.
             result

@@ -84,11 +84,16 @@ fn frames(bus_log: &[u8]) -> Vec<Frame> {
 
 /// A request with its checksum, as a scenario writes it.
 pub fn request(pdu: &[u8], at_ms: u64) -> String {
+    let bytes: Vec<String> = frame(pdu).iter().map(|byte| format!("{byte:02x}")).collect();
+    format!("[[modbus.request]]\nat = \"{at_ms}ms\"\nbytes = \"{}\"\n", bytes.join(" "))
+}
+
+/// A request to address 1 with its checksum.
+pub fn frame(pdu: &[u8]) -> Vec<u8> {
     let mut frame = vec![1];
     frame.extend_from_slice(pdu);
     frame.extend_from_slice(&crc(&frame).to_le_bytes());
-    let bytes: Vec<String> = frame.iter().map(|byte| format!("{byte:02x}")).collect();
-    format!("[[modbus.request]]\nat = \"{at_ms}ms\"\nbytes = \"{}\"\n", bytes.join(" "))
+    frame
 }
 
 /// Zero over a frame with its checksum.

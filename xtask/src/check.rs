@@ -45,6 +45,7 @@ const CHECKS: &[Check] = &[
     ),
     codec("coverage", "crates/codec/checks/coverage.sh", "line and branch coverage of the codec"),
     codec("fuzz", "crates/codec/checks/fuzz.sh", "30 s of fuzzing for every decoder"),
+    codec("stack", "crates/inspect/checks/stack.sh", "worst-case stack of the firmware image"),
     codec("throughput", "crates/clino/checks/throughput.sh", "frames a second of the bench tool"),
     Check {
         slow: true,

@@ -64,6 +64,27 @@ fn what_is_saved_survives_a_reset_and_is_not_written_twice() {
 }
 
 #[test]
+fn time_goes_on_while_a_sector_is_erased() {
+    // An angle that turns by 20 degrees in the erase: told with an age that leaves the erase out, it is wrong.
+    let ran = run("duration = \"3s\"\nt7 = [{ address = 1, motion.ramp.rate = 40.0 }]\n\
+         isu = [{ address = 1, motion.ramp.rate = 40.0 }]\n\
+         typed = [{ at = \"400ms\", line = \"save\" }, { at = \"2500ms\", line = \"version\" }]");
+    assert!(ran.lines.iter().any(|line| line.text.contains(r#""stored":"written""#)));
+    assert!(ran.all_well, "{}", ran.summary);
+    let version = ran.lines.iter().find(|line| line.text.contains("uptime_ms")).expect("an answer");
+    let uptime: u64 = version
+        .text
+        .split("uptime_ms\":")
+        .nth(1)
+        .and_then(|rest| rest.split(['}', ',']).next())
+        .expect("a field")
+        .parse()
+        .expect("a number");
+    // Typed at 2.5 s; the clock starts some milliseconds after the power.
+    assert!((2_470..=2_505).contains(&uptime), "{}", version.text);
+}
+
+#[test]
 fn what_is_not_saved_is_gone_and_a_factory_reset_forgets() {
     let lines = [
         (300, "slot 0 t7 7 -p 50"),
