@@ -18,6 +18,7 @@ const NS_PER_US: u64 = 1_000;
 const PS_PER_NS: u64 = 1_000;
 const PS_PER_S: u64 = 1_000_000_000_000;
 const BITS: u64 = 10;
+const PPM: u64 = 1_000_000;
 
 /// The UART of a gateway, a [`Line`] in it, and a segment with sensors on it.
 pub struct Port {
@@ -25,6 +26,7 @@ pub struct Port {
     line: Line,
     serial: Serial,
     now: Ns,
+    clock: Clock,
     shifter: Shifter,
     /// Level of the DE pin.
     driving: bool,
@@ -44,6 +46,36 @@ enum Shifter {
     },
 }
 
+/// The clock of whoever holds the port: its microseconds, and its bits.
+#[derive(Clone, Copy)]
+struct Clock {
+    /// How much too fast it is, in parts per million; above −[`PPM`].
+    ppm: i64,
+}
+
+impl Clock {
+    fn rate(self) -> u128 {
+        u128::from(PPM.saturating_add_signed(self.ppm))
+    }
+
+    /// What it says at a true instant.
+    fn at(self, now: Ns) -> Micros {
+        Micros((u128::from(now) * self.rate() / u128::from(PPM * NS_PER_US)) as u64)
+    }
+
+    /// The first true instant at which it says this.
+    fn when(self, at: Micros) -> Ns {
+        let scaled = u128::from(at.0) * u128::from(PPM * NS_PER_US);
+        u64::try_from(scaled.div_ceil(self.rate())).unwrap_or(Ns::MAX)
+    }
+
+    /// Bits at a rate that is made of it.
+    fn format(self, serial: Serial) -> Format {
+        let bit_ps = u128::from(PS_PER_S / u64::from(serial.baud)) * u128::from(PPM) / self.rate();
+        Format { bit_ps: bit_ps as u64, data_bits: 8, stop_halves: 2 }
+    }
+}
+
 impl Port {
     /// A listening port at time 0, without delays around DE.
     pub fn new(serial: Serial, guard: Micros, settings: Settings, stations: Vec<Station>) -> Port {
@@ -53,15 +85,24 @@ impl Port {
     /// A listening port at time 0. For an echo on the wire, [`Settings::echo`] has to be set, too.
     pub fn with_line(line: line::Settings, settings: Settings, stations: Vec<Station>) -> Port {
         let mut segment = Segment::new(settings, stations);
-        segment.set_receiver(0, Some(format(line.serial)));
+        let clock = Clock { ppm: 0 };
+        segment.set_receiver(0, Some(clock.format(line.serial)));
         Port {
             segment,
             line: Line::new(line, Micros::ZERO),
             serial: line.serial,
             now: 0,
+            clock,
             shifter: Shifter::Empty,
             driving: false,
         }
+    }
+
+    /// From now on the port's own clock is this much too fast, in parts per million: what it calls a microsecond, and its
+    /// bits. To be called before anything has happened.
+    pub fn set_clock_error(&mut self, ppm: i32) {
+        self.clock = Clock { ppm: ppm.into() };
+        self.segment.set_receiver(self.now, Some(self.clock.format(self.serial)));
     }
 
     /// The line under test.
@@ -69,9 +110,9 @@ impl Port {
         &self.line
     }
 
-    /// Virtual time since power-up.
+    /// Time since power-up, as the port's own clock has it.
     pub fn now(&self) -> Micros {
-        Micros(self.now / NS_PER_US)
+        self.clock.at(self.now)
     }
 
     /// What happened on the wire.
@@ -87,7 +128,7 @@ impl Port {
         let settings = line::Settings { serial, guard, ..*self.line.settings() };
         self.line.set(settings, self.now()).expect("no frame in hand");
         self.serial = serial;
-        self.segment.set_receiver(self.now, Some(format(serial)));
+        self.segment.set_receiver(self.now, Some(self.clock.format(serial)));
     }
 
     /// Takes a frame to be sent as soon as the guard allows.
@@ -97,7 +138,7 @@ impl Port {
 
     /// Runs until something happens on the line, at most until `until`.
     pub fn run(&mut self, until: Micros) -> Option<Event> {
-        let until = until.0.saturating_mul(NS_PER_US);
+        let until = self.clock.when(until);
         loop {
             if let Some(received) = self.segment.take_received() {
                 return Some(self.received(received));
@@ -110,7 +151,7 @@ impl Port {
                 }
                 continue;
             }
-            let line = self.line.poll_at().map(|at| at.0.saturating_mul(NS_PER_US));
+            let line = self.line.poll_at().map(|at| self.clock.when(at));
             let shifter = match self.shifter {
                 Shifter::Empty => None,
                 Shifter::Full { end } => Some(end.div_ceil(PS_PER_NS)),
@@ -159,7 +200,7 @@ impl Port {
         match self.shifter {
             Shifter::Empty => {}
             Shifter::Full { end } => {
-                let format = format(self.serial);
+                let format = self.clock.format(self.serial);
                 match self.line.next_character() {
                     Some(byte) => {
                         let start = end / PS_PER_NS;
@@ -186,13 +227,9 @@ impl Port {
         let flag = |set, flag| if set { flag } else { LineErrors::NONE };
         let errors =
             flag(received.framing_error, LineErrors::FRAMING).union(flag(received.noise, LineErrors::NOISE));
-        let at = Micros(received.at / NS_PER_US);
+        let at = self.clock.at(received.at);
         let event = self.line.heard(Character { byte: received.word as u8, errors }, at);
         self.follow();
         event
     }
-}
-
-fn format(serial: Serial) -> Format {
-    Format { bit_ps: PS_PER_S / u64::from(serial.baud), data_bits: 8, stop_halves: 2 }
 }
