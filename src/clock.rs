@@ -12,6 +12,7 @@ use stm32f4xx_hal::pac::{self, interrupt};
 use stm32f4xx_hal::rcc::{BusTimerClock, Enable, Rcc, Reset};
 
 use crate::params::{CLOCK_HZ, CORE_HZ};
+use crate::shared;
 
 /// Microseconds in one round of the counter.
 const ROUND: u64 = 1 << 16;
@@ -124,6 +125,8 @@ fn TIM4() {
             ROUNDS.borrow(cs).set(ROUNDS.borrow(cs).get() + 1);
             // Only what was seen is cleared, so that nothing is lost that comes up meanwhile.
             timer.sr().write(|w| w.uif().clear_bit());
+            // The people level looks at the time, too.
+            shared::note_work();
         }
         for level in Level::ALL {
             let channel = level.channel();

@@ -51,12 +51,13 @@ fn after_three_fast_crashes_only_the_console_and_modbus_are_served_until_somebod
 
 #[test]
 fn safe_mode_ends_by_itself_after_ten_minutes() {
+    // Nobody asks anything meanwhile.
     let ran = scenario(604_000, &typed(603_500, "reset-cause"));
     let resets = resets(&ran);
     assert_eq!(resets.len(), 4, "{resets:?}");
     let lasted = resets[3].0 - resets[2].0;
     println!("safe mode lasts {:.1} s", lasted as f64 / 1e9);
-    assert!((600 * SECOND..602 * SECOND).contains(&lasted), "{lasted}");
+    assert!((600 * SECOND..600 * SECOND + 200 * MS).contains(&lasted), "{lasted}");
     assert!(said(&ran, "start")[0].contains(r#""mode":"normal""#));
     assert!(ran.slot(0).last().is_some_and(|spoken| spoken.is_ok() && spoken.at > 603 * SECOND));
 }
