@@ -169,6 +169,16 @@ pub enum BusItem {
     ReleaseMax,
     /// Longest time the driver was on.
     HighMax,
+    /// Characters before a request was out.
+    Unasked,
+    /// Characters of zeros with a low stop bit.
+    Breaks,
+    /// Why nobody answers.
+    Fault,
+    /// How often nobody did.
+    Faults,
+    /// Requests since the last answer.
+    InVain,
 }
 
 /// Of how a slot is set; see [`SlotConfig`](crate::config::SlotConfig).
