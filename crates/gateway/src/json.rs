@@ -11,7 +11,7 @@
 //! `angle_deg` is in degrees with three decimals and is a number only while `status` is `ok`; `age_ms` is the
 //! time since the last good value of that slot was received, whatever the status is now; `health` holds the
 //! names of the signals that the slot gives, such as `noisy`. `fault` is the name of a
-//! [`BusFault`](crate::BusFault) while the bus is out of order.
+//! [`BusFault`] while the bus is out of order.
 
 use core::fmt::{self, Write};
 
