@@ -123,7 +123,7 @@ fn good(ran: &Ran, which: Bus) -> u64 {
 }
 
 /// Lines of the slots that are not on this bus, while the fault lasts.
-fn others<'a>(ran: &'a Ran, which: Bus) -> impl Iterator<Item = &'a clino_host_tests::Spoken> {
+fn others(ran: &Ran, which: Bus) -> impl Iterator<Item = &clino_host_tests::Spoken> {
     let name = if which == Bus::T7 { "t7" } else { "isu" };
     let meanwhile = ran.spoken.iter().filter(|spoken| (FROM..UNTIL).contains(&spoken.began));
     meanwhile.filter(move |spoken| spoken.reading.kind != name)
@@ -162,7 +162,7 @@ fn check(case: &Case) {
     let back = back(&ran, case);
     the_fault_is_told(&ran, &exchanges, case);
     others_do_not_notice(&ran, quiet, case);
-    the_uplinks_run_on(&ran, quiet, &exchanges, case);
+    the_uplinks_run_on(&ran, quiet, &exchanges);
     let (cycle, deaf) = match case.bus {
         Bus::T7 => (T7_CYCLE, T7_EXCHANGE + T7_DEAF),
         Bus::Isu => (ISU_CYCLE, ISU_EXCHANGE + ISU_DEAF),
@@ -199,7 +199,7 @@ fn the_fault_is_told(ran: &Ran, exchanges: &[Exchange], case: &Case) {
         if during {
             assert!(case.called.iter().any(|&(_, code)| code == fault), "{fault} at {at}");
         }
-        if at < FROM || at > UNTIL + SECOND {
+        if !(FROM..=UNTIL + SECOND).contains(&at) {
             assert_eq!(fault, 0, "at {at}");
         }
         if at > FROM + (by + 210) * MS {
@@ -229,7 +229,7 @@ fn others_do_not_notice(ran: &Ran, quiet: &Ran, case: &Case) {
     assert!(told(&exchanges, other).iter().all(|&(_, fault, faults)| fault == 0 && faults == 0));
 }
 
-fn the_uplinks_run_on(ran: &Ran, quiet: &Ran, exchanges: &[Exchange], case: &Case) {
+fn the_uplinks_run_on(ran: &Ran, quiet: &Ran, exchanges: &[Exchange]) {
     let waits: Vec<u64> =
         exchanges.iter().map(|exchange| exchange.wait().expect("an answer") - T3_5).collect();
     let longest = waits.iter().max().expect("answers") / 1_000;
