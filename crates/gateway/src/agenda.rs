@@ -225,6 +225,7 @@ impl Agenda {
     }
 
     /// The slots of this bus that are not taken for dead.
+    #[inline(never)]
     pub fn living(&self, slots: &[Slot]) -> Bits {
         let mut living = self.mine;
         self.mine(slots).filter(|(_, slot)| slot.dead).for_each(|(index, _)| living.set(index, false));
@@ -249,6 +250,7 @@ impl Agenda {
     }
 
     /// Nothing was heard from the slot, nor from anybody else.
+    #[inline(never)]
     pub fn note_no_answer(&mut self, slot: usize, slots: &[Slot]) {
         // The line has just fallen silent. What the nodes have heard before may have made them deaf.
         if core::mem::take(&mut self.troubled) {
@@ -262,11 +264,13 @@ impl Agenda {
     }
 
     /// Everybody who is not dead may be deaf.
+    #[inline(never)]
     pub fn doubt(&mut self, slots: &[Slot]) {
         self.silence.doubt(self.living(slots));
     }
 
     /// These are due at once.
+    #[inline(never)]
     pub fn hurry(&mut self, those: Bits, slots: &mut [Slot], at: Micros) {
         for index in those.iter() {
             if let Some(slot) = slots.get_mut(index) {
@@ -277,6 +281,7 @@ impl Agenda {
     }
 
     /// The bus is faulty as a whole, or is so no more. Whoever was dead may be back: all begin anew.
+    #[inline(never)]
     pub fn set_faulty(&mut self, faulty: bool, slots: &mut [Slot], at: Micros) {
         self.faulty = faulty;
         self.troubled = false;

@@ -148,6 +148,7 @@ impl Watch {
     }
 
     /// Somebody has answered. Returns whether this has ended a fault.
+    #[inline(never)]
     pub fn answered(&mut self, counters: &Counters) -> bool {
         self.marks = Marks::of(counters);
         if self.health.in_vain == 0 {
@@ -159,6 +160,7 @@ impl Watch {
     }
 
     /// A request of `slot` has ended in vain at `at`. `living` are the slots that are not taken for dead.
+    #[inline(never)]
     pub fn failed(
         &mut self,
         slot: usize,

@@ -97,6 +97,7 @@ impl Silence {
     }
 
     /// Until when nobody is asked. To be called while no exchange is in hand.
+    #[inline(never)]
     pub fn keep(&mut self, now: Micros) -> Micros {
         let often = self.until > Micros::ZERO && now < self.until + SILENCE_EVERY;
         let all_asked = self.doubted && self.unasked.is_empty();
