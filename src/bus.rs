@@ -75,6 +75,7 @@ pub fn state(bus: Bus) -> Option<BusState> {
         timing: *gateway.timing(bus),
         line: *gateway.line_settings(bus),
         counters: *gateway.counters(bus),
+        health: gateway.health(bus),
         driver: ports::driver_enable(bus),
         progress: gateway.progress(bus),
     })

@@ -1,6 +1,6 @@
 //! What happened on one bus since reset, told by the master and measured by the hardware. Counters wrap; readers take differences.
 
-use clino_codec::character::LineErrors;
+use clino_codec::character::{Character, LineErrors};
 use clino_codec::layers::Layer;
 
 use crate::Micros;
@@ -42,8 +42,12 @@ pub struct Counters {
     pub echo: u32,
     /// Characters that belong to no frame.
     pub junk: u32,
+    /// Characters that came before a request was out: nobody had been asked.
+    pub unasked: u32,
     /// Characters with a low stop bit.
     pub framing: u32,
+    /// Of these, characters of nothing but zeros: the line was low for a character at least.
+    pub breaks: u32,
     /// Characters whose samples disagreed.
     pub noise: u32,
     /// Characters after which at least one was lost.
@@ -70,7 +74,7 @@ pub struct DriverEnable {
 }
 
 impl Counters {
-    pub(crate) fn character(&mut self, errors: LineErrors) {
+    pub(crate) fn character(&mut self, Character { byte, errors }: Character) {
         let count = |flag, counter: &mut u32| {
             if errors.contains(flag) {
                 bump(counter);
@@ -80,6 +84,9 @@ impl Counters {
         count(LineErrors::NOISE, &mut self.noise);
         count(LineErrors::OVERRUN, &mut self.overrun);
         count(LineErrors::PARITY, &mut self.parity);
+        if byte == 0 {
+            count(LineErrors::FRAMING, &mut self.breaks);
+        }
     }
 
     pub(crate) fn refused(&mut self, layer: Layer) {

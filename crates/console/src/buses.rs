@@ -28,9 +28,9 @@ pub fn bus(job: &mut Job<'_, '_>) -> Outcome {
     let [baud, guard, pre, post, echo] = words;
     let bus: Bus = job.one_of("bus")?;
     job.end()?;
-    let Some(BusState { mut timing, mut line, .. }) = job.host.bus(bus) else { return Ok(()) };
+    let Some(BusState { mut timing, mut line, health, .. }) = job.host.bus(bus) else { return Ok(()) };
     if words.iter().all(Option::is_none) {
-        table::bus(&mut job.reply, bus, &line);
+        table::bus(&mut job.reply, bus, &line, health.fault);
         return Ok(());
     }
     if let Some(word) = baud {

@@ -6,7 +6,7 @@ use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, Glance, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{Bus, BusHealth, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 use clino_recovery::Start;
 
@@ -81,6 +81,8 @@ pub struct BusState {
     pub line: line::Settings,
     /// What happened since reset.
     pub counters: Counters,
+    /// Whether it is out of order.
+    pub health: BusHealth,
     /// How the line driver behaved.
     pub driver: DriverEnable,
     /// How far the task on it is, if there is one.

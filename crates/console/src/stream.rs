@@ -46,7 +46,7 @@ impl Stream {
         };
         self.printed = self.printed.saturating_add(1);
         if let Some(state) = host.bus(bus) {
-            _ = json::statistics(reply.out, bus, topic, &state.counters, &state.driver);
+            _ = json::statistics(reply.out, bus, topic, &state.counters, &state.health, &state.driver);
         }
         true
     }

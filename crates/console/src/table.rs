@@ -4,7 +4,7 @@ use core::fmt::{self, Write};
 
 use clino_bus::{Micros, line};
 use clino_gateway::json::{self, Topic, echo_name, name};
-use clino_gateway::{Bus, Reading, Source};
+use clino_gateway::{Bus, BusFault, Reading, Source};
 
 use crate::host::BusState;
 use crate::reply::Reply;
@@ -49,29 +49,30 @@ fn columns(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
     out.write_str("\n")
 }
 
-/// How a bus is set.
-pub fn bus(reply: &mut Reply<'_>, bus: Bus, line: &line::Settings) {
+/// How a bus is set, and whether it is out of order.
+pub fn bus(reply: &mut Reply<'_>, bus: Bus, line: &line::Settings, fault: Option<BusFault>) {
     let values = [
         line.serial.baud.into(),
         line.guard.0.into(),
         line.pre_delay.0.into(),
         line.post_delay.0.into(),
         echo_name(line.echo).into(),
+        fault.map(BusFault::name).into(),
     ];
-    reply.list("bus", bus.name().into(), "baud guard_us pre_us post_us echo", &values);
+    reply.list("bus", bus.name().into(), "baud guard_us pre_us post_us echo fault", &values);
 }
 
 /// What happened on a bus since reset.
 pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
-    let BusState { counters, driver, .. } = state;
+    let BusState { counters, health, driver, .. } = state;
     if !reply.is_for_people() {
         for topic in Topic::ALL {
-            _ = json::statistics(reply.out, bus, topic, counters, driver);
+            _ = json::statistics(reply.out, bus, topic, counters, health, driver);
         }
         return;
     }
-    let names = "requests good no_answer bad_answer late retries writes contention busy forced junk framing noise \
-                 overrun response_us response_max_us de_release_max_ns";
+    let names = "requests good no_answer bad_answer late retries writes contention busy forced junk unasked framing \
+                 breaks noise overrun response_us response_max_us de_release_max_ns faults in_vain fault";
     let counts = [
         counters.requests,
         counters.good,
@@ -84,12 +85,18 @@ pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
         counters.line_busy,
         counters.forced,
         counters.junk,
+        counters.unasked,
         counters.framing,
+        counters.breaks,
         counters.noise,
         counters.overrun,
         counters.response_last.0 as u32,
         counters.response_max.0 as u32,
         driver.release_max_ns,
+        health.faults,
+        health.in_vain,
     ];
-    reply.list("bus", bus.name().into(), names, &counts.map(Value::from));
+    let mut values = [health.fault.map(BusFault::name).into(); 22];
+    values.iter_mut().zip(counts).for_each(|(value, count)| *value = Value::from(count));
+    reply.list("bus", bus.name().into(), names, &values);
 }

@@ -10,10 +10,11 @@
 //! [`LONGEST_PAUSE_MS`]: exponential back-off. Together they get one part of the bus ([`Agenda::new`]), however many there
 //! are, and the time in which nobody else is due; the others keep the rest. A node that is back is found within 2 s.
 //!
-//! *Deaf nodes.* A T7 that has taken noise for the beginning of a command takes what follows for the rest of it, up to
-//! [500 ms of silence](Agenda::new), and what follows that may look like a beginning again. So when a node dies after
-//! [more than once](TROUBLES) something was wrong with the line, the bus keeps silent for once, and not more often than every
-//! [`SILENCE_EVERY`].
+//! *Faulty bus.* While nobody on a bus answers (`outage.rs`), nobody is dead: each slot is asked once in its period, or as
+//! often as the bus can, without retries. So the first node that answers again does so within one cycle, the time that the
+//! bus needs to ask all its slots once; and then all are due at once. What was heard before confirms nothing.
+//!
+//! *Deaf nodes* are given a silence, in which they come to (`agenda/silence.rs`).
 //!
 //! *Time.* Looking through all slots takes longer than the bus should wait between two exchanges. So it is done while an
 //! answer is awaited ([`Agenda::look_ahead`]), and again only if that exchange does not end well.
@@ -23,6 +24,10 @@ use clino_bus::Micros;
 use crate::bits::Bits;
 use crate::slot::Slot;
 use crate::trace::Purpose;
+
+mod silence;
+
+use silence::Silence;
 
 /// A value that has to be confirmed is asked for again after this. What has damaged the first answer is over then: twenty
 /// milliseconds are two periods of the mains' harmonics, and the exchanges of several other nodes.
@@ -36,12 +41,6 @@ const GONE_AFTER: Micros = Micros::from_millis(1_000);
 const PAUSE_GROWS: u16 = 16;
 /// The longest pause. What is left of 2 s is for the other dead nodes.
 const LONGEST_PAUSE_MS: u16 = 1_200;
-/// What was wrong with the line so long ago has nothing to do with a node that is silent now: [`GONE_AFTER`], and as much.
-const TROUBLE_LASTS: Micros = Micros::from_millis(2_000);
-/// A node that is unplugged while it answers makes one bad answer; more is something else.
-const TROUBLES: u8 = 2;
-/// From one silence to the next, at least: 10 % of the time at most, on a line that is never without noise.
-const SILENCE_EVERY: Micros = Micros::from_millis(5_000);
 /// Nothing will be to be asked.
 const NEVER: Micros = Micros(u64::MAX);
 
@@ -65,16 +64,13 @@ pub(crate) struct Agenda {
     ahead: Option<usize>,
     /// Dead nodes together get one part in so many of the bus.
     probe_share: u64,
-    /// The silence after which every node takes the next character for the beginning of a request; zero if the nodes do
-    /// not need one.
-    silence: Micros,
-    /// When something was wrong with the line last, and how often in a row.
-    trouble_at: Micros,
-    troubles: u8,
-    /// Nobody is asked before this.
-    silent_until: Micros,
-    /// A node may be deaf and has not been given its silence yet.
-    owes_silence: bool,
+    silence: Silence,
+    /// Nobody on the bus answers.
+    faulty: bool,
+    /// Something was wrong with the line since the bus is faulty.
+    troubled: bool,
+    /// Who was dead before that.
+    gone: Bits,
     /// No dead node is asked before this, unless nobody else is due.
     probe_at: Micros,
     /// What the last probe took.
@@ -89,11 +85,10 @@ impl Agenda {
     /// `silence` all nodes hear again, whatever they have taken for a request.
     pub fn new(mine: Bits, probe_share: u64, silence: Micros) -> Self {
         Agenda {
-            silence,
-            trouble_at: Micros::ZERO,
-            troubles: 0,
-            silent_until: Micros::ZERO,
-            owes_silence: false,
+            silence: Silence::new(silence),
+            faulty: false,
+            troubled: false,
+            gone: Bits::EMPTY,
             mine,
             asked: None,
             ahead: None,
@@ -109,6 +104,8 @@ impl Agenda {
         self.mine.set(slot, is_mine);
         self.asked.take_if(|asked| asked.slot == slot);
         self.ahead = None;
+        self.silence.forget(slot);
+        self.gone.set(slot, false);
         self.look_again();
     }
 
@@ -129,9 +126,9 @@ impl Agenda {
         slots: &[Slot],
         ask_at: &dyn Fn(&Slot) -> Option<Micros>,
     ) -> Option<usize> {
-        self.keep_silent(now);
-        if now < self.silent_until {
-            self.idle_until = self.silent_until;
+        let silent_until = self.silence.keep(now);
+        if now < silent_until {
+            self.idle_until = silent_until;
         }
         if now < self.idle_until {
             return None;
@@ -151,6 +148,7 @@ impl Agenda {
 
     /// A slot is being asked.
     pub fn begin(&mut self, asked: Asked) {
+        self.silence.asked(asked.slot);
         self.asked = Some(asked);
         self.look_again();
     }
@@ -226,27 +224,79 @@ impl Agenda {
         if slot.dead { due(slot, now).max(self.probe_at) } else { due(slot, now) }
     }
 
+    /// The slots of this bus that are not taken for dead.
+    #[inline(never)]
+    pub fn living(&self, slots: &[Slot]) -> Bits {
+        let mut living = self.mine;
+        self.mine(slots).filter(|(_, slot)| slot.dead).for_each(|(index, _)| living.set(index, false));
+        living
+    }
+
+    /// Whether no slot is on this bus.
+    pub fn is_empty(&self) -> bool {
+        self.mine.is_empty()
+    }
+
     /// Something was wrong with the line at `at`: what was heard was no answer, or somebody else talked.
     pub fn note_trouble(&mut self, at: Micros) {
-        let before = if self.is_in_trouble(at) { self.troubles } else { 0 };
-        (self.trouble_at, self.troubles) = (at, before.saturating_add(1));
+        self.silence.trouble(at);
+        self.troubled = self.faulty;
     }
 
-    fn is_in_trouble(&self, at: Micros) -> bool {
-        at.since(self.trouble_at) <= TROUBLE_LASTS
+    /// The slot has answered.
+    pub fn note_answer(&mut self, slot: usize) {
+        self.silence.heard(slot);
+        self.gone.set(slot, false);
     }
 
-    /// A node has just been taken for dead, at `at`: if it may only be deaf, it is to get the silence in which it comes to.
-    fn note_death(&mut self, at: Micros) {
-        self.owes_silence |= self.troubles >= TROUBLES && self.is_in_trouble(at);
+    /// Nothing was heard from the slot, nor from anybody else.
+    #[inline(never)]
+    pub fn note_no_answer(&mut self, slot: usize, slots: &[Slot]) {
+        // The line has just fallen silent. What the nodes have heard before may have made them deaf.
+        if core::mem::take(&mut self.troubled) {
+            self.doubt(slots);
+            self.silence.asked(slot);
+        }
+        let was_gone = self.gone.has(slot) || slots.get(slot).is_some_and(|slot| slot.dead);
+        if !was_gone {
+            self.silence.missed(slot);
+        }
     }
 
-    /// Gives a deaf node its silence, unless there was one a moment ago.
-    fn keep_silent(&mut self, now: Micros) {
-        let often = self.silent_until > Micros::ZERO && now < self.silent_until + SILENCE_EVERY;
-        if self.owes_silence && !often {
-            self.owes_silence = false;
-            self.silent_until = now + self.silence;
+    /// Everybody who is not dead may be deaf.
+    #[inline(never)]
+    pub fn doubt(&mut self, slots: &[Slot]) {
+        self.silence.doubt(self.living(slots));
+    }
+
+    /// These are due at once.
+    #[inline(never)]
+    pub fn hurry(&mut self, those: Bits, slots: &mut [Slot], at: Micros) {
+        for index in those.iter() {
+            if let Some(slot) = slots.get_mut(index) {
+                slot.due = slot.due.min(at);
+            }
+        }
+        self.look_again();
+    }
+
+    /// The bus is faulty as a whole, or is so no more. Whoever was dead may be back: all begin anew.
+    #[inline(never)]
+    pub fn set_faulty(&mut self, faulty: bool, slots: &mut [Slot], at: Micros) {
+        self.faulty = faulty;
+        self.troubled = false;
+        if faulty {
+            self.gone = self.mine.without(self.living(slots));
+        }
+        for index in self.mine.iter() {
+            if let Some(slot) = slots.get_mut(index) {
+                (slot.dead, slot.silent, slot.pause_ms, slot.tried) = (false, 0, 0, 0);
+                slot.lose_track();
+            }
+        }
+        self.hurry(self.mine, slots, at);
+        if !faulty {
+            self.doubt(slots);
         }
     }
 
@@ -254,8 +304,8 @@ impl Agenda {
     pub fn note_silence(&mut self, slot: &mut Slot, asked: &Asked, silent: bool, at: Micros) {
         let was_dead = slot.dead;
         slot.silent = if silent { slot.silent.saturating_add(1) } else { 0 };
-        slot.dead =
-            slot.silent >= DEAD_AFTER && slot.measured().is_none_or(|read| at.since(read) >= GONE_AFTER);
+        let gone = slot.measured().is_none_or(|read| at.since(read) >= GONE_AFTER);
+        slot.dead = !self.faulty && gone && slot.silent >= DEAD_AFTER;
         if !slot.dead {
             slot.pause_ms = 0;
             return;
@@ -269,7 +319,7 @@ impl Agenda {
             slot.pause_ms = grown.min(LONGEST_PAUSE_MS);
             slot.due = slot.due.max(at + Micros::from_millis(slot.pause_ms.into()));
         } else {
-            self.note_death(at);
+            self.silence.died(at);
         }
     }
 }

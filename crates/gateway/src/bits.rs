@@ -29,9 +29,19 @@ impl Bits {
         self.0 == 0
     }
 
+    /// Whether the slot is in it.
+    pub fn has(self, slot: usize) -> bool {
+        self.0 & Bits::bit(slot) != 0
+    }
+
     /// Those in either.
     pub fn or(self, other: Bits) -> Bits {
         Bits(self.0 | other.0)
+    }
+
+    /// Those that are not in the other.
+    pub fn without(self, other: Bits) -> Bits {
+        Bits(self.0 & !other.0)
     }
 
     /// The numbers of the slots, lowest first.

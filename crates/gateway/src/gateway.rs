@@ -9,6 +9,7 @@ use crate::bits::Bits;
 use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 use crate::counters::SlotCounters;
 use crate::order::{Order, Refusal};
+use crate::outage::BusHealth;
 use crate::restraint::Restraint;
 use crate::settings::{BusSettings, Settings};
 use crate::slot::{Sample, Slot};
@@ -342,6 +343,14 @@ impl Gateway {
         match bus {
             Bus::T7 => self.t7.master().counters(),
             Bus::Isu => self.isu.master().counters(),
+        }
+    }
+
+    /// How a bus as a whole is doing.
+    pub fn health(&self, bus: Bus) -> BusHealth {
+        match bus {
+            Bus::T7 => self.t7.health(),
+            Bus::Isu => self.isu.health(),
         }
     }
 

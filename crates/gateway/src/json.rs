@@ -5,11 +5,13 @@
 //! {"stats":"t7","requests":152,"good":152,"no_answer":0,"bad_answer":0,"late":0}
 //! {"line":"t7","forced":0,"busy":0,"junk":0,"framing":0,"noise":0,"overrun":0}
 //! {"times":"t7","response_us":2083,"response_max_us":2083,"de_release_max_ns":1279,"de_high_max_us":261}
+//! {"bus_fault":"t7","fault":null,"faults":0,"in_vain":0}
 //! ```
 //!
 //! `angle_deg` is in degrees with three decimals and is a number only while `status` is `ok`; `age_ms` is the
 //! time since the last good value of that slot was received, whatever the status is now; `health` holds the
-//! names of the signals that the slot gives, such as `noisy`.
+//! names of the signals that the slot gives, such as `noisy`. `fault` is the name of a
+//! [`BusFault`] while the bus is out of order.
 
 use core::fmt::{self, Write};
 
@@ -18,6 +20,7 @@ use clino_bus::line::{self, EchoMode};
 use clino_bus::{Counters, Micros};
 
 use crate::config::{Bus, PwmInput, Source};
+use crate::outage::{BusFault, BusHealth};
 use crate::value::Reading;
 
 /// Longest line this module writes, line end (CR LF on the wire) included: a reading with every signal and the highest age.
@@ -57,11 +60,13 @@ pub enum Topic {
     Line,
     /// How long things took.
     Times,
+    /// Whether the bus is out of order.
+    Fault,
 }
 
 impl Topic {
     /// All topics, in the order in which they are printed.
-    pub const ALL: [Topic; 3] = [Topic::Exchanges, Topic::Line, Topic::Times];
+    pub const ALL: [Topic; 4] = [Topic::Exchanges, Topic::Line, Topic::Times, Topic::Fault];
 }
 
 /// Writes one topic of the statistics of a bus.
@@ -70,6 +75,7 @@ pub fn statistics(
     bus: Bus,
     topic: Topic,
     counters: &Counters,
+    health: &BusHealth,
     driver: &DriverEnable,
 ) -> fmt::Result {
     let bus = bus_name(bus);
@@ -95,6 +101,16 @@ pub fn statistics(
              \"de_high_max_us\":{}}}",
             counters.response_last.0, counters.response_max.0, driver.release_max_ns, driver.high_max_us,
         ),
+        Topic::Fault => {
+            let quote = if health.fault.is_some() { "\"" } else { "" };
+            writeln!(
+                out,
+                "{{\"bus_fault\":\"{bus}\",\"fault\":{quote}{}{quote},\"faults\":{},\"in_vain\":{}}}",
+                health.fault.map_or("null", BusFault::name),
+                health.faults,
+                health.in_vain,
+            )
+        }
     }
 }
 

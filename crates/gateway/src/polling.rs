@@ -11,8 +11,9 @@ use clino_codec::layers::Layer;
 use crate::agenda::{Agenda, Asked};
 use crate::bits::Bits;
 use crate::counters::bump32;
+use crate::outage::{BusHealth, Consequence, Watch};
 use crate::slot::{Sample, Slot};
-use crate::trace::Purpose;
+use crate::trace::{Purpose, Verdict};
 use crate::{Bus, SlotConfig, Status};
 
 mod isu;
@@ -41,18 +42,47 @@ pub(crate) trait Poll: Protocol {
 
 pub(crate) struct Polling<P: Poll> {
     agenda: Agenda,
+    watch: Watch,
     protocol: PhantomData<P>,
 }
 
 impl<P: Poll> Polling<P> {
     pub fn new(slots: &[Slot]) -> Self {
         let mine = Bits::of(slots, is_mine::<P>);
-        Polling { agenda: Agenda::new(mine, P::PROBE_SHARE, P::SILENCE), protocol: PhantomData }
+        let agenda = Agenda::new(mine, P::PROBE_SHARE, P::SILENCE);
+        Polling { agenda, watch: Watch::default(), protocol: PhantomData }
+    }
+
+    /// How the bus as a whole is doing.
+    pub fn health(&self) -> BusHealth {
+        self.watch.health()
+    }
+
+    /// Sets what was counted to zero.
+    pub fn clear_counters(&mut self) {
+        self.watch.clear_counters();
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
     pub fn forget(&mut self, index: usize, slot: &Slot) {
         self.agenda.forget(index, is_mine::<P>(slot));
+        self.watch.forget(index);
+        if self.agenda.is_empty() {
+            self.agenda.set_faulty(false, &mut [], Micros::ZERO);
+            self.watch.retire();
+        }
+    }
+
+    /// The bus has another bit rate: the nodes may have taken what was sent at the last one for anything.
+    pub fn rate_has_changed(&mut self, slots: &[Slot]) {
+        self.agenda.doubt(slots);
+    }
+
+    /// Somebody on the bus has answered.
+    pub fn heard(&mut self, master: &Master<P>, at: Micros, slots: &mut [Slot]) {
+        if self.watch.answered(master.counters()) {
+            self.agenda.set_faulty(false, slots, at);
+        }
     }
 
     /// Something has happened that may change what is to be asked, and when.
@@ -103,8 +133,16 @@ impl<P: Poll> Polling<P> {
     }
 
     /// The exchange begun here has ended well, with this answer. What it says is for [`Polling::take`], later.
-    pub fn end(&mut self, answer: &P::Answer, slots: &mut [Slot]) -> Option<(Asked, Result<Sample, Status>)> {
+    pub fn end(
+        &mut self,
+        master: &Master<P>,
+        answer: &P::Answer,
+        at: Micros,
+        slots: &mut [Slot],
+    ) -> Option<(Asked, Result<Sample, Status>)> {
+        self.heard(master, at, slots);
         let asked = self.agenda.end()?;
+        self.agenda.note_answer(asked.slot);
         let slot = slots.get_mut(asked.slot)?;
         slot.tried = 0;
         slot.relax();
@@ -142,17 +180,42 @@ impl<P: Poll> Polling<P> {
         slots: &mut [Slot],
     ) -> Option<usize> {
         let asked = self.agenda.end_badly()?;
-        let slot = slots.get_mut(asked.slot)?;
-        if failed(slot, fault) {
+        if failed(slots.get_mut(asked.slot)?, fault) {
             self.agenda.note_trouble(at);
         }
-        if is_retried(master, slot, fault, at) {
+        let verdict = Verdict::of_fault(fault);
+        match verdict {
+            Verdict::Value => self.heard(master, at, slots),
+            _ => self.note_vain(master, asked.slot, verdict, at, slots),
+        }
+        let slot = slots.get_mut(asked.slot)?;
+        if !self.watch.is_faulty() && is_retried(master, slot, fault, at) {
             return None;
         }
         slot.tried = 0;
         let status = status_of::<P>(fault);
         self.agenda.note_silence(slot, &asked, status == Status::NoAnswer, at);
         slot.settle(Err(status), at, false, P::RESOLUTION).then_some(asked.slot)
+    }
+
+    /// A slot was asked in vain.
+    fn note_vain(
+        &mut self,
+        master: &Master<P>,
+        slot: usize,
+        verdict: Verdict,
+        at: Micros,
+        slots: &mut [Slot],
+    ) {
+        if verdict == Verdict::NoAnswer {
+            self.agenda.note_no_answer(slot, slots);
+        }
+        let living = self.agenda.living(slots);
+        match self.watch.failed(slot, verdict, master.counters(), living, at) {
+            Consequence::None => {}
+            Consequence::Ask(those) => self.agenda.hurry(those, slots, at),
+            Consequence::Faulty => self.agenda.set_faulty(true, slots, at),
+        }
     }
 }
 

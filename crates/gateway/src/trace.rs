@@ -60,21 +60,24 @@ impl Verdict {
     }
 
     pub(crate) fn of<A, E: Refusal>(result: &Result<A, Fault<E>>) -> Verdict {
-        match result {
-            Ok(_) => Verdict::Good,
-            Err(Fault::NoAnswer { .. }) => Verdict::NoAnswer,
-            Err(Fault::Garbled { .. }) => Verdict::Garbled,
-            Err(Fault::Bad(error)) => match error.layer() {
+        result.as_ref().map_or_else(Verdict::of_fault, |_| Verdict::Good)
+    }
+
+    pub(crate) fn of_fault<E: Refusal>(fault: &Fault<E>) -> Verdict {
+        match fault {
+            Fault::NoAnswer { .. } => Verdict::NoAnswer,
+            Fault::Garbled { .. } => Verdict::Garbled,
+            Fault::Bad(error) => match error.layer() {
                 Layer::LineErrors => Verdict::LineErrors,
                 Layer::Checksum => Verdict::Checksum,
                 Layer::Length => Verdict::Length,
                 Layer::Address | Layer::Command => Verdict::Foreign,
                 Layer::Value => Verdict::Value,
             },
-            Err(Fault::Contention) => Verdict::Contention,
-            Err(Fault::LineBusy) => Verdict::LineBusy,
-            Err(Fault::NotSent) => Verdict::NotSent,
-            Err(Fault::Over { .. }) => Verdict::Over,
+            Fault::Contention => Verdict::Contention,
+            Fault::LineBusy => Verdict::LineBusy,
+            Fault::NotSent => Verdict::NotSent,
+            Fault::Over { .. } => Verdict::Over,
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::Status;
 use crate::agenda::Asked;
 use crate::counters::bump16;
 use crate::gateway::{Action, Asker};
+use crate::outage::BusHealth;
 use crate::polling::{Poll, Polling};
 use crate::settings::BusSettings;
 use crate::slot::{Sample, Slot};
@@ -141,6 +142,12 @@ impl<P: Serve> Traffic<P> {
     /// Sets what was counted to zero.
     pub fn clear_counters(&mut self) {
         self.master.clear_counters();
+        self.polling.clear_counters();
+    }
+
+    /// How the bus as a whole is doing.
+    pub fn health(&self) -> BusHealth {
+        self.polling.health()
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
@@ -186,6 +193,9 @@ impl<P: Serve> Traffic<P> {
         if self.work.is_none()
             && let Some(BusSettings { timing, line }) = self.pending.take()
         {
+            if timing.serial != self.master.timing().serial {
+                self.polling.rate_has_changed(slots);
+            }
             self.line = line;
             self.run(timing, port);
         }
@@ -228,12 +238,15 @@ impl<P: Serve> Traffic<P> {
         let outcome = outcome?;
         let entry = self.begun.ended(outcome.at, Verdict::of(&outcome.result));
         let slot = match (&mut self.work, &outcome.result) {
-            (Some(work), _) if P::led_ref(work).is_asking() => {
+            (Some(work), result) if P::led_ref(work).is_asking() => {
+                if result.is_ok() {
+                    self.polling.heard(&self.master, outcome.at, slots);
+                }
                 self.news = P::led(work).settle(outcome);
                 None
             }
             (_, Ok(answer)) => {
-                let (asked, result) = self.polling.end(answer, slots)?;
+                let (asked, result) = self.polling.end(&self.master, answer, outcome.at, slots)?;
                 self.answer = Some(Answered { asked, result, at: outcome.at, entry });
                 return None;
             }

@@ -6,7 +6,7 @@
 
 use clino_bus::{Counters, DriverEnable, Micros};
 use clino_gateway::order::{self, Order};
-use clino_gateway::{Asker, Gateway, Health, Reading, Snapshot, View};
+use clino_gateway::{Asker, BusHealth, Gateway, Health, Reading, Snapshot, View};
 use clino_recovery::{Mode, Start};
 
 use crate::command::{Command, Outcome, Progress};
@@ -264,6 +264,10 @@ impl<S: Site> Host for Desk<'_, S> {
 
     fn counters(&self, bus: Bus) -> Counters {
         self.site.gateway(|gateway| *gateway.counters(bus.into())).unwrap_or_default()
+    }
+
+    fn health(&self, bus: Bus) -> BusHealth {
+        self.site.gateway(|gateway| gateway.health(bus.into())).unwrap_or_default()
     }
 
     fn driver_enable(&self, bus: Bus) -> DriverEnable {

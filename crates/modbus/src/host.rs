@@ -1,6 +1,7 @@
 //! What the server needs of the rest of the gateway: what it reads from, and whom it asks for changes.
 
 use clino_bus::{Counters, DriverEnable, Micros};
+use clino_gateway::BusHealth;
 use clino_recovery::Start;
 
 use crate::command::{Command, Progress};
@@ -37,6 +38,9 @@ pub trait Host {
 
     /// What happened on a bus since reset.
     fn counters(&self, bus: Bus) -> Counters;
+
+    /// Whether a bus is out of order.
+    fn health(&self, bus: Bus) -> BusHealth;
 
     /// How a bus's line driver behaved.
     fn driver_enable(&self, bus: Bus) -> DriverEnable;

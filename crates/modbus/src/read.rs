@@ -1,6 +1,7 @@
 //! What the registers of the map say.
 
 use clino_bus::{Counters, DriverEnable, Micros};
+use clino_gateway::BusHealth;
 
 use crate::config::{SlotConfig, echo_code};
 use crate::exception::Exception;
@@ -32,7 +33,7 @@ pub struct Reader<'a, H> {
     gateway: Option<GatewayView>,
     detail: Option<(usize, SlotDetail)>,
     config: Option<(usize, SlotConfig)>,
-    counters: Option<(Bus, Counters, DriverEnable)>,
+    counters: Option<(Bus, Counters, BusHealth, DriverEnable)>,
     summary: Option<Summary>,
 }
 
@@ -188,9 +189,12 @@ impl<'a, H: Host> Reader<'a, H> {
     }
 
     fn bus(&mut self, item: BusItem, bus: Bus) -> u32 {
-        let (_, counters, driver) = match self.counters {
+        let (_, counters, health, driver) = match self.counters {
             Some(known) if known.0 == bus => known,
-            _ => *self.counters.insert((bus, self.host.counters(bus), self.host.driver_enable(bus))),
+            _ => {
+                let Self { host, .. } = self;
+                *self.counters.insert((bus, host.counters(bus), host.health(bus), host.driver_enable(bus)))
+            }
         };
         match item {
             BusItem::Requests => counters.requests,
@@ -218,6 +222,11 @@ impl<'a, H: Host> Reader<'a, H> {
             BusItem::ResponseMax => micros(counters.response_max),
             BusItem::ReleaseMax => driver.release_max_ns,
             BusItem::HighMax => driver.high_max_us,
+            BusItem::Unasked => counters.unasked,
+            BusItem::Breaks => counters.breaks,
+            BusItem::Fault => health.fault.map_or(0, |fault| fault as u32),
+            BusItem::Faults => health.faults,
+            BusItem::InVain => health.in_vain,
         }
     }
 

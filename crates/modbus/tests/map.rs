@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use clino_gateway::BusFault;
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::map::{BLOCKS, Block, Entry, Form, Item};
 use clino_modbus::{Kind, SLOTS, Status, gateway_bits, slot_bits};
@@ -127,6 +128,7 @@ fn addresses_that_never_move() {
 fn codes_are_distinct() {
     let distinct = |codes: Vec<u16>| codes.len() == codes.iter().collect::<BTreeSet<_>>().len();
     assert!(distinct(Status::ALL.iter().map(|row| row.0 as u16).collect()));
+    assert!(distinct(BusFault::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Kind::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Outcome::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Command::ALL.iter().map(|&command| command as u16).collect()));
@@ -325,6 +327,9 @@ fn sections() -> BTreeMap<&'static str, String> {
         )
     };
     sections.insert("status", codes(&Status::ALL.map(|(code, name, text)| (code as u16, name, text))));
+    let faults = BusFault::ALL.map(|(fault, text)| (fault as u16, fault.name(), text));
+    let well = (0, "none", "somebody answers, or nobody is asked");
+    sections.insert("bus faults", codes(&[&[well][..], &faults].concat()));
     sections.insert("kinds", codes(&Kind::ALL.map(|(code, name, text)| (code as u16, name, text))));
     sections.insert("outcomes", codes(&Outcome::ALL.map(|(code, name, text)| (code as u16, name, text))));
     sections.insert("causes", codes(&Cause::ALL.map(|(code, name, text)| (code as u16, name, text))));

@@ -253,6 +253,11 @@ fn bus_number(bus: u32, name: &str) -> u32 {
         "response_max" => u32::MAX,
         "de_release_max" => 1_279 + bus,
         "de_high_max" => 261 + bus,
+        "unasked" => n + 24,
+        "breaks" => n + 25,
+        "fault" => u32::from(bus == 0),
+        "faults" => 90 + bus,
+        "in_vain" => 70 + bus,
         _ => {
             let order = [
                 "requests",

@@ -12,4 +12,6 @@ pub mod log;
 mod segment;
 pub mod wire;
 
-pub use segment::{Babble, Faults, Noise, Probability, Segment, Settings, Station, chance};
+pub use segment::{
+    Babble, Faults, LineFaults, Noise, Probability, Segment, Settings, Station, Stuck, chance,
+};

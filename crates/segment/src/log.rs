@@ -137,6 +137,20 @@ pub enum Event {
         /// What was done.
         how: Alteration,
     },
+    /// Injected fault: the pair was shorted, or is so no more.
+    Stuck {
+        /// When.
+        at: Ns,
+        /// What every receiver reads from now on; `None` for what the drivers make of it.
+        level: Option<bool>,
+    },
+    /// Injected fault: the gateway's driver cannot be switched off any more, or can again.
+    DeShorted {
+        /// When.
+        at: Ns,
+        /// Whether it is on whatever the pin says.
+        on: bool,
+    },
 }
 
 /// How an answer was changed on purpose.
@@ -168,7 +182,9 @@ impl Event {
             | Event::Power { at, .. }
             | Event::Flipped { at, .. }
             | Event::Dropped { at, .. }
-            | Event::Altered { at, .. } => at,
+            | Event::Altered { at, .. }
+            | Event::Stuck { at, .. }
+            | Event::DeShorted { at, .. } => at,
         }
     }
 }
@@ -234,6 +250,13 @@ impl SegmentLog {
             }
             Event::Dropped { receiver, .. } => head("dropped", receiver),
             Event::Altered { node, how, .. } => format!("{} {how}", head("altered", Talker::Node(node))),
+            Event::Stuck { level, .. } => {
+                let level = level.map_or("no", |high| if high { "high" } else { "low" });
+                format!("{at:>12} {line} {:<10} line {level}", "stuck")
+            }
+            Event::DeShorted { on, .. } => {
+                format!("{} {}", head("de_shorted", Talker::Gateway), on_off(on))
+            }
         }
     }
 

@@ -6,8 +6,11 @@
 //! at once or a cut character come out as the wrong bytes and framing errors they really give.
 //!
 //! The gateway's RE̅ is tied to its DE (it hears nothing while it drives, its RO pulled up) unless
-//! [`Settings::echo`] says that RE̅ is always on. A node that is deaf while it sends has its receiver off
-//! while its driver is on.
+//! [`Settings::echo`] says that RE̅ is always on. So a DE that is shorted high makes it deaf as well, without `echo`; with
+//! it, it hears its own idle level fighting the answers. A node that is deaf while it sends has its receiver off while its
+//! driver is on.
+//!
+//! A shorted pair reads the same everywhere, whoever drives it: low (a break) or high (as an idle line does).
 //!
 //! Limits: levels are ideal and without delay; noise acts on sampled bits, not on an idle line; sampling
 //! takes one sample a bit, so `noise` on a received character means that a sample fell into a fight.
@@ -18,6 +21,7 @@ mod faults;
 mod guest;
 mod line;
 mod receiver;
+mod shorts;
 mod slot;
 #[cfg(test)]
 mod tests;
@@ -37,7 +41,7 @@ use receiver::{Receiver, Sampled, Sampling, Shared};
 use slot::Slot;
 
 pub use chance::Probability;
-pub use faults::{Babble, Faults};
+pub use faults::{Babble, Faults, LineFaults, Stuck};
 pub use receiver::Noise;
 
 /// How far receivers look back, in bit times: start, nine data bits, stop and one to spare.
@@ -76,6 +80,7 @@ struct OpenContention {
 /// The line and everything on it.
 pub struct Segment {
     settings: Settings,
+    faults: LineFaults,
     line: Line,
     /// The gateway's, then the nodes', then the guest's.
     drivers: Vec<Driver>,
@@ -84,6 +89,14 @@ pub struct Segment {
     /// A second UART on the pair; its driver is the last one.
     guest: Option<Guest>,
     contention: Option<OpenContention>,
+    /// The level to which the pair is shorted.
+    stuck: Option<bool>,
+    /// The gateway's driver is on, whatever its pin says,
+    de_shorted: bool,
+    /// which is this.
+    de: bool,
+    /// Last instant at which the faults of the line were looked at.
+    faults_seen: Option<Ns>,
     shared: Shared,
     clock: Ps,
     next: Option<Ps>,
@@ -100,14 +113,20 @@ impl Segment {
         let drivers = (0..=stations.len()).map(|index| Driver::new(talker(index))).collect();
         let slot = |(index, station)| Slot::new(index, station, settings.chance.part(index as u64 + 1));
         let slots = stations.into_iter().enumerate().map(slot).collect();
+        let receiver = Receiver::new(Talker::Gateway, settings.chance.part(0));
         let mut segment = Self {
             settings,
+            faults: LineFaults::default(),
             line: Line::new(),
             drivers,
-            receiver: Receiver::new(Talker::Gateway, settings.chance.part(0)),
+            receiver,
             slots,
             guest: None,
             contention: None,
+            stuck: None,
+            de_shorted: false,
+            de: false,
+            faults_seen: None,
             shared: Shared::default(),
             clock: 0,
             next: None,
@@ -119,6 +138,14 @@ impl Segment {
         segment
     }
 
+    /// The same with a line of which this goes wrong. To be called before anything else has happened.
+    #[must_use]
+    pub fn with_faults(mut self, faults: LineFaults) -> Self {
+        self.faults = faults;
+        self.next = self.find_next();
+        self
+    }
+
     /// The log, to be read during or after the run.
     pub fn log(&self) -> SharedLog {
         Arc::clone(&self.log)
@@ -128,7 +155,8 @@ impl Segment {
     fn find_next(&self) -> Option<Ps> {
         let characters = self.drivers.iter().filter_map(Driver::next_event);
         let nodes = self.slots.iter().filter_map(Slot::next);
-        characters.chain(nodes).chain(self.receivers().filter_map(Receiver::due)).min()
+        let faults = self.faults.next_change(self.faults_seen).map(to_ps);
+        characters.chain(nodes).chain(faults).chain(self.receivers().filter_map(Receiver::due)).min()
     }
 
     /// Everybody who samples the line.
@@ -145,6 +173,7 @@ impl Segment {
             self.clock = self.clock.max(next);
             self.settle(self.clock);
             self.complete_characters();
+            self.change_faults();
             for index in 0..self.slots.len() {
                 self.run_slot(index);
             }
@@ -188,8 +217,18 @@ impl Segment {
             on += 1;
             highs += usize::from(level);
         }
-        let fought = highs != 0 && highs != on;
-        let high = if fought { self.settings.chance.roll(Topic::Fight, at, 0) & 1 == 1 } else { highs == on };
+        let fought = self.stuck.is_none() && highs != 0 && highs != on;
+        let high = match self.stuck {
+            Some(high) => high,
+            None if fought => self.settings.chance.roll(Topic::Fight, at, 0) & 1 == 1,
+            None => highs == on,
+        };
+        if self.stuck.is_some() {
+            self.drivers
+                .iter_mut()
+                .filter(|driver| driver.drives() == Some(!high))
+                .for_each(Driver::mark_fought);
+        }
         self.note_contention(at, on, fought);
         if self.line.set(at, Level { high, fought }) {
             self.receiver.line_changed(at, high, &self.settings.noise);
@@ -279,14 +318,10 @@ impl Wire for Segment {
     fn drive_enable(&mut self, now: Ns, high: bool) {
         let at = to_ps(now);
         self.run(at);
-        let masks = !self.settings.echo;
-        if masks && high {
-            self.receiver.mask(at, true, &self.line, &self.settings.noise);
-        }
-        self.drivers[0].switch(at, high, &mut self.news);
-        self.resolve(at);
-        if masks && !high {
-            self.receiver.mask(at, false, &self.line, &self.settings.noise);
+        if high != self.de {
+            self.de = high;
+            self.news.push(Event::De { at: now, high });
+            self.switch_gateway(at);
         }
         self.run(at);
     }

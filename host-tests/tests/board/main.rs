@@ -8,6 +8,7 @@ mod console;
 mod faults;
 mod flood;
 mod full_load;
+mod hostile;
 mod main_job;
 mod pwm;
 mod saving;

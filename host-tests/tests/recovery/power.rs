@@ -91,7 +91,8 @@ fn a_cut_in_any_step_leaves_the_old_configuration_or_the_new_one() {
         let whole = live(&stored, &period(number), None);
         assert!(whole.saved);
         assert_eq!(whole.found, (number - 1).to_string(), "what was saved last is in force");
-        println!("{} {}", whole.steps, whole.stored.iter().rposition(|b| *b!=255).unwrap());        erases += u32::from(whole.erased);
+        println!("{} {}", whole.steps, whole.stored.iter().rposition(|b| *b != 255).unwrap());
+        erases += u32::from(whole.erased);
         // The first steps and the last, and some between that differ from save to save.
         let picked = |step: &u64| {
             *step <= 2 || *step + 2 > whole.steps || (step + u64::from(number)).is_multiple_of(every)

@@ -10,7 +10,7 @@ use super::schema::{self, File, Latency};
 use super::{Bench, Identity, Kind, Truth};
 use crate::pwm::{PwmWaveform, Steady};
 use clino_segment::chance::{Chance, Topic};
-use clino_segment::{Babble, Faults, Noise, Probability, Segment, Settings, Station};
+use clino_segment::{Babble, Faults, LineFaults, Noise, Probability, Segment, Settings, Station, Stuck};
 
 /// Parts of the run that have their own chance.
 const T7_BUS: u64 = 1;
@@ -44,8 +44,10 @@ pub fn bench(file: &File) -> Bench {
     let t7s = file.t7.iter().map(|t7| t7_station(t7, chance.part(T7_BUS))).collect();
     let isus = file.isu.iter().map(|isu| isu_station(isu, chance.part(ISU_BUS))).collect();
     Bench {
-        t7: Segment::new(settings(&file.segments.t7, chance.part(T7_BUS)), t7s),
-        isu: Segment::new(settings(&file.segments.isu, chance.part(ISU_BUS)), isus),
+        t7: Segment::new(settings(&file.segments.t7, chance.part(T7_BUS)), t7s)
+            .with_faults(line_faults(&file.segments.t7)),
+        isu: Segment::new(settings(&file.segments.isu, chance.part(ISU_BUS)), isus)
+            .with_faults(line_faults(&file.segments.isu)),
         pwm: [1, 2].map(|channel| waveform(file, channel)),
         truths,
     }
@@ -58,6 +60,16 @@ fn settings(segment: &schema::Segment, chance: Chance) -> Settings {
         within: segment.noise.within.as_ref().map(|within| within.get_ref().bounds()),
     };
     Settings { chance, echo: segment.echo, noise }
+}
+
+fn line_faults(segment: &schema::Segment) -> LineFaults {
+    let stuck = segment.stuck.iter().map(Spanned::get_ref);
+    LineFaults {
+        stuck: stuck
+            .map(|s| Stuck { from: s.from.0, until: s.until.0, high: s.level == schema::StuckLevel::High })
+            .collect(),
+        de_shorted: bounds(&segment.de_shorted),
+    }
 }
 
 fn t7_station(node: &schema::T7, chance: Chance) -> Station {
@@ -181,7 +193,7 @@ fn pwm_truth(source: &schema::Pwm) -> Truth {
     }
 }
 
-/// Notes for all sensors of a segment what its noise and its babblers do to them.
+/// Notes for all sensors of a segment what its faults, its noise and its babblers do to them.
 fn disturb<'a>(
     truths: &mut [Truth],
     kind: Kind,
@@ -193,6 +205,8 @@ fn disturb<'a>(
     let noisy = noise.bit_error_rate.0 != Probability::NEVER || noise.drop_rate.0 != Probability::NEVER;
     for truth in truths.iter_mut().filter(|truth| truth.who.kind == kind) {
         truth.disturbed.extend(&babble);
+        truth.disturbed.extend(bounds(&segment.stuck));
+        truth.disturbed.extend(bounds(&segment.de_shorted));
         truth.unreliable |= noisy;
     }
 }

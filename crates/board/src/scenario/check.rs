@@ -43,6 +43,8 @@ pub fn file(file: &File) -> Checked {
     }
     for segment in [&file.segments.t7, &file.segments.isu] {
         intervals(segment.noise.within.as_slice())?;
+        intervals(&segment.stuck)?;
+        intervals(&segment.de_shorted)?;
     }
     for t7 in &file.t7 {
         let address = *t7.address.get_ref();

@@ -194,6 +194,10 @@ pub struct Segment {
     pub echo: bool,
     /// Disturbances for every receiver.
     pub noise: Noise,
+    /// When the pair is shorted.
+    pub stuck: Vec<Spanned<Stuck>>,
+    /// When the gateway's driver cannot be switched off.
+    pub de_shorted: Vec<Spanned<Interval>>,
 }
 
 /// Disturbances of a segment.
@@ -464,7 +468,7 @@ impl From<Resolution> for pwm::Quantisation {
     }
 }
 
-/// An interval in which a PWM line stands still.
+/// An interval in which a line stands still.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stuck {

@@ -31,7 +31,10 @@ impl<P: Protocol> Master<P> {
     }
 
     pub(super) fn heard(&mut self, character: Character, at: Micros) -> Option<Outcome<P>> {
-        self.counters.character(character.errors);
+        self.counters.character(character);
+        if matches!(self.state, State::Idle | State::Sending { .. }) {
+            bump(&mut self.counters.unasked);
+        }
         let gap = self.timing.gap + self.character;
         let progress = match (&mut self.state, &mut self.exchange) {
             // Nobody was asked.

@@ -74,6 +74,7 @@ impl Host for Rest {
             timing: *self.gateway.timing(bus),
             line: *self.gateway.line_settings(bus),
             counters: *self.gateway.counters(bus),
+            health: self.gateway.health(bus),
             driver,
             progress,
         })

@@ -133,11 +133,13 @@ fn a_line_that_is_too_long_is_refused_whole() {
 fn a_bus_tells_how_it_is_set() {
     let mut desk = Desk::new();
     let bus = |desk: &mut Desk| desk.type_in("bus t7\r");
-    let start = r#"{"bus":"t7","baud":115200,"guard_us":87,"pre_us":0,"post_us":0,"echo":"off"}"#;
+    let start =
+        r#"{"bus":"t7","baud":115200,"guard_us":87,"pre_us":0,"post_us":0,"echo":"off","fault":null}"#;
     assert_eq!(bus(&mut desk), format!("{start}\r\n"));
     let set = "bus t7 -b 9600 -g 0 --pre 100 --post 50 -e detect\r";
     assert_eq!(desk.type_in(set), "{\"done\":true}\r\n");
-    let end = r#"{"bus":"t7","baud":9600,"guard_us":0,"pre_us":100,"post_us":50,"echo":"detect"}"#;
+    let end =
+        r#"{"bus":"t7","baud":9600,"guard_us":0,"pre_us":100,"post_us":50,"echo":"detect","fault":null}"#;
     assert_eq!(bus(&mut desk), format!("{end}\r\n"));
 }
 

@@ -13,6 +13,7 @@ use std::vec::Vec;
 mod campaign;
 mod checks;
 mod dead;
+mod faulty_bus;
 mod refresh;
 mod schedule;
 mod world;

@@ -171,6 +171,16 @@ pub enum BusItem {
     ReleaseMax,
     /// Longest time the driver was on.
     HighMax,
+    /// Characters before a request was out.
+    Unasked,
+    /// Characters of zeros with a low stop bit.
+    Breaks,
+    /// Why nobody answers.
+    Fault,
+    /// How often nobody did.
+    Faults,
+    /// Requests since the last answer.
+    InVain,
 }
 
 /// Of how the gateway has started; see [`Start`](clino_recovery::Start) and [`Crash`](clino_recovery::Crash).

@@ -335,6 +335,11 @@ const BUS: &[Entry] = &[
     bus(44, B::ResponseMax, "response_max", "us", "the longest of these"),
     bus(46, B::ReleaseMax, "de_release_max", "ns", "longest time from our last stop bit to DE low"),
     bus(48, B::HighMax, "de_high_max", "us", "longest time DE was high"),
+    bus(50, B::Unasked, "unasked", "", "characters that came before a request was out"),
+    bus(52, B::Breaks, "breaks", "", "characters of zeros with a low stop bit"),
+    bus(54, B::Fault, "fault", "code", "why nobody on the bus answers; see *bus faults*"),
+    bus(56, B::Faults, "faults", "", "how often the bus was declared faulty"),
+    bus(58, B::InVain, "in_vain", "", "requests in vain since the last good answer of anybody"),
 ];
 
 const fn start(

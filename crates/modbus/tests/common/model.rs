@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use clino_bus::line::EchoMode;
 use clino_bus::{Counters, DriverEnable, Micros};
+use clino_gateway::{BusFault, BusHealth};
 use clino_modbus::command::{Command, Outcome, Progress};
 use clino_modbus::config::{BusConfig, SlotConfig};
 use clino_modbus::{
@@ -128,6 +129,15 @@ pub fn start() -> Start {
     }
 }
 
+/// The T7 bus is mute, the ISU bus is well.
+pub fn health(bus: Bus) -> BusHealth {
+    BusHealth {
+        fault: (bus == Bus::T7).then_some(BusFault::Mute),
+        in_vain: 70 + bus as u32,
+        faults: 90 + bus as u32,
+    }
+}
+
 /// Every counter another number; `bus` in the millions.
 pub fn counters(bus: u32) -> Counters {
     let n = bus * 1_000_000;
@@ -152,6 +162,8 @@ pub fn counters(bus: u32) -> Counters {
         noise: n + 18,
         overrun: n + 19,
         parity: n + 20,
+        unasked: n + 24,
+        breaks: n + 25,
         response_last: Micros(u64::from(n) + 21),
         response_min: Micros(u64::from(n) + 22),
         response_max: Micros(1 << 33),
@@ -224,6 +236,11 @@ impl Host for Model {
     fn counters(&self, bus: Bus) -> Counters {
         self.look();
         self.counters[bus as usize]
+    }
+
+    fn health(&self, bus: Bus) -> BusHealth {
+        self.look();
+        health(bus)
     }
 
     fn driver_enable(&self, bus: Bus) -> DriverEnable {

@@ -156,10 +156,10 @@ impl Driver {
         }
         self.on = on;
         let ns = to_ns(at);
-        log.push(match self.who {
-            Talker::Gateway => Event::De { at: ns, high: on },
-            Talker::Node(node) => Event::Drive { node, at: ns, on },
-        });
+        // What the gateway's pin does, the segment logs.
+        if let Talker::Node(node) = self.who {
+            log.push(Event::Drive { node, at: ns, on });
+        }
         if let Some(in_flight) = &mut self.in_flight {
             if in_flight.character.start == at {
                 in_flight.driven_at_start = on;

@@ -1,9 +1,50 @@
-//! What goes wrong with a node by order of the scenario: unplugged, babbling, spoiling its own answers.
+//! What goes wrong by order of the scenario. With a node: unplugged, babbling, spoiling its own answers. With the line:
+//! shorted, driven by the gateway without a pause.
 
 use clino_sim::node::{Burst, Ns};
 
 use super::chance::{Chance, Probability, Topic};
 use crate::log::Alteration;
+
+/// A time in which the pair is shorted: every receiver reads this level, whoever drives it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stuck {
+    /// First instant.
+    pub from: Ns,
+    /// First instant after.
+    pub until: Ns,
+    /// The level that is read.
+    pub high: bool,
+}
+
+/// What goes wrong with the line itself. Intervals are `[from, until)`; those of a list must not overlap.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LineFaults {
+    /// The pair is shorted.
+    pub stuck: Vec<Stuck>,
+    /// The DE input of the gateway's transceiver is shorted to its supply: the driver is on, whatever the pin says.
+    pub de_shorted: Vec<(Ns, Ns)>,
+}
+
+impl LineFaults {
+    /// The level to which the pair is shorted at `at`, if it is.
+    pub fn stuck_at(&self, at: Ns) -> Option<bool> {
+        let stuck = self.stuck.iter().find(|stuck| (stuck.from..stuck.until).contains(&at))?;
+        Some(stuck.high)
+    }
+
+    /// Whether the gateway's driver cannot be switched off at `at`.
+    pub fn de_shorted_at(&self, at: Ns) -> bool {
+        self.de_shorted.iter().any(|&(from, until)| (from..until).contains(&at))
+    }
+
+    /// First instant after `after` at which any of this begins or ends.
+    pub fn next_change(&self, after: Option<Ns>) -> Option<Ns> {
+        let stuck = self.stuck.iter().flat_map(|stuck| [stuck.from, stuck.until]);
+        let de = self.de_shorted.iter().flat_map(|&(from, until)| [from, until]);
+        stuck.chain(de).filter(|&at| after.is_none_or(|after| at > after)).min()
+    }
+}
 
 /// A time in which a node sends random bytes on its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

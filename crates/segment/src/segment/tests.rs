@@ -10,6 +10,7 @@ use crate::log::Fate;
 
 mod faults;
 mod fights;
+mod line_faults;
 mod timing;
 
 /// 1/115200 s in picoseconds, rounded down as the segment does for nodes.
