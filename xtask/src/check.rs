@@ -10,13 +10,11 @@ struct Check {
     script: &'static str,
     /// Arguments when it runs among all others; named on the command line, it runs without.
     among_all: &'static [&'static str],
-    /// Runs only when it is named.
-    slow: bool,
     shows: &'static str,
 }
 
 const fn codec(name: &'static str, script: &'static str, shows: &'static str) -> Check {
-    Check { name, script, among_all: &[], slow: false, shows }
+    Check { name, script, among_all: &[], shows }
 }
 
 const CHECKS: &[Check] = &[
@@ -53,17 +51,9 @@ const CHECKS: &[Check] = &[
         "the panics left in the firmware image are those listed",
     ),
     codec("throughput", "crates/clino/checks/throughput.sh", "frames a second of the bench tool"),
-    Check {
-        slow: true,
-        ..codec("miri", "crates/codec/checks/miri.sh", "the codec under Miri, both byte orders (10 min)")
-    },
-    Check {
-        slow: true,
-        ..codec("campaign", "crates/codec/checks/campaign.sh", "every T7 header, every angle payload (4 min)")
-    },
 ];
 
-/// Runs the named checks, or all that are not slow.
+/// Runs the named checks, or all.
 pub fn run(names: &[String]) -> Outcome {
     if let Some(unknown) = names.iter().find(|name| !CHECKS.iter().any(|check| check.name == name.as_str())) {
         let known: Vec<String> =
@@ -74,7 +64,7 @@ pub fn run(names: &[String]) -> Outcome {
     let all = names.is_empty();
     for check in CHECKS {
         let named = names.iter().any(|name| name == check.name);
-        if named || all && !check.slow {
+        if named || all {
             let arguments = if named { &[] } else { check.among_all };
             let mut script = Command::new("sh");
             script.arg(check.script).args(arguments).current_dir(command::root());

@@ -1,6 +1,6 @@
 //! Building the firmware image.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::command::{self, Failure, Outcome};
@@ -25,6 +25,15 @@ pub fn build_without_log() -> Result<PathBuf, Failure> {
     cargo.arg("--no-default-features").arg("--target-dir").arg(&folder);
     command::run(cargo)?;
     Ok(folder.join(TARGET).join("release").join(PACKAGE))
+}
+
+/// A suite of tests of this image on the virtual board.
+pub fn suite(elf: &Path, name: &str) -> Command {
+    let package = ["test", "--package", "clino-host-tests", "--features", "virtual-board", "--test", name];
+    let mut tests = command::cargo(package);
+    tests.env("CLINO_ELF", elf);
+    tests.env("CLINO_VBOARD", command::target_dir().join("debug").join("vboard"));
+    tests
 }
 
 /// Installs the target's standard library if it is missing.

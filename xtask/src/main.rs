@@ -1,5 +1,6 @@
 //! `cargo xtask …`: the front door to everything that plain cargo cannot do.
 
+mod campaign;
 mod check;
 mod command;
 mod firmware;
@@ -21,6 +22,8 @@ Usage: cargo xtask <command>
   lint       formatting, clippy for host and target, documentation
   check [NAME ...]
              figures of the reusable crates: panics, instructions, coverage, fuzzing, ...
+  campaign [NAME ...]
+             long runs of what the tests show in short; without a name it lists them
   size       flash and RAM of the firmware image, against its budget
   flash      put the firmware on a real STM32F407 board (needs probe-rs)
 
@@ -38,6 +41,7 @@ fn main() -> ExitCode {
         Some("sim") => sim::run(&rest),
         Some("test") if rest.is_empty() => test::run(),
         Some("check") => check::run(&rest),
+        Some("campaign") => campaign::run(&rest),
         Some("lint") if rest.is_empty() => lint::run(),
         Some("size") if rest.is_empty() => size::run(),
         Some("flash") if rest.is_empty() => flash::run(),

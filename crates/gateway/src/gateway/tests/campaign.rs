@@ -142,6 +142,15 @@ fn ten_minutes_with_faults_are_right_and_the_same_for_the_same_seed() {
 }
 
 #[test]
+#[ignore = "minutes: a step of `cargo xtask test`"]
+fn thirty_days_with_faults_are_right() {
+    let seed = std::env::var("CLINO_SEED").map_or(1, |text| text.parse().expect("a number"));
+    run(seed, 30 * 24 * 60 * MINUTE);
+    // Nothing grows: this is all the memory there is.
+    std::println!("the gateway takes {} bytes (on this machine)", size_of::<Gateway>());
+}
+
+#[test]
 #[ignore = "a campaign of minutes"]
 fn twenty_four_hours_with_faults_are_right_and_the_same_for_the_same_seed() {
     let first = run(1, 24 * 60 * MINUTE);
