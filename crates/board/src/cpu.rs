@@ -319,7 +319,7 @@ impl Cpu {
         work.generation = Some(generation);
         let hclk = rate(clocks, ClockOutput::HCLK);
         let timer = rate(clocks, ClockOutput::TIMCLK1);
-        work.timer_ticks = (timer.num * hclk.den, timer.den * hclk.num);
+        work.timer_ticks = reduced(timer.num * hclk.den, timer.den * hclk.num);
         work.in_phase = cycle;
         self.timeline.rerate(cycle, hclk);
         let now = self.timeline.ns_at(cycle);
@@ -417,11 +417,27 @@ impl Work {
         let (num, den) = self.timer_ticks;
         let ahead = |timer: &Timer| {
             let ticks = timer.device.next_event_tick()?.saturating_sub(timer.base);
-            let cycles = (u128::from(ticks) * u128::from(den)).div_ceil(u128::from(num.max(1)));
-            Some(anchor.saturating_add(u64::try_from(cycles).unwrap_or(NEVER)))
+            // Asked every few instructions: one tick is a whole number of cycles but for a moment at the start.
+            let cycles = match num {
+                1 => ticks.saturating_mul(den),
+                _ => {
+                    let cycles = (u128::from(ticks) * u128::from(den)).div_ceil(u128::from(num.max(1)));
+                    u64::try_from(cycles).unwrap_or(NEVER)
+                }
+            };
+            Some(anchor.saturating_add(cycles))
         };
         self.timers.iter().filter_map(ahead).min().unwrap_or(NEVER)
     }
+}
+
+/// The same fraction with the smallest numbers.
+fn reduced(num: u64, den: u64) -> (u64, u64) {
+    let (mut a, mut b) = (num, den);
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    (num / a.max(1), den / a.max(1))
 }
 
 /// An output of the clock tree as a fraction of hertz.

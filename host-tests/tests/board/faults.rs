@@ -100,7 +100,7 @@ fn a_babbling_node_stops_nobody_for_longer_than_it_babbles() {
     const SECOND: u64 = 1_000_000_000;
     assert!(ran.all_well, "{}", ran.summary);
     // Frames cut short by the babble may keep a T7 deaf as long as anybody talks (T7 guide, section 1): one second
-    // without an answer, then 510 ms of silence for all, then a reading and the one that confirms it.
+    // without an answer, then 520 ms of silence for all, then a reading and the one that confirms it.
     for slot in [0, 1] {
         let back = ran.slot(slot).find(|spoken| spoken.began > 3 * SECOND / 2 && spoken.is_ok());
         assert!(back.is_some_and(|spoken| spoken.at < 11 * SECOND / 4), "slot {slot}: {back:?}");

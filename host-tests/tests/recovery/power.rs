@@ -28,7 +28,7 @@ fn image() -> Image {
 
 /// What one life of the board came to.
 struct Life {
-    /// The period of slot 0 as the console told it at the start.
+    /// The period of slot 0 as the console told it at the start; empty if it did not come to that.
     found: String,
     /// The save was answered.
     saved: bool,
@@ -71,7 +71,7 @@ fn live(stored: &[u8], more: &[String], periods: Range<u32>, cut: Option<u64>, b
     }
     let stats = run.board().stats();
     Life {
-        found: found.expect("the console tells"),
+        found: found.unwrap_or_default(),
         saved: saves == periods.len(),
         stored: run.board().stored(),
         steps: stats.flash_steps,
