@@ -57,10 +57,12 @@ impl Plant {
         let slot = usize::from(reading.slot);
         let truth = Angle::from_mdeg(self.mdeg(reading.slot + 1, now)).unwrap();
         // What it turns while an answer is on its way and an ISU keeps its angle; and what a damaged frame that passes its
-        // 8-bit sum may be off without being a jump, at the rate of its slot since the last good angle.
+        // 8-bit sum may be off without being a jump, at the rate of its slot since the last good angle, while the sensor has
+        // turned the other way.
         let (keeps_ms, rate) = if slot < T7S.into() { (30, 180) } else { (600 + 60, 90) };
-        let moved = keeps_ms * 3 * u64::from(reading.slot + 1);
-        let gate = 50 + (now - self.ok_at[slot]).min(SECOND) * rate / 1_000;
+        let since = (now - self.ok_at[slot]).min(SECOND) / 1_000;
+        let moved = (keeps_ms + since) * 3 * u64::from(reading.slot + 1);
+        let gate = 50 + since * rate;
         let error = u64::from(angle.difference(truth).udeg().unsigned_abs()) / 1_000;
         assert!(error <= moved + gate, "slot {slot} says {angle:?} instead of {truth:?} at {now}");
         if now > MINUTE {
