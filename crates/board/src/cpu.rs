@@ -38,6 +38,7 @@ use rsemu::core::wire::{Level, WireSource};
 use rsemu::cpu::arm::v7m::ArmV7m;
 use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::dev::stm32::{ClockOutput, Clocks};
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
 use step::step;
 
@@ -130,7 +131,8 @@ pub(crate) struct Cpu {
     clocks: OnceLock<Arc<Clocks>>,
     machine_reset: OnceLock<Arc<MachineReset>>,
     reset_line: Arc<ResetLine>,
-    sysresetreq: Mutex<Option<WireSource>>,
+    /// To the flags of the reset controller, by port.
+    flags: Mutex<BTreeMap<&'static str, WireSource>>,
     work: Mutex<Work>,
 }
 
@@ -144,7 +146,7 @@ impl Cpu {
             clocks: OnceLock::new(),
             machine_reset: OnceLock::new(),
             reset_line: Arc::new(ResetLine::default()),
-            sysresetreq: Mutex::new(None),
+            flags: Mutex::new(BTreeMap::new()),
             work: Mutex::new(Work { timer_ticks: (1, 1), ..Work::default() }),
         })
     }
@@ -353,6 +355,15 @@ impl Cpu {
         }
     }
 
+    /// The whole chip is to be reset, for another cause than the watchdog.
+    fn reset_from(&self, cause: ResetCause) {
+        if let Some(line) = lock(&self.flags).get(device::flag(cause)) {
+            line.pulse(Level::High);
+        }
+        *lock(&self.reset_line.cause) = Some(cause);
+        self.reset_line.asserted.store(true, Ordering::Relaxed);
+    }
+
     /// Whether the machine has something to do between rounds.
     fn must_leave(&self, work: &mut Work, at: u64) -> bool {
         if self.clocks.get().is_some_and(|clocks| Some(clocks.generation()) != work.generation) {
@@ -361,17 +372,15 @@ impl Cpu {
         let software = self.core.reset_requested();
         if software {
             self.core.clear_reset_request();
-            if let Some(line) = &*lock(&self.sysresetreq) {
-                line.pulse(Level::High);
-            }
-            self.reset_line.asserted.store(true, Ordering::Relaxed);
+            self.reset_from(ResetCause::Software);
         }
         if !self.reset_line.asserted.swap(false, Ordering::Relaxed) {
             return false;
         }
         work.stats.resets += 1;
         let now = self.timeline.ns_at(at);
-        let cause = if software { ResetCause::Software } else { ResetCause::Watchdog };
+        // Nobody says so but the watchdog's line.
+        let cause = lock(&self.reset_line.cause).take().unwrap_or(ResetCause::Watchdog);
         self.chronicle.note(now, Event::Reset(cause));
         work.planting.reset(now);
         work.locked_up = false;

@@ -51,6 +51,10 @@ pub enum ResetCause {
     Watchdog,
     /// Firmware asked for it (SYSRESETREQ).
     Software,
+    /// The supply was too low.
+    BrownOut,
+    /// The reset pin was pulled.
+    Pin,
 }
 
 /// Everything that has befallen the chip, kept by those who notice it.
@@ -93,6 +97,8 @@ impl fmt::Display for ResetCause {
         f.write_str(match self {
             ResetCause::Watchdog => "watchdog",
             ResetCause::Software => "software",
+            ResetCause::BrownOut => "brown_out",
+            ResetCause::Pin => "pin",
         })
     }
 }

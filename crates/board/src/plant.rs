@@ -34,6 +34,10 @@ pub enum What {
     StackOverflow,
     /// The level panics: enters a panic function of `core`.
     Panic,
+    /// The supply is too low for a moment, and the chip is reset. Memory is kept: it dips no further than that.
+    BrownOut,
+    /// Somebody pulls the reset pin.
+    PinReset,
     /// A bit of memory turns, and the level goes on.
     Flip {
         /// Address of the byte.
@@ -116,6 +120,8 @@ impl fmt::Display for What {
             What::UsageFault => "usage_fault",
             What::StackOverflow => "stack_overflow",
             What::Panic => "panic",
+            What::BrownOut => "brown_out",
+            What::PinReset => "pin_reset",
             What::Flip { address, bit } => return write!(f, "flip={address:#010x}.{bit}"),
         })
     }

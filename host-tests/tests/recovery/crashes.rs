@@ -185,6 +185,20 @@ fn a_panic_says_where_it_was() {
 }
 
 #[test]
+fn resets_from_outside_are_no_crashes() {
+    for (what, cause, name) in
+        [("brown_out", ResetCause::BrownOut, "brown_out"), ("pin_reset", ResetCause::Pin, "pin")]
+    {
+        let ran = crash(what, "main", 32_000);
+        assert_eq!(resets(&ran).iter().map(|(_, cause)| *cause).collect::<Vec<_>>(), [cause]);
+        let [start] = said(&ran, "start")[..] else { panic!("asked once") };
+        assert!(start.contains(&format!("\"cause\":\"{name}\",\"boots\":2,\"crashes\":0,")), "{start}");
+        assert_eq!(said(&ran, "crash"), [""; 0]);
+        assert!(ran.slot(0).last().is_some_and(|spoken| spoken.is_ok() && spoken.at > 3_500 * MS));
+    }
+}
+
+#[test]
 fn the_longest_erase_is_no_hang() {
     // The fastest oscillator, a save that erases, a factory reset that erases all three sectors, and a save again.
     let lines = [(500, "save"), (1_500, "factory-reset --yes"), (3_500, "slot 1 off"), (3_700, "save")];

@@ -1,6 +1,7 @@
 //! The core as a device of the emulator: pins, reset, and its share of the machine's time.
 
 use super::Cpu;
+use crate::incident::ResetCause;
 use crate::timeline::lock;
 use rsemu::core::Result;
 use rsemu::core::device::{Device, DeviceClass, ExportId, RealizeCtx, ResetKind, SinkPin};
@@ -11,7 +12,7 @@ use rsemu::cpu::arm::v7m;
 use rsemu::dev::stm32::Clocks;
 use rsemu::machine::validate::{ClassSchema, PortDir};
 use rsemu::machine::{BindCtx, Instance};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// Class name in the board text.
 pub(crate) const CLASS_NAME: &str = "clino.cortex-m4f";
@@ -33,13 +34,28 @@ pub(crate) fn class() -> &'static DeviceClass {
 pub(crate) fn schema() -> ClassSchema {
     let mut schema = v7m::schema();
     schema.class = CLASS_NAME.to_string();
-    schema.port("sysresetreq", PortDir::Out)
+    FLAGS.iter().fold(schema, |schema, port| schema.port(*port, PortDir::Out))
+}
+
+/// Ports that tell the reset controller the cause of a reset.
+const FLAGS: [&str; 3] = ["sysresetreq", "brownout", "nrst"];
+
+/// The port of a cause; the watchdog has a line of its own.
+pub(super) const fn flag(cause: ResetCause) -> &'static str {
+    match cause {
+        ResetCause::Watchdog => "",
+        ResetCause::Software => FLAGS[0],
+        ResetCause::BrownOut => FLAGS[1],
+        ResetCause::Pin => FLAGS[2],
+    }
 }
 
 /// The line that resets the whole chip: the watchdog's.
 #[derive(Default)]
 pub(super) struct ResetLine {
     pub asserted: AtomicBool,
+    /// Why, if it is not the watchdog.
+    pub cause: Mutex<Option<ResetCause>>,
 }
 
 impl WireSink for ResetLine {
@@ -80,11 +96,13 @@ impl Device for Cpu {
     }
 
     fn connect(&self, port: &str, source: WireSource) -> Result<()> {
-        if port != "sysresetreq" {
-            return self.core.connect(port, source);
+        match FLAGS.iter().find(|flag| **flag == port) {
+            None => self.core.connect(port, source),
+            Some(flag) => {
+                lock(&self.flags).insert(flag, source);
+                Ok(())
+            }
         }
-        *lock(&self.sysresetreq) = Some(source);
-        Ok(())
     }
 
     fn is_runnable(&self) -> bool {

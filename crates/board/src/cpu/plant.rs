@@ -56,7 +56,10 @@ impl Cpu {
         let Some(order) = work.planting.orders.iter_mut().find(|order| fits(order)) else { return false };
         let Plant { what, level, .. } = order.plant;
         let pc = core.pc();
-        order.bait.swallow(core);
+        match order.bait.reset {
+            Some(cause) => self.reset_from(cause),
+            None => order.bait.swallow(core),
+        }
         let event = Event::Planted { what, level, pc, to: core.pc() };
         order.left = order.left.saturating_sub(1);
         order.due = None;

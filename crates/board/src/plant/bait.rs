@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::What;
 use crate::elf::{FLASH_BASE, Image};
+use crate::incident::ResetCause;
 
 /// Reserved, between flash and core-coupled memory (RM0090 section 2.3): code could be executed there, but nothing
 /// answers.
@@ -35,6 +36,8 @@ pub struct Bait {
     pub sp: Option<u32>,
     /// PRIMASK is set.
     pub masked: bool,
+    /// Nothing but a reset of the chip from outside.
+    pub reset: Option<ResetCause>,
     /// Only this byte of memory is changed: its address, and the bits that turn.
     pub flips: Option<(u32, u8)>,
 }
@@ -56,7 +59,7 @@ impl Bait {
     /// [`NoBait`] if it is not there.
     pub fn find(image: &Image, what: What) -> Result<Bait, NoBait> {
         let lacks = |lacks| move || NoBait { what, lacks };
-        let at = |pc| Bait { pc, registers: [None; 3], sp: None, masked: false, flips: None };
+        let at = |pc| Bait { pc, registers: [None; 3], sp: None, masked: false, reset: None, flips: None };
         let code = |mask: u16, pattern: u16| instruction(image, mask, pattern);
         Ok(match what {
             What::Hang | What::MaskedHang => {
@@ -64,6 +67,8 @@ impl Bait {
                 Bait { masked: what == What::MaskedHang, ..at(pc) }
             }
             What::BusFault => at(NOWHERE),
+            What::BrownOut => Bait { reset: Some(ResetCause::BrownOut), ..at(0) },
+            What::PinReset => Bait { reset: Some(ResetCause::Pin), ..at(0) },
             What::Flip { address, bit } => Bait { flips: Some((address, 1_u8.rotate_left(bit))), ..at(0) },
             What::DataFault => {
                 let (pc, load) = code(0xffc0, LOAD).ok_or_else(lacks("a load without an offset"))?;
