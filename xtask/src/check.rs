@@ -43,7 +43,7 @@ const CHECKS: &[Check] = &[
         "the codec's tests pass with the oldest compiler it promises",
     ),
     codec("coverage", "crates/codec/checks/coverage.sh", "line and branch coverage of the codec"),
-    codec("fuzz", "crates/codec/checks/fuzz.sh", "30 s of fuzzing for every decoder"),
+    codec("fuzz", "fuzz/checks/fuzz.sh", "30 s of fuzzing for whatever takes bytes from outside"),
     codec("stack", "crates/inspect/checks/stack.sh", "worst-case stack of the firmware image"),
     codec(
         "panics",

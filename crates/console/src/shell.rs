@@ -107,7 +107,15 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 if back == Audience::People {
                     _ = self.out.write_all(system::greeting(host.start().mode).as_bytes());
                 }
+                if byte == INTERRUPT {
+                    self.restart_line();
+                }
                 self.speak(back);
+            }
+            Mode::Commands(Audience::People) if byte == INTERRUPT => {
+                _ = self.out.write_all(b"\r\n");
+                self.restart_line();
+                self.speak(Audience::People);
             }
             Mode::Commands(Audience::Programs) if byte == INTERRUPT => {
                 self.restart_line();

@@ -1,7 +1,6 @@
 //! Any bytes at any time.
 //!
-//! The oracle is a second receiver, written from MODBUS over Serial Line V1.02 section 2.5.1: it cuts what was heard into
-//! frames by its silences and computes checksums in another way.
+//! The oracle is a second receiver (`common/traffic.rs`).
 
 mod common;
 
@@ -9,24 +8,9 @@ use clino_bus::Micros;
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::Server;
 use common::model::Model;
-use common::{ADDRESS, Bench, IDENTIFICATION, SETTINGS, crc, opened, sealed, write_request};
+use common::traffic::{BETWEEN, BROKEN, CHARACTER, Heard, WITHIN, check, frames, is_for_us, play};
+use common::{ADDRESS, Bench, IDENTIFICATION, SETTINGS, sealed, write_request};
 use proptest::prelude::*;
-
-/// A character at 19200 bit/s, 8E1: 573 µs.
-const CHARACTER: u64 = 573;
-/// Longest silence that surely belongs into a frame, and shortest that surely does not: 1.5 characters, 2 characters.
-const WITHIN: u64 = 859;
-const BROKEN: u64 = 1_146;
-/// Shortest silence that surely ends a frame.
-const BETWEEN: u64 = 2_006;
-
-/// A character and the silence before it, µs.
-#[derive(Clone, Copy, Debug)]
-struct Heard {
-    silence: u64,
-    byte: u8,
-    errors: LineErrors,
-}
 
 fn flags() -> impl Strategy<Value = LineErrors> {
     prop_oneof![
@@ -79,56 +63,6 @@ fn traffic() -> impl Strategy<Value = Vec<Heard>> {
     prop::collection::vec(piece, 1..12).prop_map(|pieces| pieces.concat())
 }
 
-/// Whether what was heard between two silences is a frame that has to be answered, by address and checksum.
-fn is_for_us(frame: &[Heard]) -> bool {
-    let bytes: Vec<u8> = frame.iter().map(|heard| heard.byte).collect();
-    let spoilt = |heard: &Heard| {
-        [LineErrors::FRAMING, LineErrors::PARITY, LineErrors::OVERRUN]
-            .iter()
-            .any(|&e| heard.errors.contains(e))
-    };
-    (4..=256).contains(&bytes.len())
-        && !frame.iter().any(spoilt)
-        && !frame[1..].iter().any(|heard| heard.silence > WITHIN)
-        && crc(&bytes[..bytes.len() - 2]).to_le_bytes() == bytes[bytes.len() - 2..]
-        && bytes[0] == ADDRESS
-}
-
-/// Plays traffic to a server; what was answered, by the number of the frame that it followed.
-fn play(traffic: &[Heard], bench: &mut Bench) -> Vec<(usize, Vec<u8>)> {
-    let mut answers = Vec::new();
-    let mut frame = 0;
-    for (index, heard) in traffic.iter().enumerate() {
-        if index > 0 && heard.silence > BETWEEN {
-            // The end of the silence, with time for any answer, which a master leaves, too.
-            let at = bench.now;
-            if let Some(answer) = bench.pause(heard.silence) {
-                answers.push((frame, answer));
-            }
-            bench.now = bench.now.max(at + heard.silence);
-            frame += 1;
-        } else {
-            bench.now += heard.silence;
-        }
-        bench.character(heard.byte, heard.errors);
-    }
-    if let Some(answer) = bench.pause(100_000) {
-        answers.push((frame, answer));
-    }
-    answers
-}
-
-fn frames(traffic: &[Heard]) -> Vec<Vec<Heard>> {
-    let mut frames: Vec<Vec<Heard>> = Vec::new();
-    for &heard in traffic {
-        match frames.last_mut() {
-            Some(last) if heard.silence <= BETWEEN => last.push(heard),
-            _ => frames.push(vec![heard]),
-        }
-    }
-    frames
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
@@ -146,14 +80,7 @@ proptest! {
             prop_assert_eq!(found, expected);
         }
         for (frame, answer) in &answers {
-            let request = &frames[*frame];
-            let bytes = opened(answer);
-            prop_assert!(answer.len() <= 256);
-            prop_assert_eq!(bytes[0], request[0].byte);
-            prop_assert_eq!(bytes[1] & 0x7F, request[1].byte & 0x7F);
-            if bytes[1] != request[1].byte || bytes.len() == 3 {
-                prop_assert!(matches!(bytes[2], 1..=4 | 6), "exception {}", bytes[2]);
-            }
+            check(answer, &frames[*frame]);
         }
     }
 

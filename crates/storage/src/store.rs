@@ -51,7 +51,7 @@ pub enum LoadError<E> {
     Library,
 }
 
-/// Why nothing was saved. The last configuration is still there.
+/// Why nothing was saved. The last configuration is still there, if there was one that could be loaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SaveError<E> {
     /// The gateway could not run like this.
@@ -102,10 +102,10 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Stores this configuration, unless it is stored already. Stalls the core for up to half a second when a sector is
-    /// full.
+    /// full. What cannot be loaded and is in the way is given up.
     ///
     /// # Errors
-    /// [`SaveError`]; the last configuration is still there then.
+    /// [`SaveError`]; the last configuration is still there then, if it could be loaded.
     pub fn save(
         &mut self,
         settings: &Settings,
@@ -115,12 +115,16 @@ impl<F: NorFlash> Store<F> {
         self.put(Content::Configuration(settings, modbus))
     }
 
-    /// From now on [`Store::load`] finds [`Loaded::Factory`], as safe from power cuts as a configuration.
+    /// From now on [`Store::load`] finds [`Loaded::Factory`], as safe from power cuts as a configuration. If that cannot be
+    /// stored behind what is there, all of it is given up.
     ///
     /// # Errors
-    /// [`SaveError`]; the last configuration is still there then.
+    /// [`SaveError::Flash`]; the last configuration may be lost then, as it was to be.
     pub fn factory_reset(&mut self) -> Result<Saved, SaveError<F::Error>> {
-        self.put(Content::Factory)
+        self.put(Content::Factory).or_else(|_| {
+            self.clear()?;
+            self.put(Content::Factory)
+        })
     }
 
     /// Records written since start.
@@ -143,21 +147,44 @@ impl<F: NorFlash> Store<F> {
     }
 
     fn put(&mut self, content: Content<'_>) -> Result<Saved, SaveError<F::Error>> {
-        if let Some(stored) = self.stored()? {
-            let mut compare = Compare::new(stored);
-            record::encode(content, &mut compare);
-            if compare.same() {
-                return Ok(Saved::Unchanged);
+        let is_readable = match self.stored() {
+            Ok(Some(stored)) => {
+                let mut compare = Compare::new(stored);
+                record::encode(content, &mut compare);
+                if compare.same() {
+                    return Ok(Saved::Unchanged);
+                }
+                true
             }
-        }
-        match wait::now(self.map.store_item(&mut self.buffer, &(), &content)) {
-            Some(Ok(())) => {
-                self.saves = self.saves.saturating_add(1);
-                Ok(Saved::Written)
+            Ok(None) => false,
+            // What is there serves nobody, and would hide what is written behind it.
+            Err(Failure::Library) => {
+                self.clear()?;
+                false
             }
-            Some(Err(error)) => Err(Failure::from(error).into()),
-            None => Err(SaveError::Library),
+            Err(failure) => return Err(failure.into()),
+        };
+        match self.append(content) {
+            Err(Failure::Library) if !is_readable => {
+                self.clear()?;
+                self.append(content)?;
+            }
+            result => result?,
         }
+        self.saves = self.saves.saturating_add(1);
+        Ok(Saved::Written)
+    }
+
+    /// Writes a record behind what is there.
+    fn append(&mut self, content: Content<'_>) -> Result<(), Failure<F::Error>> {
+        wait::now(self.map.store_item(&mut self.buffer, &(), &content))
+            .unwrap_or(Err(LibraryError::LogicBug {}))
+            .map_err(Failure::from)
+    }
+
+    /// Gives up all that is there.
+    fn clear(&mut self) -> Result<(), Failure<F::Error>> {
+        wait::now(self.map.erase_all()).unwrap_or(Err(LibraryError::LogicBug {})).map_err(Failure::from)
     }
 }
 

@@ -2,15 +2,10 @@
 
 mod support;
 
-use std::pin::pin;
-use std::task::{Context, Poll, Waker};
-
-use clino_storage::pages::{PAGES, Pages};
 use clino_storage::{LoadError, Loaded, Reject, Saved, Store};
-use sequential_storage::cache::Cache;
-use sequential_storage::map::{MapConfig, MapStorage};
 use support::configurations::{Configuration, factory, numbered};
 use support::flash::Flash;
+use support::other::put;
 
 /// Version 1 with no slots; the T7 bus has 57600 bit/s, otherwise both are as in the factory. Checksum by zlib.
 #[rustfmt::skip]
@@ -30,16 +25,8 @@ const VERSION_3: &[u8] = &[0x03, 0x2A, 0x2B, 0x23, 0x52, 0xD0, 0x3E];
 /// Flash with this record in it.
 fn flash_with(record: &[u8]) -> Flash {
     let mut flash = Flash::new();
-    put(record, &mut flash);
+    assert!(put(record, &mut flash));
     flash
-}
-
-fn put(record: &[u8], flash: &mut Flash) {
-    let pages = Pages::new(flash);
-    let mut map = MapStorage::<(), _, _>::new(pages, MapConfig::new(0..PAGES), Cache::new_uncached());
-    let mut buffer = [0; 128];
-    let storing = pin!(map.store_item(&mut buffer, &(), &record));
-    assert!(matches!(storing.poll(&mut Context::from_waker(Waker::noop())), Poll::Ready(Ok(()))));
 }
 
 #[test]

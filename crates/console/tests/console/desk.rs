@@ -1,6 +1,7 @@
 //! A console on a desk: a gateway core behind it, a string in front of it.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::rc::Rc;
 
@@ -36,7 +37,7 @@ impl Write for Port {
 /// The rest of the gateway.
 pub struct Rest {
     pub gateway: Gateway,
-    pub readings: Vec<Reading>,
+    pub readings: BTreeMap<usize, Reading>,
     pub orders: Vec<Order>,
     pub now: Micros,
     pub modbus: Option<clino_modbus::Settings>,
@@ -52,7 +53,7 @@ impl Host for Rest {
     }
 
     fn reading(&self, slot: usize) -> Option<Reading> {
-        self.readings.get(slot).copied()
+        self.readings.get(&slot).copied()
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {
@@ -140,11 +141,7 @@ impl Rest {
     /// Takes over what has changed.
     pub fn publish(&mut self) {
         while let Some(reading) = self.gateway.next_changed() {
-            let place = usize::from(reading.slot);
-            match self.readings.get_mut(place) {
-                Some(old) => *old = reading,
-                None => self.readings.push(reading),
-            }
+            self.readings.insert(usize::from(reading.slot), reading);
         }
     }
 }
@@ -166,7 +163,7 @@ impl Desk {
         let gateway = Gateway::new(&Settings::new(&table, t7, isu), pwm::Limits::new(84_000_000));
         let mut rest = Rest {
             gateway,
-            readings: Vec::new(),
+            readings: BTreeMap::new(),
             orders: Vec::new(),
             now: Micros::ZERO,
             modbus: Some(clino_modbus::Settings::DEFAULT),

@@ -236,3 +236,15 @@ fn watching_begins_with_a_head() {
     let mut desk = Desk::with_person();
     assert!(desk.type_in("watch\r").contains("slot  kind  addr      angle  age       status\r\n"));
 }
+
+/// Whoever presses Ctrl-C does not mean what stands there.
+#[test]
+fn ctrl_c_drops_the_line() {
+    let mut desk = Desk::with_person();
+    desk.type_in("t7 zero 5 --yes");
+    assert_eq!(desk.type_in("\x03"), "\r\n\r\x1b[2Kclino> ");
+    desk.type_in("\r");
+    assert_eq!(desk.rest.orders, []);
+    let printed = desk.type_in("version\r");
+    assert!(printed.contains("9.8.7"), "{printed}");
+}

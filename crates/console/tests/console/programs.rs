@@ -223,3 +223,11 @@ fn ctrl_c_of_a_program_stops_tasks_and_drops_the_line() {
     assert_eq!(desk.type_in("rebo\x03version\r").matches("9.8.7").count(), 1);
     assert_eq!(desk.rest.orders[1..], [Order::Cancel(Bus::T7), Order::Cancel(Bus::Isu)]);
 }
+
+/// In a stream, too, Ctrl-C drops what was sent of a line.
+#[test]
+fn ctrl_c_in_a_stream_drops_the_line() {
+    let mut desk = Desk::new();
+    desk.type_in("json on\nwatch\nt7 zero 5 --yes\x03\n");
+    assert_eq!(desk.rest.orders, []);
+}

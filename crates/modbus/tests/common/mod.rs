@@ -1,12 +1,14 @@
 //! A master, a gateway and a checksum for the tests, none of them made of the crate's own parts.
 #![allow(dead_code, reason = "every test uses its own part of it")]
 
+pub mod board;
 pub mod model;
+pub mod traffic;
 
 use clino_bus::Micros;
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::settings::{Parity, Settings, StopBits};
-use clino_modbus::{Identification, Server};
+use clino_modbus::{Host, Identification, Server};
 use model::Model;
 
 pub const ADDRESS: u8 = 17;
@@ -48,9 +50,9 @@ pub fn opened(frame: &[u8]) -> &[u8] {
 }
 
 /// A server, its gateway and its clock.
-pub struct Bench {
+pub struct Bench<H = Model> {
     pub server: Server,
-    pub host: Model,
+    pub host: H,
     pub now: u64,
     /// Microseconds of a character.
     pub character: u64,
@@ -65,8 +67,15 @@ impl Bench {
 
     /// With the times of a character and of t3.5 as the test knows them, µs.
     pub fn with(settings: Settings, character: u64, t3_5: u64) -> Bench {
+        Bench::at(Model::new(), settings, character, t3_5)
+    }
+}
+
+impl<H: Host> Bench<H> {
+    /// The same with another gateway.
+    pub fn at(host: H, settings: Settings, character: u64, t3_5: u64) -> Bench<H> {
         let server = Server::new(settings, IDENTIFICATION, Micros(0));
-        let mut bench = Bench { server, host: Model::new(), now: 0, character, t3_5 };
+        let mut bench = Bench { server, host, now: 0, character, t3_5 };
         bench.pause(10 * t3_5);
         bench
     }

@@ -1,6 +1,7 @@
-//! Flash that enforces the rules of the part, and configurations to put into it.
+//! Flash that enforces the rules of the part, configurations to put into it, and others who do.
 #![allow(dead_code)]
 
 pub mod configurations;
 pub mod flash;
+pub mod other;
 pub mod random;

@@ -1,0 +1,93 @@
+//! A board with a real gateway whose buses are not connected: PWM cycles are handed in, tasks find nobody.
+
+use std::cell::{Cell, RefCell};
+
+use clino_bus::{DriverEnable, Micros, Serial, Timing};
+use clino_codec::pwm::{Limits, Ticks};
+use clino_codec::{isu, t7};
+use clino_gateway::{Bus as Line, Capture, Gateway, Publisher, PwmInput, Settings, SlotConfig, Source};
+use clino_modbus::Refusal;
+use clino_modbus::desk::{Site, Wish};
+use clino_recovery::Start;
+
+/// Timer ticks in a second.
+const CLOCK: u32 = 84_000_000;
+
+pub struct Board {
+    pub gateway: RefCell<Gateway>,
+    pub now: Cell<Micros>,
+    pub wishes: RefCell<Vec<Wish>>,
+    pub start: Cell<Start>,
+}
+
+impl Site for &Board {
+    fn now(&self) -> Micros {
+        self.now.get()
+    }
+
+    fn gateway<R>(&self, look: impl FnOnce(&mut Gateway) -> R) -> Option<R> {
+        Some(look(&mut self.gateway.borrow_mut()))
+    }
+
+    fn wake(&self) {}
+
+    fn driver_enable(&self, _: Line) -> DriverEnable {
+        DriverEnable { release_max_ns: 1_700, high_max_us: 300 }
+    }
+
+    fn version(&self) -> (u8, u8, u16) {
+        (1, 2, 3)
+    }
+
+    fn start(&self) -> Start {
+        self.start.get()
+    }
+
+    fn ask(&self, wish: Wish) -> Result<(), Refusal> {
+        self.wishes.borrow_mut().push(wish);
+        Ok(())
+    }
+
+    fn is_unsaved(&self) -> bool {
+        true
+    }
+}
+
+impl Board {
+    /// Slot 0 reads T7 5, slot 1 ISU 3, slot 2 the first PWM input.
+    pub fn new() -> Board {
+        let t7 = Source::T7 { address: t7::Address::new(5).unwrap(), axis: t7::Axis::Two };
+        let isu = Source::Isu { address: isu::Address::new(3).unwrap() };
+        let table = [t7, isu, Source::Pwm { input: PwmInput::Pwm1 }].map(SlotConfig::usual);
+        let settings = Settings::new(&table, Timing::t7(Serial::T7_DEFAULT), Timing::isu());
+        Board {
+            gateway: RefCell::new(Gateway::new(&settings, Limits::new(CLOCK))),
+            now: Cell::new(Micros(1_000_000)),
+            wishes: RefCell::default(),
+            start: Cell::default(),
+        }
+    }
+
+    /// A PWM cycle of 30 Hz with this duty, in parts of a million.
+    pub fn cycle(&self, publisher: &mut Publisher<'_>, ppm: u64) {
+        let period = CLOCK / 30;
+        let high = (u64::from(period) * ppm / 1_000_000) as u32;
+        let mut gateway = self.gateway.borrow_mut();
+        gateway.pwm(PwmInput::Pwm1, Capture::Cycle(Ticks { period, high }), self.now.get());
+        gateway.publish(publisher);
+    }
+
+    pub fn config(&self, slot: usize) -> SlotConfig {
+        *self.gateway.borrow().config(slot).unwrap()
+    }
+
+    /// Lets the bus levels run for a second; frames go nowhere.
+    pub fn run(&self) {
+        for _ in 0..1_000 {
+            self.now.set(self.now.get() + Micros(1_000));
+            let mut gateway = self.gateway.borrow_mut();
+            gateway.poll(Line::T7, self.now.get(), |_| {});
+            gateway.poll(Line::Isu, self.now.get(), |_| {});
+        }
+    }
+}
