@@ -49,6 +49,6 @@ pub use gateway::{Action, Asker, Capture, Detail, Gateway};
 pub use health::Health;
 pub use reporter::Reporter;
 pub use restraint::{INTERNAL_OSCILLATOR_PPM, Restraint, UART_TOLERANCE_PPM};
-pub use settings::{BusSettings, Settings};
+pub use settings::{BusSettings, Configuration, Settings};
 pub use snapshot::{Publisher, Snapshot, Value, View};
 pub use value::{Glance, Reading, Status};

@@ -9,7 +9,6 @@ use clino_bus::{Fault, Master, Micros, Protocol, Refusal, Retry};
 use clino_codec::layers::Layer;
 
 use crate::agenda::{Agenda, Asked};
-use crate::bits::Bits;
 use crate::counters::bump32;
 use crate::slot::{Sample, Slot};
 use crate::trace::Purpose;
@@ -45,9 +44,10 @@ pub(crate) struct Polling<P: Poll> {
 }
 
 impl<P: Poll> Polling<P> {
-    pub fn new(slots: &[Slot]) -> Self {
-        let mine = Bits::of(slots, is_mine::<P>);
-        Polling { agenda: Agenda::new(mine, P::PROBE_SHARE, P::SILENCE), protocol: PhantomData }
+    /// The polling of no slot.
+    #[inline(always)]
+    pub fn idle() -> Self {
+        Polling { agenda: Agenda::new(P::PROBE_SHARE, P::SILENCE), protocol: PhantomData }
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
