@@ -42,7 +42,9 @@ static LEVEL: Ceiling<BusLevel, { priority::BUS }> = Ceiling::new();
 /// Makes the gateway, with the configuration as delivered.
 #[inline(never)]
 pub fn prepare(inbox: Inbox, pwm: pwm::Limits) {
-    LEVEL.fill(|| BusLevel { gateway: Gateway::idle(pwm), inbox, snapshot: shared::SNAPSHOT.publisher() });
+    LEVEL.fill(|place| {
+        place.write(BusLevel { gateway: Gateway::idle(pwm), inbox, snapshot: shared::SNAPSHOT.publisher() });
+    });
     with(|gateway| gateway.set_up(&params::SLOTS, &params::T7, &params::ISU));
 }
 
