@@ -15,9 +15,9 @@
 //! All pins used are 5 V tolerant (DS8626 table 7, "FT").
 
 use clino_bus::Event;
-use clino_gateway::{Capture, Restraint, Settings};
+use clino_gateway::{Bus, Capture, Restraint};
 use clino_recovery::{Clock, Mode};
-use cortex_m::peripheral::DWT;
+use cortex_m::peripheral::{DWT, NVIC};
 use cortex_m::singleton;
 use heapless::spsc::{Consumer, Queue};
 use stm32f4xx_hal::gpio::{Alternate, Output, PA1, PA15, PB8, PD10, PinState, Pull};
@@ -29,7 +29,7 @@ use crate::bus::Inbox;
 use crate::capture::{PwmCapture, Tim5, TimerInput};
 use crate::keeper::Keeper;
 use crate::log::log;
-use crate::ports::Ports;
+use crate::ports::{self, Ports};
 use crate::uart::{self, Rs485};
 use crate::{bus, clock, console, modbus, params, start, watchdog};
 
@@ -74,16 +74,15 @@ pub struct Board {
     pub mode: Mode,
     /// What is typed.
     pub keys: Consumer<'static, u8>,
-    /// What the buses and the PWM inputs are moved with.
-    pub ports: Ports,
     /// Who stores the configuration.
     pub keeper: &'static mut Keeper,
 }
 
 impl Board {
-    /// Brings the board up. No interrupt is on yet. A function of its own: its share of the stack is free again after it.
+    /// Brings the board up; at last the interrupts of its ports are let in. A function of its own: its share of the stack is
+    /// free again after it.
     #[inline(never)]
-    pub fn init(peripherals: pac::Peripherals, queues: &'static mut Queues) -> Board {
+    pub fn init(peripherals: pac::Peripherals, nvic: &mut NVIC, queues: &'static mut Queues) -> Board {
         watchdog::start(&peripherals.IWDG, &peripherals.DBGMCU);
         let start = start::note(&peripherals.RCC);
         let (clock, mut rcc) = start_clocks(peripherals.RCC, start.clock);
@@ -116,14 +115,6 @@ impl Board {
                 crash.fault.address
             );
         }
-        let mut settings = Settings::new(&params::SLOTS, params::T7, params::ISU);
-        let mut modbus_settings = params::MODBUS;
-        let Some(keeper) = singleton!(: Keeper = Keeper::new(peripherals.FLASH)) else {
-            panic!("the board is brought up once");
-        };
-        if start.mode != Mode::Bare {
-            keeper.load(&mut settings, &mut modbus_settings);
-        }
         let rcc = &mut rcc;
         clock::start(peripherals.TIM4, rcc);
 
@@ -136,7 +127,16 @@ impl Board {
         let (isu_producer, isu) = queues.isu.split();
         let (pwm1_producer, pwm1) = queues.pwm1.split();
         let (pwm2_producer, pwm2) = queues.pwm2.split();
-        let inbox = Inbox { t7, isu, pwm1, pwm2 };
+        let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
+        let limits = params::pwm_limits(timer_hz, clock.is_exact());
+        bus::prepare(Inbox { t7, isu, pwm1, pwm2 }, limits);
+        let mut modbus_settings = params::MODBUS;
+        let Some(keeper) = singleton!(: Keeper = Keeper::new(peripherals.FLASH)) else {
+            panic!("the board is brought up once");
+        };
+        if start.mode != Mode::Bare {
+            keeper.load(&mut modbus_settings);
+        }
         let core_hz = rcc.clocks.hclk().raw();
 
         // A receive pin is pulled up: a transceiver whose receiver is off leaves it floating.
@@ -144,13 +144,13 @@ impl Board {
         gpiob.pb7.into_alternate::<7>().internal_resistor(Pull::Up);
         let de = gpiob.pb8.into_push_pull_output_in_state(PinState::Low);
         let clock_hz = switch_on::<pac::USART1>(rcc);
-        let t7 = Rs485::new(peripherals.USART1, de, &settings.t7.timing, clock_hz, core_hz, t7_producer);
+        let t7 = Rs485::new(peripherals.USART1, de, &bus::timing(Bus::T7), clock_hz, core_hz, t7_producer);
 
         gpiod.pd8.into_alternate::<7>();
         gpiod.pd9.into_alternate::<7>().internal_resistor(Pull::Up);
         let de = gpiod.pd10.into_push_pull_output_in_state(PinState::Low);
         let clock_hz = switch_on::<pac::USART3>(rcc);
-        let isu = Rs485::new(peripherals.USART3, de, &settings.isu.timing, clock_hz, core_hz, isu_producer);
+        let isu = Rs485::new(peripherals.USART3, de, &bus::timing(Bus::Isu), clock_hz, core_hz, isu_producer);
 
         gpioa.pa2.into_alternate::<7>();
         gpioa.pa3.into_alternate::<7>().internal_resistor(Pull::Up);
@@ -172,11 +172,10 @@ impl Board {
         let pin = gpioa.pa15.into_alternate::<1>();
         let pwm2 = PwmCapture::new(peripherals.TIM2, TimerInput::Ti1, pin, pwm2_producer);
 
-        let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
-        let limits = params::pwm_limits(timer_hz, clock.is_exact());
-        bus::start(inbox, &settings, limits, restraint(start.mode, clock));
+        bus::start(restraint(start.mode, clock));
         modbus::start(lines, modbus_settings);
-        Board { mode: start.mode, keys, keeper, ports: Ports { t7, isu, pwm1, pwm2 } }
+        ports::start(Ports { t7, isu, pwm1, pwm2 }, start.mode, nvic);
+        Board { mode: start.mode, keys, keeper }
     }
 }
 

@@ -5,10 +5,10 @@
 //!
 //! The levels below give orders and ask for details with [`with`], which holds this level off for as long as it takes.
 
-use clino_bus::{Event, Micros, earliest};
+use clino_bus::{Event, Micros, Timing, earliest};
 use clino_codec::pwm;
 use clino_console::BusState;
-use clino_gateway::{Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput, Restraint, Settings};
+use clino_gateway::{Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput, Restraint};
 use clino_recovery::Duty;
 use cortex_m::peripheral::NVIC;
 use heapless::spsc::Consumer;
@@ -18,7 +18,7 @@ use crate::ceiling::Ceiling;
 use crate::clock::Level;
 use crate::modbus;
 use crate::ports::priority;
-use crate::{clock, ports, shared, watchdog};
+use crate::{clock, params, ports, shared, watchdog};
 
 /// The interrupt line is borrowed from EXTI0, which has nothing connected here; only software raises it.
 pub const INTERRUPT: Interrupt = Interrupt::EXTI0;
@@ -39,14 +39,17 @@ struct BusLevel {
 
 static LEVEL: Ceiling<BusLevel, { priority::BUS }> = Ceiling::new();
 
-/// Makes the bus level ready to run; it does once its interrupt is let in.
+/// Makes the gateway, with the configuration as delivered.
 #[inline(never)]
-pub fn start(inbox: Inbox, settings: &Settings, pwm: pwm::Limits, restraint: Restraint) {
-    LEVEL.fill(|| BusLevel {
-        gateway: Gateway::new(settings, pwm),
-        inbox,
-        snapshot: shared::SNAPSHOT.publisher(),
+pub fn prepare(inbox: Inbox, pwm: pwm::Limits) {
+    LEVEL.fill(|place| {
+        place.write(BusLevel { gateway: Gateway::idle(pwm), inbox, snapshot: shared::SNAPSHOT.publisher() });
     });
+    with(|gateway| gateway.set_up(&params::SLOTS, &params::T7, &params::ISU));
+}
+
+/// The bus level runs once its interrupt is let in.
+pub fn start(restraint: Restraint) {
     with(|gateway| gateway.restrain(restraint));
     wake();
 }
@@ -61,12 +64,22 @@ pub fn with<R>(work: impl FnOnce(&mut Gateway) -> R) -> Option<R> {
     LEVEL.with(|level| work(&mut level.gateway))
 }
 
-/// Does something that may stall the core, while no line driver is on and none can be switched on; `None` if one is on now.
+/// Does something with the gateway that may stall the core, while no line driver is on and none can be switched on; `None`
+/// if one is on now.
 ///
 /// A driver that is on while the core stands still holds its line against everybody. An answer that comes in meanwhile is
 /// lost, and asked for again.
-pub fn while_silent<R>(work: impl FnOnce() -> R) -> Option<R> {
-    LEVEL.with(|_| (!ports::is_driving() && !modbus::port::is_driving()).then(work)).flatten()
+pub fn while_silent<R>(work: impl FnOnce(&Gateway) -> R) -> Option<R> {
+    let silent = || !ports::is_driving() && !modbus::port::is_driving();
+    LEVEL.with(|level| silent().then(|| work(&level.gateway))).flatten()
+}
+
+/// The bit rate of a bus, and its waits.
+pub fn timing(bus: Bus) -> Timing {
+    with(|gateway| *gateway.timing(bus)).unwrap_or(match bus {
+        Bus::T7 => params::T7.timing,
+        Bus::Isu => params::ISU.timing,
+    })
 }
 
 /// What happened on a bus since reset, and how it is set.

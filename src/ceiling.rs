@@ -35,12 +35,12 @@ impl<T, const PRIORITY: u8> Ceiling<T, PRIORITY> {
         }
     }
 
-    /// Makes the value in its place, once: it is too large for the stack.
+    /// Has the value written into its place, once. By whoever makes it: what a function returns would be on the stack first.
     #[inline(always)]
-    pub fn fill(&self, make: impl FnOnce() -> T) {
+    pub fn fill(&self, make: impl FnOnce(&mut MaybeUninit<T>)) {
         self.hold(|place| {
             if !self.full.replace(true) {
-                place.write(make());
+                make(place);
             }
         });
     }

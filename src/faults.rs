@@ -70,7 +70,7 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     cortex_m::interrupt::disable();
     let line = info.location().map_or(0, |location| location.line());
     let file = info.location().map_or("", |location| location.file());
-    start::crash(Crash::panic(file, line))
+    start::crash(&Crash::panic(file, line))
 }
 
 /// Any fault. On a stack of its own, because the usual one may be what is wrong.
@@ -96,7 +96,7 @@ extern "C" fn fault(frame: *const Frame) -> ! {
     let scb = unsafe { &*SCB::PTR };
     let status = FaultStatus::new(scb.cfsr.read(), scb.hfsr.read(), scb.mmfar.read(), scb.bfar.read());
     let registers = Frame::known(frame);
-    start::crash(Crash::fault(status, registers, registers.is_none()))
+    start::crash(&Crash::fault(status, registers, registers.is_none()))
 }
 
 /// The crystal has stopped, and the core runs from the internal oscillator.
@@ -115,7 +115,7 @@ extern "C" fn crystal(frame: *const Frame) {
     let rcc = unsafe { &*pac::RCC::ptr() };
     if rcc.cir().read().cssf().bit_is_set() {
         rcc.cir().write(|w| w.cssc().set_bit());
-        start::crash(Crash::clock_failed(Frame::known(frame)))
+        start::crash(&Crash::clock_failed(Frame::known(frame)))
     }
 }
 

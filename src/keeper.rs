@@ -7,7 +7,7 @@ use core::cell::Cell;
 
 use clino_bus::Micros;
 use clino_console::{Saved, StorageError};
-use clino_gateway::Settings;
+use clino_gateway::Gateway;
 use clino_recovery::Duty;
 use clino_storage::{LoadError, Loaded, SaveError, Store};
 use critical_section::Mutex;
@@ -48,9 +48,10 @@ impl Keeper {
         Keeper { store: Store::new(ConfigurationFlash::new(flash)) }
     }
 
-    /// Takes over what is stored; what cannot be taken stays as it is.
-    pub fn load(&mut self, settings: &mut Settings, modbus: &mut clino_modbus::Settings) {
-        match self.store.load(settings, modbus) {
+    /// Takes over what is stored; what cannot be taken stays as it is. Before the gateway begins.
+    #[inline(never)]
+    pub fn load(&mut self, modbus: &mut clino_modbus::Settings) {
+        match bus::with(|gateway| self.store.load(gateway, modbus)).unwrap_or(Err(LoadError::Library)) {
             Ok(Loaded::Stored { version }) => log!(info, "configuration of version {=u8}", version),
             Ok(Loaded::Factory | Loaded::Nothing) => log!(info, "configuration as delivered"),
             Err(LoadError::Rejected(_)) => {
@@ -64,9 +65,7 @@ impl Keeper {
     /// Stores what is in force.
     pub fn save(&mut self) -> Result<Saved, StorageError> {
         let stored = in_force();
-        let mut settings = Settings::new(&[], params::T7, params::ISU);
-        bus::with(|gateway| gateway.settings(&mut settings)).ok_or(StorageError::Busy)?;
-        let saved = silently(|| self.store.save(&settings, &stored.1))?.map_err(told)?;
+        let saved = silently(|gateway| self.store.save(gateway, &stored.1))?.map_err(told)?;
         note_stored(stored);
         Ok(match saved {
             clino_storage::Saved::Unchanged => Saved::Unchanged,
@@ -76,18 +75,18 @@ impl Keeper {
 
     /// Forgets what is stored, from the next start on.
     pub fn factory_reset(&mut self) -> Result<(), StorageError> {
-        silently(|| self.store.factory_reset())?.map(|_| ()).map_err(told)
+        silently(|_| self.store.factory_reset())?.map(|_| ()).map_err(told)
     }
 }
 
-/// Waits until all lines are silent, and does this.
-fn silently<R>(mut work: impl FnMut() -> R) -> Result<R, StorageError> {
+/// Waits until all lines are silent, and does this with the gateway.
+fn silently<R>(mut work: impl FnMut(&Gateway) -> R) -> Result<R, StorageError> {
     let begin = clock::now();
     while clock::now().since(begin) < LONGEST_WAIT {
         watchdog::check_in(Duty::Console);
-        let result = bus::while_silent(|| {
+        let result = bus::while_silent(|gateway| {
             watchdog::check_in(Duty::Storage);
-            let result = clock::across_stall(&mut work);
+            let result = clock::across_stall(|| work(gateway));
             watchdog::rest(Duty::Storage);
             // Nobody else could check in meanwhile.
             result

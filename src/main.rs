@@ -39,6 +39,7 @@ mod watchdog;
 use clino_console::Shell;
 use clino_recovery::Mode;
 use cortex_m_rt::entry;
+use heapless::spsc::Consumer;
 use stm32f4xx_hal::pac;
 
 use crate::board::{Board, Queues};
@@ -54,11 +55,14 @@ fn main() -> ! {
     };
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let Board { mode, mut keys, ports, keeper } = Board::init(peripherals, QUEUES);
-    ports::start(ports, mode, &mut core.NVIC);
+    let Board { mode, keys, keeper } = Board::init(peripherals, &mut core.NVIC, QUEUES);
     watchdog::begin(core.SYST, &mut core.SCB, mode);
+    serve(mode, keys, Gateway { keeper })
+}
+
+/// The people level.
+fn serve(mode: Mode, mut keys: Consumer<'static, u8>, mut host: Gateway) -> ! {
     let mut shell = Shell::new(Console);
-    let mut host = Gateway { keeper };
     loop {
         if mode != Mode::Normal && clock::now() >= params::SAFE_MODE {
             start::retry();

@@ -61,10 +61,12 @@ static LEVEL: Ceiling<ModbusLevel, { priority::MODBUS }> = Ceiling::new();
 #[inline(never)]
 pub fn start(lines: Lines, settings: Settings) {
     note(settings);
-    LEVEL.fill(|| ModbusLevel {
-        lines,
-        server: Server::new(settings, &IDENTIFICATION, clock::now()),
-        desk: Desk::new(Board, &shared::SNAPSHOT),
+    LEVEL.fill(|place| {
+        place.write(ModbusLevel {
+            lines,
+            server: Server::new(settings, &IDENTIFICATION, clock::now()),
+            desk: Desk::new(Board, &shared::SNAPSHOT),
+        });
     });
     wake();
 }

@@ -6,7 +6,7 @@
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
 use clino_gateway::config::PWM_PERIOD;
-use clino_gateway::{INTERNAL_OSCILLATOR_PPM, PwmInput, SlotConfig, Source};
+use clino_gateway::{BusSettings, INTERNAL_OSCILLATOR_PPM, PwmInput, SlotConfig, Source};
 
 /// Crystal on the board, Hz (STM32F4-Discovery X2, 8 MHz).
 pub const CRYSTAL_HZ: u32 = 8_000_000;
@@ -28,10 +28,10 @@ pub const SAFE_MODE: Micros = Micros::from_millis(clino_recovery::SAFE_MODE_MS);
 pub const CLOCK_HZ: u32 = 1_000_000;
 
 /// T7 bus: bit rate, waits, turnaround guard (one character, 87 µs at 115200 bit/s).
-pub const T7: Timing = Timing::t7(Serial::T7_DEFAULT);
+pub const T7: BusSettings = BusSettings::new(Timing::t7(Serial::T7_DEFAULT));
 
 /// ISU bus: bit rate, waits, turnaround guard (one character, 1042 µs at 9600 bit/s).
-pub const ISU: Timing = Timing::isu();
+pub const ISU: BusSettings = BusSettings::new(Timing::isu());
 
 /// Console bit rate, 8N1.
 pub const CONSOLE: Serial = Serial { baud: 115_200 };

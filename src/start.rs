@@ -46,8 +46,8 @@ pub fn note(rcc: &pac::RCC) -> Start {
     let reset = reset(rcc);
     let uptime = Uptime::from_words(read(ptr::addr_of!(UPTIME))).map(|uptime| uptime.0);
     let (journal, start) = Journal::begin(Journal::from_words(&read(ptr::addr_of!(JOURNAL))), reset, uptime);
-    write(ptr::addr_of_mut!(JOURNAL), journal.to_words());
-    write(ptr::addr_of_mut!(UPTIME), Uptime(0).to_words());
+    write(ptr::addr_of_mut!(JOURNAL), &journal.to_words());
+    write(ptr::addr_of_mut!(UPTIME), &Uptime(0).to_words());
     critical_section::with(|cs| START.borrow(cs).set(start));
     start
 }
@@ -84,26 +84,26 @@ fn reset(rcc: &pac::RCC) -> Reset {
 /// A tick of the watchdog has passed since the start. For that tick only.
 pub fn keep_uptime() {
     let uptime = Uptime::from_words(read(ptr::addr_of!(UPTIME))).map_or(0, |uptime| uptime.0);
-    write(ptr::addr_of_mut!(UPTIME), Uptime(uptime.saturating_add(TICK_MS)).to_words());
+    write(ptr::addr_of_mut!(UPTIME), &Uptime(uptime.saturating_add(TICK_MS)).to_words());
 }
 
 /// Notes a crash for the next start, which is now. May be called from anywhere, and at any time.
-pub fn crash(crash: Crash) -> ! {
+#[inline(never)]
+pub fn crash(crash: &Crash) -> ! {
     let uptime = Uptime::from_words(read(ptr::addr_of!(UPTIME))).map_or(0, |uptime| uptime.0);
-    change(|journal| journal.note(crash, uptime));
+    let mut words = read(ptr::addr_of!(JOURNAL));
+    Journal::note_in(&mut words, crash, uptime);
+    write(ptr::addr_of_mut!(JOURNAL), &words);
     SCB::sys_reset()
 }
 
 /// Leaves safe mode.
+#[inline(never)]
 pub fn retry() -> ! {
-    change(Journal::retry);
-    SCB::sys_reset()
-}
-
-fn change(work: impl FnOnce(&mut Journal)) {
     let mut journal = Journal::from_words(&read(ptr::addr_of!(JOURNAL))).unwrap_or_default();
-    work(&mut journal);
-    write(ptr::addr_of_mut!(JOURNAL), journal.to_words());
+    journal.retry();
+    write(ptr::addr_of_mut!(JOURNAL), &journal.to_words());
+    SCB::sys_reset()
 }
 
 fn read<const N: usize>(place: *const Kept<N>) -> [u32; N] {
@@ -112,7 +112,7 @@ fn read<const N: usize>(place: *const Kept<N>) -> [u32; N] {
     unsafe { ptr::read_volatile(place.cast()) }
 }
 
-fn write<const N: usize>(place: *mut Kept<N>, words: [u32; N]) {
+fn write<const N: usize>(place: *mut Kept<N>, words: &[u32; N]) {
     // SAFETY: as above; what writes either ends in a reset, or is the start, or the tick alone.
-    unsafe { ptr::write_volatile(place.cast(), words) }
+    unsafe { ptr::write_volatile(place.cast(), *words) }
 }

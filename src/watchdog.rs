@@ -109,6 +109,6 @@ pub extern "C" fn tick(frame: *const Frame) {
     start::keep_uptime();
     match DUTIES.tick() {
         None => feed(),
-        Some(duty) => start::crash(Crash::stalled(duty, Frame::registers(frame))),
+        Some(duty) => start::crash(&Crash::stalled(duty, Frame::registers(frame))),
     }
 }

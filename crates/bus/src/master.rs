@@ -92,7 +92,8 @@ pub struct Master<P: Protocol> {
 }
 
 impl<P: Protocol> Master<P> {
-    /// A master with nothing in hand.
+    /// A master with nothing in hand. Inlined, for it is large: so it is made where it is to stay.
+    #[inline(always)]
     pub fn new(timing: Timing) -> Self {
         Master {
             timing,

@@ -1,9 +1,9 @@
 //! The buses: how they run, and how much they have to do.
 
 use clino_bus::{Micros, Serial, Timing, line};
+use clino_gateway::Bus;
 use clino_gateway::lint::Lint;
 use clino_gateway::order::{LONGEST_DELAY, LONGEST_GUARD, Order};
-use clino_gateway::{Bus, MAX_SLOTS, SlotConfig};
 
 use crate::host::BusState;
 use crate::job::{Job, Outcome, Told};
@@ -67,20 +67,21 @@ fn micros(
 /// `load`
 pub fn load(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    let (Some(t7), Some(isu)) = (job.host.bus(Bus::T7), job.host.bus(Bus::Isu)) else { return Ok(()) };
-    let mut table = [SlotConfig::OFF; MAX_SLOTS];
-    for (slot, place) in table.iter_mut().enumerate() {
-        *place = job.host.config(slot).unwrap_or(SlotConfig::OFF);
-    }
+    let Some([t7, isu]) = timings(job) else { return Ok(()) };
+    let (host, reply) = (&*job.host, &mut job.reply);
+    let slot = |slot: u8| host.config(slot.into());
     // What a T7 averages over is not kept.
-    let lint = Lint { table: &table, t7: &t7.timing, isu: &isu.timing, damping_ms: |_| None };
+    let lint = Lint { slot: &slot, t7: &t7, isu: &isu, damping_ms: |_| None };
     for bus in BUSES {
         let rate = job.meter.rate(bus).map(|rate| Value::Thousandths(rate.into()));
         let values = [lint.load(bus).into(), rate.into()];
-        job.reply.list("load", bus.name().into(), "wanted_percent polls_per_s", &values);
+        reply.list("load", bus.name().into(), "wanted_percent polls_per_s", &values);
     }
-    for finding in lint.findings() {
-        job.reply.line("unwise", "why", &[Value::Words(&finding)]);
-    }
+    lint.findings(&mut |finding| reply.line("unwise", "why", &[Value::Words(&finding)]));
     Ok(())
+}
+
+#[inline(never)]
+fn timings(job: &mut Job<'_, '_>) -> Option<[Timing; 2]> {
+    Some([job.host.bus(Bus::T7)?.timing, job.host.bus(Bus::Isu)?.timing])
 }

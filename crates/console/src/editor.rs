@@ -24,6 +24,7 @@ const HISTORY: usize = 256;
 pub type Editor<W> = Cli<Echo<W>, Infallible, [u8; LONGEST_LINE], [u8; HISTORY]>;
 
 /// An editor that echoes to a port, or a silent one.
+#[inline(never)]
 pub fn editor<W: Write<Error = Infallible>>(out: Option<W>) -> Editor<W> {
     let builder = CliBuilder::default()
         .writer(Echo(out))

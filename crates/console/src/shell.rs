@@ -78,6 +78,7 @@ pub struct Shell<W: Write<Error = Infallible> + Clone> {
 
 impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     /// A console that streams JSON lines, as it does after power-up: a logger needs to type nothing.
+    #[inline(never)]
     pub fn new(out: W) -> Shell<W> {
         Shell {
             editor: editor(None),
@@ -92,6 +93,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     }
 
     /// Takes a character from the other end.
+    #[inline(never)]
     pub fn input(&mut self, byte: u8, host: &mut dyn Host) {
         let last = core::mem::replace(&mut self.last, byte);
         // The commands are ASCII; and the editor takes whatever looks like the length of a UTF-8 sequence for one.
@@ -148,6 +150,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
 
     /// Writes the next line that nobody has to ask for: news of a task, its progress, a line of a stream. To be called
     /// when the port has room for a line.
+    #[inline(never)]
     pub fn poll(&mut self, host: &mut dyn Host) -> bool {
         if let Some(news) = host.news() {
             let mut reply = Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) };
@@ -174,6 +177,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     }
 
     /// Says how far the tasks are, to whom it concerns. Returns whether there was something to say.
+    #[inline(never)]
     fn progress(&mut self, host: &dyn Host) -> bool {
         let audience = self.mode.audience();
         let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
@@ -194,6 +198,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         said
     }
 
+    #[inline(never)]
     fn program(&mut self, byte: u8, host: &mut dyn Host) {
         self.length = self.length.saturating_add(1);
         let length = if is_end(byte) { core::mem::take(&mut self.length) } else { 0 };
@@ -208,6 +213,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     }
 
     /// Takes a character into the line.
+    #[inline(never)]
     fn take(&mut self, byte: u8, host: &mut dyn Host) {
         let audience = self.typing;
         // The editor's own port is silent for programs.
@@ -218,6 +224,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         self.follow(next, audience, host.now());
     }
 
+    #[inline(never)]
     fn follow(&mut self, next: Next, audience: Audience, now: Micros) {
         match next {
             Next::Stay => {}
@@ -234,6 +241,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     }
 
     /// A question is answered: this is meant, or not.
+    #[inline(never)]
     fn answered(&mut self, meant: Option<Pending>, host: &mut dyn Host) {
         let mut reply = Reply { audience: Audience::People, out: &mut Text(&mut self.out) };
         reply.say("\n");
@@ -250,6 +258,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
     }
 
+    #[inline(never)]
     fn speak(&mut self, audience: Audience) {
         self.mode = Mode::Commands(audience);
         if self.typing != audience {
@@ -263,6 +272,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     }
 
     /// What was typed of a line is dropped, and former lines with it.
+    #[inline(never)]
     fn restart_line(&mut self) {
         self.length = 0;
         self.editor = editor((self.typing == Audience::People).then(|| self.out.clone()));

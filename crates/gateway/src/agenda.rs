@@ -81,15 +81,16 @@ pub(crate) struct Agenda {
 }
 
 impl Agenda {
-    /// The agenda of these slots. Dead nodes together get one part in `probe_share` of the bus; after a silence of
+    /// The agenda of no slot. Dead nodes together get one part in `probe_share` of the bus; after a silence of
     /// `silence` all nodes hear again, whatever they have taken for a request.
-    pub fn new(mine: Bits, probe_share: u64, silence: Micros) -> Self {
+    #[inline(always)]
+    pub fn new(probe_share: u64, silence: Micros) -> Self {
         Agenda {
             silence: Silence::new(silence),
             faulty: false,
             troubled: false,
             gone: Bits::EMPTY,
-            mine,
+            mine: Bits::EMPTY,
             asked: None,
             ahead: None,
             probe_share,

@@ -12,13 +12,6 @@ impl Bits {
     /// No slot.
     pub const EMPTY: Bits = Bits(0);
 
-    /// Those of these slots that are `in_it`.
-    pub fn of<T>(slots: &[T], in_it: impl Fn(&T) -> bool) -> Bits {
-        let mut bits = Bits::EMPTY;
-        slots.iter().enumerate().for_each(|(index, slot)| bits.set(index, in_it(slot)));
-        bits
-    }
-
     /// Puts a slot in, or takes it out.
     pub fn set(&mut self, slot: usize, on: bool) {
         self.0 = if on { self.0 | Bits::bit(slot) } else { self.0 & !Bits::bit(slot) };

@@ -11,7 +11,7 @@ use crate::counters::SlotCounters;
 use crate::order::{Order, Refusal};
 use crate::outage::BusHealth;
 use crate::restraint::Restraint;
-use crate::settings::{BusSettings, Settings};
+use crate::settings::BusSettings;
 use crate::slot::{Sample, Slot};
 use crate::snapshot::Publisher;
 use crate::task::{self, News};
@@ -20,6 +20,7 @@ use crate::traffic::{Ended, Traffic};
 use crate::value::{Reading, Status};
 
 mod partners;
+mod start;
 
 /// What a timer input saw. Raw: the law that makes an angle of it is the codec's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,25 +89,6 @@ pub struct Gateway {
 const PWM_RESOLUTION: u32 = 180_000;
 
 impl Gateway {
-    /// A gateway that has read nothing yet.
-    #[inline(never)]
-    pub fn new(settings: &Settings, pwm: pwm::Limits) -> Gateway {
-        let slots: Vec<Slot, MAX_SLOTS> = settings.slots.iter().copied().map(Slot::new).collect();
-        Gateway {
-            t7: Traffic::new(&settings.t7, &slots),
-            isu: Traffic::new(&settings.isu, &slots),
-            listening: Bits::of(&slots, listens),
-            // The others are empty, as everybody supposes.
-            changed: Bits::of(&slots, |slot| slot.config != SlotConfig::OFF),
-            slots,
-            pwm,
-            lost_edges: 0,
-            trace: Trace::new(),
-            revision: 0,
-            restraint: Restraint::None,
-        }
-    }
-
     /// Takes an event of a bus's line.
     pub fn line(&mut self, bus: Bus, event: Event) {
         let ended = match bus {
@@ -312,14 +294,7 @@ impl Gateway {
         }
     }
 
-    /// Everything the gateway has been told, put in the place of what is there.
-    pub fn settings(&self, place: &mut Settings) {
-        place.slots.iter_mut().zip(&self.slots).for_each(|(config, slot)| *config = slot.config);
-        place.t7 = self.bus_settings(Bus::T7);
-        place.isu = self.bus_settings(Bus::Isu);
-    }
-
-    /// Counts the changes of what [`Gateway::settings`] tells; wraps.
+    /// Counts the changes of what it was told since it began; wraps.
     pub fn revision(&self) -> u32 {
         self.revision
     }

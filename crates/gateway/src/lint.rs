@@ -107,8 +107,8 @@ impl fmt::Display for Finding {
 /// What there is to check: the table, the buses, and the averaging time of a slot's T7 where it is known.
 #[derive(Clone, Copy)]
 pub struct Lint<'a> {
-    /// The slots.
-    pub table: &'a [SlotConfig],
+    /// How a slot is set; `None` beyond the last one.
+    pub slot: &'a dyn Fn(u8) -> Option<SlotConfig>,
     /// How the T7 bus runs.
     pub t7: &'a Timing,
     /// How the ISU bus runs.
@@ -118,26 +118,34 @@ pub struct Lint<'a> {
 }
 
 impl<'a> Lint<'a> {
-    /// Everything that is not wise.
-    pub fn findings(self) -> impl Iterator<Item = Finding> + 'a {
-        let overloads = [Bus::T7, Bus::Isu].into_iter().filter_map(move |bus| self.overload(bus));
-        let of_slots = self.slots().flat_map(move |(slot, config)| self.of_slot(slot, config));
-        overloads.chain(of_slots)
+    /// Tells everything that is not wise.
+    pub fn findings(self, found: &mut dyn FnMut(Finding)) {
+        for bus in [Bus::T7, Bus::Isu] {
+            if let Some(overload) = self.overload(bus) {
+                found(overload);
+            }
+        }
+        for (slot, config) in self.slots() {
+            self.of_slot(slot, &config, found);
+        }
     }
 
     /// What the periods of a bus's slots ask for, in percent of what it can carry; periods of zero left out.
+    #[inline(never)]
     pub fn load(self, bus: Bus) -> u32 {
         let parts = |config: &SlotConfig| {
             let span = self.exchange(config).0.saturating_mul(PERCENT.saturating_mul(PARTS));
             span.checked_div(u64::from(config.period.as_micros())).unwrap_or(0)
         };
         let on_bus = self.slots().filter(|(_, config)| config.bus() == Some(bus));
-        let sum = on_bus.map(|(_, config)| parts(config)).fold(0, u64::saturating_add);
+        let sum = on_bus.map(|(_, config)| parts(&config)).fold(0, u64::saturating_add);
         u32::try_from(sum.div_ceil(PARTS)).unwrap_or(u32::MAX)
     }
 
-    fn slots(self) -> impl Iterator<Item = (u8, &'a SlotConfig)> {
-        (0..=u8::MAX).zip(self.table).filter(|(_, config)| config.is_on())
+    fn slots(self) -> impl Iterator<Item = (u8, SlotConfig)> + 'a {
+        (0..=u8::MAX)
+            .map_while(move |slot| Some((slot, (self.slot)(slot)?)))
+            .filter(|(_, config)| config.is_on())
     }
 
     fn exchange(self, config: &SlotConfig) -> Micros {
@@ -157,27 +165,36 @@ impl<'a> Lint<'a> {
         (u64::from(percent) > PERCENT).then_some(Finding::Overload { bus, percent })
     }
 
-    fn of_slot(self, slot: u8, config: &'a SlotConfig) -> impl Iterator<Item = Finding> {
-        let earlier = self.slots().take_while(move |&(other, _)| other < slot);
-        let same = earlier.filter(|(_, other)| other.source == config.source).map(|(other, _)| other).next();
+    #[inline(never)]
+    fn of_slot(self, slot: u8, config: &SlotConfig, found: &mut dyn FnMut(Finding)) {
+        if let Some(same_as) = self.earlier(slot, config.source) {
+            found(Finding::Duplicate { slot, same_as });
+        }
+        if let Some(all_answer) = self.all_answer(slot, config) {
+            found(all_answer);
+        }
         let period = Micros::from(config.period);
-        [
-            same.map(|same_as| Finding::Duplicate { slot, same_as }),
-            self.all_answer(slot, config),
-            (matches!(config.source, Source::Isu { .. }) && period + Micros(1_000) < REFRESH)
-                .then_some(Finding::Repeats { slot, period }),
-            (self.damping_ms)(slot)
-                .filter(|&ms| matches!(config.source, Source::T7 { .. }) && ms < SHORTEST_DAMPING_MS)
-                .map(|damping_ms| Finding::Damping { slot, damping_ms }),
-            config
-                .partner
-                .filter(|&partner| !self.reads_isu(partner))
-                .map(|partner| Finding::Partner { slot, partner }),
-        ]
-        .into_iter()
-        .flatten()
+        if matches!(config.source, Source::Isu { .. }) && period + Micros(1_000) < REFRESH {
+            found(Finding::Repeats { slot, period });
+        }
+        if matches!(config.source, Source::T7 { .. })
+            && let Some(damping_ms) = (self.damping_ms)(slot).filter(|&ms| ms < SHORTEST_DAMPING_MS)
+        {
+            found(Finding::Damping { slot, damping_ms });
+        }
+        if let Some(partner) = config.partner.filter(|&partner| !self.reads_isu(partner)) {
+            found(Finding::Partner { slot, partner });
+        }
     }
 
+    /// The first slot before this one that reads the same.
+    #[inline(never)]
+    fn earlier(self, slot: u8, source: Source) -> Option<u8> {
+        let mut earlier = self.slots().take_while(|&(other, _)| other < slot);
+        earlier.find(|(_, other)| other.source == source).map(|(other, _)| other)
+    }
+
+    #[inline(never)]
     fn all_answer(self, slot: u8, config: &SlotConfig) -> Option<Finding> {
         let (bus, address) = config.source.node()?;
         let for_all = match config.source {
@@ -185,16 +202,18 @@ impl<'a> Lint<'a> {
             Source::Isu { address } => address.is_any(),
             Source::Pwm { .. } | Source::Off => false,
         };
+        if !for_all {
+            return None;
+        }
         let nodes = self.slots().filter_map(|(_, other)| other.source.node());
         let mut seen: u128 = 0;
         nodes.filter(|&(other, _)| other == bus).for_each(|(_, node)| seen |= 1 << (node & 0x7F));
         let nodes = seen.count_ones() as u8;
-        (for_all && nodes > 1).then_some(Finding::AllAnswer { slot, address, nodes })
+        (nodes > 1).then_some(Finding::AllAnswer { slot, address, nodes })
     }
 
     fn reads_isu(self, slot: u8) -> bool {
-        let config = self.table.get(usize::from(slot));
-        config.is_some_and(|config| matches!(config.source, Source::Isu { .. }) && config.enabled)
+        (self.slot)(slot).is_some_and(|config| matches!(config.source, Source::Isu { .. }) && config.enabled)
     }
 }
 

@@ -9,7 +9,6 @@ use clino_bus::{Fault, Master, Micros, Protocol, Refusal, Retry};
 use clino_codec::layers::Layer;
 
 use crate::agenda::{Agenda, Asked};
-use crate::bits::Bits;
 use crate::counters::bump32;
 use crate::outage::{BusHealth, Consequence, Watch};
 use crate::slot::{Sample, Slot};
@@ -47,9 +46,10 @@ pub(crate) struct Polling<P: Poll> {
 }
 
 impl<P: Poll> Polling<P> {
-    pub fn new(slots: &[Slot]) -> Self {
-        let mine = Bits::of(slots, is_mine::<P>);
-        let agenda = Agenda::new(mine, P::PROBE_SHARE, P::SILENCE);
+    /// The polling of no slot.
+    #[inline(always)]
+    pub fn idle() -> Self {
+        let agenda = Agenda::new(P::PROBE_SHARE, P::SILENCE);
         Polling { agenda, watch: Watch::default(), protocol: PhantomData }
     }
 

@@ -1,8 +1,10 @@
-//! Everything the gateway is told, in one piece: what is stored, and what it starts with.
+//! Everything the gateway is told: what is stored, and what it starts with.
+//!
+//! It exists once, in the gateway that runs by it. [`Settings`] is the same in one piece, for those who have the room.
 
 use clino_bus::{Timing, line};
 
-use crate::config::{MAX_SLOTS, SlotConfig};
+use crate::config::{Bus, MAX_SLOTS, SlotConfig};
 
 /// How a bus runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +20,18 @@ impl BusSettings {
     pub const fn new(timing: Timing) -> BusSettings {
         BusSettings { timing, line: timing.line() }
     }
+}
+
+/// Who has all settings, and tells or takes them one by one.
+pub trait Configuration {
+    /// What a slot reads; `None` beyond the last one.
+    fn slot(&self, slot: usize) -> Option<&SlotConfig>;
+    /// How a bus runs.
+    fn bus(&self, bus: Bus) -> BusSettings;
+    /// From now on the slot reads this; nothing happens beyond the last one.
+    fn set_slot(&mut self, slot: usize, config: &SlotConfig);
+    /// From now on the bus runs like this.
+    fn set_bus(&mut self, bus: Bus, settings: &BusSettings);
 }
 
 /// The slot table and both buses. 2 KB.
@@ -37,5 +51,31 @@ impl Settings {
         let mut slots = [SlotConfig::OFF; MAX_SLOTS];
         slots.iter_mut().zip(table).for_each(|(slot, config)| *slot = *config);
         Settings { slots, t7: BusSettings::new(t7), isu: BusSettings::new(isu) }
+    }
+}
+
+impl Configuration for Settings {
+    fn slot(&self, slot: usize) -> Option<&SlotConfig> {
+        self.slots.get(slot)
+    }
+
+    fn bus(&self, bus: Bus) -> BusSettings {
+        match bus {
+            Bus::T7 => self.t7,
+            Bus::Isu => self.isu,
+        }
+    }
+
+    fn set_slot(&mut self, slot: usize, config: &SlotConfig) {
+        if let Some(place) = self.slots.get_mut(slot) {
+            *place = *config;
+        }
+    }
+
+    fn set_bus(&mut self, bus: Bus, settings: &BusSettings) {
+        match bus {
+            Bus::T7 => self.t7 = *settings,
+            Bus::Isu => self.isu = *settings,
+        }
     }
 }

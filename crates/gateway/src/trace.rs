@@ -4,6 +4,7 @@
 
 use clino_bus::{Fault, Micros, Refusal};
 use clino_codec::layers::Layer;
+use heapless::Vec;
 
 use crate::Bus;
 
@@ -154,7 +155,7 @@ impl Entry {
 /// The last [`TRACED`] transactions.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    entries: [Option<Entry>; TRACED],
+    entries: Vec<Entry, TRACED>,
     /// Where the next one goes.
     next: usize,
     total: u32,
@@ -163,12 +164,14 @@ pub struct Trace {
 impl Trace {
     /// Nothing has happened yet.
     pub const fn new() -> Trace {
-        Trace { entries: [None; TRACED], next: 0, total: 0 }
+        Trace { entries: Vec::new(), next: 0, total: 0 }
     }
 
     pub(crate) fn push(&mut self, entry: Entry) {
-        if let Some(place) = self.entries.get_mut(self.next) {
-            *place = Some(entry);
+        match self.entries.get_mut(self.next) {
+            Some(place) => *place = entry,
+            // Until there are as many, the next one goes behind the last.
+            None => _ = self.entries.push(entry),
         }
         self.next = self.next.wrapping_add(1) % TRACED;
         self.total = self.total.wrapping_add(1);
@@ -182,7 +185,7 @@ impl Trace {
     /// The transactions, newest first.
     pub fn iter(&self) -> impl Iterator<Item = &Entry> {
         let (after, before) = self.entries.split_at_checked(self.next).unwrap_or((&[], &self.entries));
-        after.iter().rev().chain(before.iter().rev()).flatten()
+        after.iter().rev().chain(before.iter().rev())
     }
 }
 

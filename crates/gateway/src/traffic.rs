@@ -67,22 +67,31 @@ pub(crate) struct Traffic<P: Serve> {
 }
 
 impl<P: Serve> Traffic<P> {
-    pub fn new(settings: &BusSettings, slots: &[Slot]) -> Self {
-        let timing = settings.timing;
+    /// A bus that reads nothing.
+    #[inline(always)]
+    pub fn idle(timing: Timing) -> Self {
         Traffic {
             master: Master::new(timing),
-            polling: Polling::new(slots),
+            polling: Polling::idle(),
             begun: Entry::begun(Micros::ZERO, P::BUS, (0, 0), Purpose::Task),
             answer: None,
             work: None,
             asker: Asker::Console,
             news: None,
-            // The port runs without delays and echo until it is told otherwise.
-            pending: Some(*settings).filter(|settings| settings.line != timing.line()),
+            pending: None,
             line: timing.line(),
             home: timing,
             task_is_next: false,
         }
+    }
+
+    /// The bus runs like this from the beginning.
+    pub fn set_up(&mut self, settings: &BusSettings) {
+        let timing = settings.timing;
+        self.master.set_timing(timing);
+        (self.line, self.home) = (timing.line(), timing);
+        // The port runs without delays and echo until it is told otherwise.
+        self.pending = Some(*settings).filter(|settings| settings.line != timing.line());
     }
 
     pub fn master(&self) -> &Master<P> {

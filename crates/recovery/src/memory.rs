@@ -38,59 +38,82 @@ fn checksum(words: &[u32]) -> u32 {
     digest.finalize()
 }
 
+/// How a time has ended, in the third byte of word 3.
+const UNSAID: u8 = 0;
+const CRASH: u8 = 1;
+const RETRY: u8 = 2;
+
+/// Writes a crash into its words, all but its cause.
+fn put(words: &mut [u32; WORDS], crash: &Crash) {
+    let [_, _, _, _, boot, uptime_ms, pc, lr, sp, level, cfsr, hfsr, address, detail, place @ .., _] = words;
+    let at = crash.registers.unwrap_or_default();
+    (*boot, *uptime_ms, *detail) = (crash.boot, crash.uptime_ms, crash.detail);
+    (*pc, *lr, *sp) = (at.pc, at.lr, at.sp);
+    *level = u32::from(at.exception) | if crash.registers.is_some() { KNOWN } else { 0 };
+    (*cfsr, *hfsr, *address) = (crash.fault.cfsr, crash.fault.hfsr, crash.fault.address);
+    for (word, bytes) in place.iter_mut().zip(crash.place.as_chunks().0) {
+        *word = u32::from_le_bytes(*bytes);
+    }
+}
+
+fn seal(words: &mut [u32; WORDS]) {
+    if let Some((last, before)) = words.split_last_mut() {
+        *last = checksum(before);
+    }
+}
+
+fn is_journal(words: &[u32; WORDS]) -> bool {
+    words.first() == Some(&MARK) && words.split_last().is_some_and(|(last, before)| *last == checksum(before))
+}
+
 impl Journal {
     /// The words to keep.
     #[must_use]
     pub fn to_words(&self) -> [u32; WORDS] {
-        let crash = self.crash.unwrap_or_default();
         let ending = match self.ending {
-            Ending::Unsaid => 0,
-            Ending::Crash => 1,
-            Ending::Retry => 2,
+            Ending::Unsaid => UNSAID,
+            Ending::Crash => CRASH,
+            Ending::Retry => RETRY,
         };
+        let crash = self.crash.unwrap_or_default();
         let cause = if self.crash.is_some() { crash.cause as u8 } else { NO_CRASH };
-        let state = u32::from_le_bytes([self.fast_crashes, u8::from(self.crystal_stopped), ending, cause]);
-        let at = crash.registers.unwrap_or_default();
-        let level = u32::from(at.exception) | if crash.registers.is_some() { KNOWN } else { 0 };
-        let FaultStatus { cfsr, hfsr, address } = crash.fault;
-        let mut place = [0; 4];
-        for (word, bytes) in place.iter_mut().zip(crash.place.as_chunks().0) {
-            *word = u32::from_le_bytes(*bytes);
-        }
-        let [place0, place1, place2, place3] = place;
-        let mut words = [
-            MARK,
-            self.boots,
-            self.crashes,
-            state,
-            crash.boot,
-            crash.uptime_ms,
-            at.pc,
-            at.lr,
-            at.sp,
-            level,
-            cfsr,
-            hfsr,
-            address,
-            crash.detail,
-            place0,
-            place1,
-            place2,
-            place3,
-            0,
-        ];
-        if let Some((last, before)) = words.split_last_mut() {
-            *last = checksum(before);
-        }
+        let mut words = [0; WORDS];
+        let [mark, boots, crashes, state, ..] = &mut words;
+        (*mark, *boots, *crashes) = (MARK, self.boots, self.crashes);
+        *state = u32::from_le_bytes([self.fast_crashes, u8::from(self.crystal_stopped), ending, cause]);
+        put(&mut words, &crash);
+        seal(&mut words);
         words
+    }
+
+    /// [`Journal::note`] in the words themselves, for the one who crashes and may have little stack left. If they are no
+    /// journal, one begins.
+    pub fn note_in(words: &mut [u32; WORDS], crash: &Crash, uptime_ms: u32) {
+        if !is_journal(words) {
+            *words = [0; WORDS];
+        }
+        let [mark, boots, _, state, ..] = words;
+        let [fast_crashes, crystal, ending, _] = state.to_le_bytes();
+        if ending == CRASH {
+            return;
+        }
+        let boots = *boots;
+        *mark = MARK;
+        *state = u32::from_le_bytes([fast_crashes, crystal, CRASH, crash.cause as u8]);
+        put(words, crash);
+        let [_, _, _, _, boot, uptime, ..] = words;
+        (*boot, *uptime) = (boots, uptime_ms);
+        seal(words);
     }
 
     /// What the words say; `None` if they are no journal.
     #[must_use]
     pub fn from_words(words: &[u32; WORDS]) -> Option<Journal> {
-        let (last, before) = words.split_last()?;
+        if !is_journal(words) {
+            return None;
+        }
         let [
-            MARK,
+            _,
             boots,
             crashes,
             state,
@@ -105,13 +128,8 @@ impl Journal {
             address,
             detail,
             places @ ..,
-        ] = before
-        else {
-            return None;
-        };
-        if *last != checksum(before) {
-            return None;
-        }
+            _,
+        ] = words;
         let [fast_crashes, crystal, ending, cause] = state.to_le_bytes();
         let mut place = [0; 16];
         for (bytes, word) in place.as_chunks_mut().0.iter_mut().zip(places) {
@@ -133,8 +151,8 @@ impl Journal {
             fast_crashes,
             crystal_stopped: crystal != 0,
             ending: match ending {
-                1 => Ending::Crash,
-                2 => Ending::Retry,
+                CRASH => Ending::Crash,
+                RETRY => Ending::Retry,
                 _ => Ending::Unsaid,
             },
             crash: (cause != NO_CRASH).then_some(crash),

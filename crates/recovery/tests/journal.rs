@@ -213,3 +213,30 @@ proptest! {
         prop_assert_eq!(Journal::from_words(&journal.to_words()), Some(journal));
     }
 }
+
+proptest! {
+    #[test]
+    fn a_crash_noted_in_the_words_is_a_crash_noted(
+        spoilt in any::<Option<u8>>(),
+        boots in 0_u32..4,
+        before in any::<Option<u32>>(),
+        line in any::<u32>(),
+        uptime_ms in any::<u32>(),
+    ) {
+        let mut board = Board::new();
+        (0..boots).for_each(|_| _ = board.start(Reset::Pin));
+        if let (Some(uptime_ms), true) = (before, boots > 0) {
+            board.crash(Crash::stalled(Duty::Modbus, Registers { pc: 2, lr: 3, sp: 4, exception: 17 }), uptime_ms);
+        }
+        if let Some(word) = spoilt {
+            board.memory[usize::from(word) % WORDS] ^= 0x0001_0000;
+        }
+        let crash = Crash::panic("src/uart.rs", line);
+        for _ in 0..2 {
+            let mut journal = Journal::from_words(&board.memory).unwrap_or_default();
+            journal.note(crash, uptime_ms);
+            Journal::note_in(&mut board.memory, &crash, uptime_ms);
+            prop_assert_eq!(board.memory, journal.to_words());
+        }
+    }
+}

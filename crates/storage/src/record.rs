@@ -28,7 +28,7 @@ mod slot;
 mod tests;
 
 use clino_gateway::order::{Order, Refusal};
-use clino_gateway::{Bus, BusSettings, MAX_SLOTS, Settings, SlotConfig};
+use clino_gateway::{Bus, BusSettings, Configuration, MAX_SLOTS, SlotConfig};
 
 use bytes::Reader;
 pub(crate) use bytes::{Compare, Fill, Sink, Writer};
@@ -44,6 +44,9 @@ const WITHOUT_MODBUS: u8 = 1;
 const CONFIGURATION: u8 = 0;
 /// There is none: the factory's settings are asked for.
 const FACTORY: u8 = 1;
+
+/// The buses, as they follow each other.
+const BUSES: [Bus; 2] = [Bus::T7, Bus::Isu];
 
 /// Bytes of the checksum.
 const CRC: usize = 4;
@@ -95,20 +98,20 @@ pub enum Reject {
 
 /// A part of a configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub(crate) enum Part<'a> {
     /// How a bus runs.
-    Bus(Bus, BusSettings),
+    Bus(Bus, &'a BusSettings),
     /// How the Modbus port runs.
     Modbus(clino_modbus::Settings),
     /// What a slot reads.
-    Slot(u8, SlotConfig),
+    Slot(u8, &'a SlotConfig),
 }
 
 /// What there is to be stored.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub(crate) enum Content<'a> {
     /// A configuration.
-    Configuration(&'a Settings, &'a clino_modbus::Settings),
+    Configuration(&'a dyn Configuration, &'a clino_modbus::Settings),
     /// The factory's settings.
     Factory,
 }
@@ -123,13 +126,22 @@ pub(crate) enum Kind {
 }
 
 /// Whether the configuration can be carried out.
-pub(crate) fn check(settings: &Settings, modbus: &clino_modbus::Settings) -> Result<(), Reject> {
-    bus_order(Bus::T7, &settings.t7)?;
-    bus_order(Bus::Isu, &settings.isu)?;
+pub(crate) fn check(
+    configuration: &dyn Configuration,
+    modbus: &clino_modbus::Settings,
+) -> Result<(), Reject> {
+    for bus in BUSES {
+        bus_order(bus, &configuration.bus(bus))?;
+    }
     if !modbus.is_valid() {
         return Err(Reject::Modbus);
     }
-    settings.slots.iter().zip(0..).try_for_each(|(config, slot)| slot_order(slot, config))
+    slots(configuration).zip(0..).try_for_each(|(config, slot)| slot_order(slot, config))
+}
+
+/// All slots of a record.
+fn slots(configuration: &dyn Configuration) -> impl Iterator<Item = &SlotConfig> {
+    (0..MAX_SLOTS).map(|slot| configuration.slot(slot).unwrap_or(&SlotConfig::OFF))
 }
 
 fn bus_order(bus: Bus, settings: &BusSettings) -> Result<(), Reject> {
@@ -147,13 +159,14 @@ pub(crate) fn encode(content: Content<'_>, sink: &mut dyn Sink) {
     writer.byte(VERSION);
     match content {
         Content::Factory => writer.byte(FACTORY),
-        Content::Configuration(settings, modbus) => {
+        Content::Configuration(configuration, modbus) => {
             writer.byte(CONFIGURATION);
-            bus::encode(&settings.t7, &mut writer);
-            bus::encode(&settings.isu, &mut writer);
+            for bus in BUSES {
+                bus::encode(&configuration.bus(bus), &mut writer);
+            }
             modbus::encode(modbus, &mut writer);
             writer.byte(MAX_SLOTS as u8);
-            settings.slots.iter().for_each(|config| slot::encode(config, &mut writer));
+            slots(configuration).for_each(|config| slot::encode(config, &mut writer));
         }
     }
     writer.finish();
@@ -161,7 +174,7 @@ pub(crate) fn encode(content: Content<'_>, sink: &mut dyn Sink) {
 
 /// Reads the record, part by part. After an error the parts seen so far are worth nothing: read it once without taking
 /// them.
-pub(crate) fn decode(record: &[u8], take: &mut dyn FnMut(Part)) -> Result<Kind, Reject> {
+pub(crate) fn decode(record: &[u8], take: &mut dyn FnMut(Part<'_>)) -> Result<Kind, Reject> {
     let (bytes, stored) = record.split_last_chunk::<CRC>().ok_or(Reject::Short)?;
     let (stored, computed) = (u32::from_le_bytes(*stored), Crc::of(bytes));
     if stored != computed {
@@ -187,11 +200,11 @@ pub(crate) fn decode(record: &[u8], take: &mut dyn FnMut(Part)) -> Result<Kind, 
     Ok(kind)
 }
 
-fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part)) -> Result<(), Reject> {
-    for bus in [Bus::T7, Bus::Isu] {
+fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -> Result<(), Reject> {
+    for bus in BUSES {
         let settings = bus::decode(reader)?;
         bus_order(bus, &settings)?;
-        take(Part::Bus(bus, settings));
+        take(Part::Bus(bus, &settings));
     }
     let modbus = match version {
         // Before it was a setting, the port ran like this.
@@ -210,7 +223,7 @@ fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part)) -> Re
         // A record of a gateway with fewer slots says nothing of the others.
         let config = if slot < count { slot::decode(reader)? } else { SlotConfig::OFF };
         slot_order(slot, &config)?;
-        take(Part::Slot(slot, config));
+        take(Part::Slot(slot, &config));
     }
     Ok(())
 }

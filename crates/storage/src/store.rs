@@ -1,6 +1,6 @@
 //! Load, save, factory reset.
 
-use clino_gateway::{Bus, Settings};
+use clino_gateway::Configuration;
 use embedded_storage::nor_flash::NorFlash;
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
@@ -86,7 +86,7 @@ impl<F: NorFlash> Store<F> {
     /// [`LoadError`]; nothing has changed then.
     pub fn load(
         &mut self,
-        settings: &mut Settings,
+        place: &mut dyn Configuration,
         modbus: &mut clino_modbus::Settings,
     ) -> Result<Loaded, LoadError<F::Error>> {
         let Some(record) = self.stored().map_err(LoadError::from)? else { return Ok(Loaded::Nothing) };
@@ -94,7 +94,7 @@ impl<F: NorFlash> Store<F> {
         match record::decode(record, &mut |_| ()).map_err(LoadError::Rejected)? {
             Kind::Factory => Ok(Loaded::Factory),
             Kind::Configuration(version) => {
-                record::decode(record, &mut |part| apply(part, settings, modbus))
+                record::decode(record, &mut |part| apply(part, place, modbus))
                     .map_err(LoadError::Rejected)?;
                 Ok(Loaded::Stored { version })
             }
@@ -108,11 +108,11 @@ impl<F: NorFlash> Store<F> {
     /// [`SaveError`]; the last configuration is still there then, if it could be loaded.
     pub fn save(
         &mut self,
-        settings: &Settings,
+        configuration: &dyn Configuration,
         modbus: &clino_modbus::Settings,
     ) -> Result<Saved, SaveError<F::Error>> {
-        record::check(settings, modbus).map_err(SaveError::Rejected)?;
-        self.put(Content::Configuration(settings, modbus))
+        record::check(configuration, modbus).map_err(SaveError::Rejected)?;
+        self.put(Content::Configuration(configuration, modbus))
     }
 
     /// From now on [`Store::load`] finds [`Loaded::Factory`], as safe from power cuts as a configuration. If that cannot be
@@ -188,16 +188,11 @@ impl<F: NorFlash> Store<F> {
     }
 }
 
-fn apply(part: Part, settings: &mut Settings, modbus: &mut clino_modbus::Settings) {
+fn apply(part: Part<'_>, place: &mut dyn Configuration, modbus: &mut clino_modbus::Settings) {
     match part {
-        Part::Bus(Bus::T7, bus) => settings.t7 = bus,
-        Part::Bus(Bus::Isu, bus) => settings.isu = bus,
+        Part::Bus(bus, settings) => place.set_bus(bus, settings),
         Part::Modbus(port) => *modbus = port,
-        Part::Slot(slot, config) => {
-            if let Some(place) = settings.slots.get_mut(usize::from(slot)) {
-                *place = config;
-            }
-        }
+        Part::Slot(slot, config) => place.set_slot(slot.into(), config),
     }
 }
 

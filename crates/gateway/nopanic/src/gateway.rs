@@ -7,7 +7,7 @@ use clino_gateway::order::{self, Order};
 use clino_gateway::task::News;
 use clino_gateway::trace::{Entry as Exchange, Purpose, Trace, Verdict};
 use clino_gateway::{
-    Action, Bus, BusSettings, Gateway, Glance, Health, Reading, Reporter, Settings, SlotConfig, SlotCounters,
+    Action, Bus, BusSettings, Configuration, Gateway, Glance, Health, Reading, Reporter, Settings, SlotConfig, SlotCounters,
     Snapshot, Source, Span, Status, Value, View,
 };
 
@@ -29,7 +29,15 @@ pub static ENTRIES: &[Entry] = &entries![
     Gateway::slot_counters,
     Gateway::detail,
     Gateway::bus_settings,
-    Gateway::settings,
+    Gateway::set_up,
+    <Gateway as Configuration>::slot,
+    <Gateway as Configuration>::bus,
+    <Gateway as Configuration>::set_slot,
+    <Gateway as Configuration>::set_bus,
+    <Settings as Configuration>::slot,
+    <Settings as Configuration>::bus,
+    <Settings as Configuration>::set_slot,
+    <Settings as Configuration>::set_bus,
     Gateway::revision,
     Gateway::clear_counters,
     Gateway::trace,
@@ -104,7 +112,7 @@ fn health_names(health: Health) -> usize {
 }
 
 fn findings(lint: Lint<'_>, found: fn(Finding)) {
-    lint.findings().for_each(found);
+    lint.findings(&mut |finding| found(finding));
 }
 
 fn next(reporter: &mut Reporter, look: fn(usize) -> Option<Glance>, now: Micros) -> Option<usize> {

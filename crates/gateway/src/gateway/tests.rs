@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::config::{SlotConfig, Span};
+use crate::settings::Settings;
 use clino_bus::line::Step;
 use clino_bus::{Line, Serial};
 use clino_codec::character::{Character, LineErrors};

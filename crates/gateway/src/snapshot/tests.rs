@@ -40,14 +40,19 @@ fn reading(slot: u8, n: u32) -> Reading {
     }
 }
 
+/// The first slots.
+fn first(count: usize) -> Bits {
+    let mut bits = Bits::EMPTY;
+    (0..count).for_each(|slot| bits.set(slot, true));
+    bits
+}
+
 #[test]
 fn a_reading_comes_back_as_it_was() {
     let snapshot = Snapshot::new();
     let mut publisher = snapshot.publisher();
     for n in 0..1_000 {
-        publisher.publish(Bits::of(&[(); MAX_SLOTS], |()| true), |slot| {
-            Some(reading(slot as u8, n + slot as u32))
-        });
+        publisher.publish(first(MAX_SLOTS), |slot| Some(reading(slot as u8, n + slot as u32)));
         snapshot.read(|view| {
             for slot in 0..MAX_SLOTS {
                 assert_eq!(view.reading(slot), Some(reading(slot as u8, n + slot as u32)));
@@ -61,7 +66,7 @@ fn a_value_is_that_of_the_reading() {
     let snapshot = Snapshot::new();
     let mut publisher = snapshot.publisher();
     for n in 0..1_000_u32 {
-        publisher.publish(Bits::of(&[(); 1], |()| true), |slot| Some(reading(slot as u8, n)));
+        publisher.publish(first(1), |slot| Some(reading(slot as u8, n)));
         let measured = u64::from(n) * 0x1_0000_0001;
         // Before, at, and after the instant at which it grows stale.
         for late in [0, u64::from(n), u64::from(n) + 1, u64::from(n) + 2, 1 << 40] {
@@ -112,8 +117,7 @@ fn an_empty_snapshot_has_empty_slots() {
 fn a_disturbed_reader_looks_again() {
     let snapshot = Snapshot::new();
     let mut publisher = snapshot.publisher();
-    let mut publish =
-        |n| publisher.publish(Bits::of(&[(); 2], |()| true), |slot| Some(reading(slot as u8, n)));
+    let mut publish = |n| publisher.publish(first(2), |slot| Some(reading(slot as u8, n)));
     publish(1);
     let mut looks = 0;
     let seen = snapshot.read(|view| {
@@ -144,7 +148,7 @@ fn no_reader_sees_two_generations_at_once() {
         scope.spawn(|| {
             let mut publisher = snapshot.publisher();
             for n in 1..20_000 {
-                publisher.publish(Bits::of(&[(); MAX_SLOTS], |()| true), |slot| Some(reading(slot as u8, n)));
+                publisher.publish(first(MAX_SLOTS), |slot| Some(reading(slot as u8, n)));
             }
             done.store(true, Ordering::Relaxed);
         });

@@ -8,7 +8,7 @@ use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
 use clino_gateway::config::{Ask, Direction, Filter};
 use clino_gateway::order::{Refusal, T7_BIT_RATES};
-use clino_gateway::{PwmInput, Source, Span};
+use clino_gateway::{PwmInput, Settings, Source, Span};
 use clino_modbus::settings::{Parity, StopBits};
 use proptest::prelude::*;
 
@@ -31,11 +31,11 @@ fn written(settings: &Settings, modbus: &Modbus) -> Vec<u8> {
 
 fn read(record: &[u8]) -> Result<(Settings, Modbus), Reject> {
     let (mut settings, mut modbus) = (factory(), Modbus::DEFAULT);
-    let take = &mut |part| match part {
-        Part::Bus(Bus::T7, bus) => settings.t7 = bus,
-        Part::Bus(Bus::Isu, bus) => settings.isu = bus,
+    let take = &mut |part: Part<'_>| match part {
+        Part::Bus(Bus::T7, bus) => settings.t7 = *bus,
+        Part::Bus(Bus::Isu, bus) => settings.isu = *bus,
         Part::Modbus(port) => modbus = port,
-        Part::Slot(slot, config) => settings.slots[usize::from(slot)] = config,
+        Part::Slot(slot, config) => settings.slots[usize::from(slot)] = *config,
     };
     match decode(record, take)? {
         Kind::Configuration(_) => Ok((settings, modbus)),

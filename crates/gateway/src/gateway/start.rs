@@ -1,0 +1,83 @@
+//! How a gateway comes to be, and what it is told before it begins.
+//!
+//! A gateway is 14 KB. It is made idle, for which there is little to write; then it is set up where it stays.
+
+use clino_bus::{Serial, Timing};
+use clino_codec::pwm;
+
+use super::{Gateway, listens};
+use crate::bits::Bits;
+use crate::config::{Bus, MAX_SLOTS, SlotConfig};
+use crate::restraint::Restraint;
+use crate::settings::{BusSettings, Configuration, Settings};
+use crate::slot::Slot;
+use crate::trace::Trace;
+use crate::traffic::Traffic;
+
+impl Gateway {
+    /// A gateway without slots, for buses as the sensors' documents say. Inlined, so that most of it is made in its place
+    /// and not on the stack.
+    #[inline(always)]
+    pub fn idle(pwm: pwm::Limits) -> Gateway {
+        Gateway {
+            slots: heapless::Vec::new(),
+            t7: Traffic::idle(Timing::t7(Serial::T7_DEFAULT)),
+            isu: Traffic::idle(Timing::isu()),
+            pwm,
+            lost_edges: 0,
+            changed: Bits::EMPTY,
+            listening: Bits::EMPTY,
+            trace: Trace::new(),
+            revision: 0,
+            restraint: Restraint::None,
+        }
+    }
+
+    /// A gateway that has read nothing yet.
+    pub fn new(settings: &Settings, pwm: pwm::Limits) -> Gateway {
+        let mut gateway = Gateway::idle(pwm);
+        gateway.set_up(&settings.slots, &settings.t7, &settings.isu);
+        gateway
+    }
+
+    /// Takes these slots, beginning with the first, the others off, and these buses. Before it begins: what was read so
+    /// far and what is under way is lost.
+    #[inline(never)]
+    pub fn set_up(&mut self, table: &[SlotConfig], t7: &BusSettings, isu: &BusSettings) {
+        for slot in 0..MAX_SLOTS {
+            self.set_slot(slot, table.get(slot).unwrap_or(&SlotConfig::OFF));
+        }
+        self.set_bus(Bus::T7, t7);
+        self.set_bus(Bus::Isu, isu);
+    }
+}
+
+/// Its settings are told at any time, and set before it begins; afterwards that is for
+/// [`carry_out`](Gateway::carry_out).
+impl Configuration for Gateway {
+    fn slot(&self, slot: usize) -> Option<&SlotConfig> {
+        self.config(slot)
+    }
+
+    fn bus(&self, bus: Bus) -> BusSettings {
+        self.bus_settings(bus)
+    }
+
+    fn set_slot(&mut self, slot: usize, config: &SlotConfig) {
+        while self.slots.len() <= slot && self.slots.push(Slot::new(SlotConfig::OFF)).is_ok() {}
+        let Some(place) = self.slots.get_mut(slot) else { return };
+        *place = Slot::new(*config);
+        self.t7.forget(slot, place);
+        self.isu.forget(slot, place);
+        self.listening.set(slot, listens(place));
+        // A slot that is off is empty, as everybody supposes.
+        self.changed.set(slot, *config != SlotConfig::OFF);
+    }
+
+    fn set_bus(&mut self, bus: Bus, settings: &BusSettings) {
+        match bus {
+            Bus::T7 => self.t7.set_up(settings),
+            Bus::Isu => self.isu.set_up(settings),
+        }
+    }
+}
