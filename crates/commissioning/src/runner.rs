@@ -125,17 +125,17 @@ where
             return Action::Idle;
         }
         let begun = match step {
-            Step::Ask { address, request, tries } => {
+            Step::Ask { address, ref request, tries } => {
                 self.asking = Asking::One;
                 let left = self.tries_left.replace(self.tries_left.unwrap_or(tries).saturating_sub(1));
                 match left {
-                    None => master.begin(address, &request, now),
-                    Some(_) => master.begin_retry(address, &request, now),
+                    None => master.begin(address, request, now),
+                    Some(_) => master.begin_retry(address, request, now),
                 }
             }
-            Step::Collect { address, request, window } => {
+            Step::Collect { address, ref request, window } => {
                 self.asking = Asking::Everybody;
-                master.begin_collecting(address, &request, window, now)
+                master.begin_collecting(address, request, window, now)
             }
             Step::Wait { .. } => return Action::Idle,
             Step::Serial(serial) => return Action::Serial(serial),

@@ -173,9 +173,13 @@ impl Gateway {
             }
             Order::T7(task) => {
                 let serial = self.t7.master().timing().serial;
-                self.t7.begin(task::t7::Work::begin(&task, serial).map_err(Refusal::T7)?, asker)
+                let begin = |place: &mut _| task::t7::Work::begin(&task, serial, place).map_err(Refusal::T7);
+                self.t7.begin(begin, asker)?
             }
-            Order::Isu(task) => self.isu.begin(task::isu::Work::begin(&task).map_err(Refusal::Isu)?, asker),
+            Order::Isu(task) => {
+                let begin = |place: &mut _| task::isu::Work::begin(&task, place).map_err(Refusal::Isu);
+                self.isu.begin(begin, asker)?
+            }
             Order::Cancel(bus) => {
                 match bus {
                     Bus::T7 => self.t7.cancel(),

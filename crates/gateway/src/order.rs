@@ -105,10 +105,8 @@ impl Order {
                 range("pre_us", line.pre_delay.0, 0, LONGEST_DELAY.0)?;
                 range("post_us", line.post_delay.0, 0, LONGEST_DELAY.0)
             }
-            Order::T7(task) => {
-                task::t7::Work::begin(task, Serial::T7_DEFAULT).map(|_| ()).map_err(Refusal::T7)
-            }
-            Order::Isu(task) => task::isu::Work::begin(task).map(|_| ()).map_err(Refusal::Isu),
+            Order::T7(task) => task::t7::Work::check(task).map_err(Refusal::T7),
+            Order::Isu(task) => task::isu::Work::check(task).map_err(Refusal::Isu),
             Order::Cancel(_) => Ok(()),
         }
     }

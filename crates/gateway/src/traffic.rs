@@ -108,15 +108,19 @@ impl<P: Serve> Traffic<P> {
         self.pending = Some(BusSettings { timing, line });
     }
 
-    /// Begins a task, unless there is one.
-    pub fn begin(&mut self, work: P::Work, asker: Asker) -> bool {
+    /// Has a task begun in its place, unless there is one.
+    pub fn begin<E>(
+        &mut self,
+        begin: impl FnOnce(&mut Option<P::Work>) -> Result<(), E>,
+        asker: Asker,
+    ) -> Result<bool, E> {
         let idle = self.work.is_none() && self.news.is_none();
         if idle {
+            begin(&mut self.work)?;
             self.home = *self.master.timing();
-            self.work = Some(work);
             self.asker = asker;
         }
-        idle
+        Ok(idle)
     }
 
     /// The task shall stop at its next consistent point.
@@ -176,28 +180,42 @@ impl<P: Serve> Traffic<P> {
     }
 
     /// Lets time pass. Returns the exchange that is over.
+    #[inline(never)]
     pub fn poll(
         &mut self,
         now: Micros,
         slots: &mut [Slot],
         mut port: impl FnMut(Action<'_>),
     ) -> Option<Ended> {
-        let outcome = self.master.poll(now);
-        let over = self.settle(outcome, slots);
+        let over = self.end(now, slots);
         if !self.master.is_asking() {
             self.begin_next(now, slots, &mut port);
         }
-        let answered = self.answer.take().map(|answer| Ended {
-            entry: answer.entry,
-            slot: self.polling.take(&self.master, &answer.asked, answer.result, answer.at, slots),
-        });
+        let answered = self.take(slots);
         if let Some(node) = self.master.take_late() {
             count(slots, P::BUS, node, |slot| &mut slot.counters.late);
         }
         answered.or(over)
     }
 
+    /// The exchange in hand may be over.
+    #[inline(never)]
+    fn end(&mut self, now: Micros, slots: &mut [Slot]) -> Option<Ended> {
+        let outcome = self.master.poll(now);
+        self.settle(outcome, slots)
+    }
+
+    /// Takes what a reading that went well has said.
+    #[inline(never)]
+    fn take(&mut self, slots: &mut [Slot]) -> Option<Ended> {
+        self.answer.take().map(|answer| Ended {
+            entry: answer.entry,
+            slot: self.polling.take(&self.master, &answer.asked, answer.result, answer.at, slots),
+        })
+    }
+
     /// Whoever's turn it is may begin an exchange.
+    #[inline(never)]
     fn begin_next(&mut self, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
         if self.work.is_none()
             && let Some(BusSettings { timing, line }) = self.pending.take()
@@ -211,17 +229,28 @@ impl<P: Serve> Traffic<P> {
         let task_first = self.task_is_next;
         for task in [task_first, !task_first] {
             let begun = match task {
-                true => self.lead(now, slots, port).map(|frame| (frame, Purpose::Task)),
-                false if self.is_exclusive() => None,
-                false => self.polling.next(&mut self.master, now, slots),
+                true => self.lead(now, slots, port),
+                false if self.is_exclusive() => false,
+                false => self.ask(now, slots, port),
             };
-            if let Some((frame, purpose)) = begun {
+            if begun {
                 self.task_is_next = !task;
-                port(Action::Send(frame.as_ref()));
-                self.begun = Entry::begun(now, P::BUS, P::named(frame.as_ref()), purpose);
                 return;
             }
         }
+    }
+
+    /// Asks for the slot that is due, if one is; says whether it has.
+    #[inline(never)]
+    fn ask(&mut self, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) -> bool {
+        let Some((frame, purpose)) = self.polling.next(&mut self.master, now, slots) else { return false };
+        self.send(frame.as_ref(), purpose, now, port);
+        true
+    }
+
+    fn send(&mut self, frame: &[u8], purpose: Purpose, now: Micros, port: &mut impl FnMut(Action<'_>)) {
+        port(Action::Send(frame));
+        self.begun = Entry::begun(now, P::BUS, P::named(frame), purpose);
     }
 
     /// When [`Traffic::poll`] has something to do, if ever.
@@ -264,37 +293,35 @@ impl<P: Serve> Traffic<P> {
         Some(Ended { entry, slot })
     }
 
-    /// Leads the task on: its next frame, if it has one.
-    fn lead(
-        &mut self,
-        now: Micros,
-        slots: &mut [Slot],
-        port: &mut impl FnMut(Action<'_>),
-    ) -> Option<P::Frame> {
+    /// Leads the task on; says whether it has begun an exchange.
+    #[inline(never)]
+    fn lead(&mut self, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) -> bool {
         if self.news.is_some() {
-            return None;
+            return false;
         }
         let writes = self.master.counters().writes;
         for _ in 0..RATES_AT_ONCE {
-            match P::led(self.work.as_mut()?).poll(&mut self.master, now) {
-                Lead::Idle => return None,
+            let Some(work) = &mut self.work else { return false };
+            match P::led(work).poll(&mut self.master, now) {
+                Lead::Idle => return false,
                 Lead::Send(frame) => {
                     if self.master.counters().writes != writes {
                         let (address, _) = P::named(frame.as_ref());
                         count(slots, P::BUS, address, |slot| &mut slot.counters.writes);
                     }
-                    return Some(frame);
+                    self.send(frame.as_ref(), Purpose::Task, now, port);
+                    return true;
                 }
                 Lead::Serial(serial) if serial == self.home.serial => self.run(self.home, port),
                 Lead::Serial(serial) => self.run(P::timing(serial), port),
                 Lead::Done(news) => {
                     self.work = None;
                     self.news = Some(news);
-                    return None;
+                    return false;
                 }
             }
         }
-        None
+        false
     }
 
     fn run(&mut self, timing: Timing, port: &mut impl FnMut(Action<'_>)) {

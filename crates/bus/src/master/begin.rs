@@ -81,6 +81,7 @@ impl<P: Protocol> Master<P> {
         }
     }
 
+    #[inline(never)]
     fn open(
         &mut self,
         address: P::Address,
@@ -88,7 +89,22 @@ impl<P: Protocol> Master<P> {
         kind: Kind,
         now: Micros,
     ) -> Result<P::Frame, P::EncodeError> {
-        let frame = P::encode(address, request)?;
+        let frame = P::encode(address, request);
+        if let Ok(frame) = &frame {
+            self.opened(P::expected(address, request), request, kind, frame.as_ref().len(), now);
+        }
+        frame
+    }
+
+    /// An exchange begins with a frame of so many characters.
+    fn opened(
+        &mut self,
+        expected: P::Expected,
+        request: &P::Request,
+        kind: Kind,
+        characters: usize,
+        now: Micros,
+    ) {
         self.leave(now);
         self.slack.count();
         bump(&mut self.counters.requests);
@@ -104,18 +120,30 @@ impl<P: Protocol> Master<P> {
         };
         let latency = P::latency(request, &self.timing);
         let retry = matches!(kind, Kind::Retry);
-        let expected = P::expected(address, request);
         match &mut self.exchange {
             Some(exchange) => exchange.restart(expected, latency, retry, collecting, now),
-            None => self.exchange = Some(Exchange::new(expected, latency, retry, collecting, now)),
+            None => self.open_first(expected, latency, retry, collecting, now),
         }
         // The line reports how the frame ended; this deadline, twice what it may take, covers one that does not.
-        let longest = self.timing.line_busy + self.character.times(frame.as_ref().len() as u64);
+        let longest = self.timing.line_busy + self.character.times(characters as u64);
         self.state = State::Sending { give_up: now + longest.times(2) };
-        Ok(frame)
+    }
+
+    /// The first exchange of all. A function of its own, for what is made in it is large and the others are begun without.
+    #[inline(never)]
+    fn open_first(
+        &mut self,
+        expected: P::Expected,
+        latency: Micros,
+        retry: bool,
+        collecting: Option<Collecting>,
+        now: Micros,
+    ) {
+        self.exchange = Some(Exchange::new(expected, latency, retry, collecting, now));
     }
 
     /// Leaves the state at hand for a new exchange.
+    #[inline(never)]
     fn leave(&mut self, now: Micros) {
         if self.is_asking()
             && let Some(exchange) = &self.exchange

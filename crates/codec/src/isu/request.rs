@@ -104,12 +104,10 @@ impl Request {
             Self::WriteEeprom { start, words } => eeprom::is_documented(*start, words.len()),
             _ => true,
         };
-        let frame = self.encode_even_if_it_bricks_the_module(address);
+        self.check(address)?;
         match self.span() {
-            Some((start, count, _)) if !documented && frame.is_ok() => {
-                Err(EncodeError::Undocumented { start, count })
-            }
-            _ => frame,
+            Some((start, count, _)) if !documented => Err(EncodeError::Undocumented { start, count }),
+            _ => Ok(self.frame(address)),
         }
     }
 
@@ -121,6 +119,13 @@ impl Request {
     /// # Errors
     /// [`EncodeError`], except `Undocumented`.
     pub fn encode_even_if_it_bricks_the_module(&self, address: Address) -> Result<Frame, EncodeError> {
+        self.check(address)?;
+        Ok(self.frame(address))
+    }
+
+    /// Whether there can be such a message.
+    #[inline(never)]
+    fn check(&self, address: Address) -> Result<(), EncodeError> {
         if address.is_reserved() {
             return Err(EncodeError::ReservedAddress);
         }
@@ -132,6 +137,10 @@ impl Request {
                 return Err(EncodeError::BeyondEnd { start, count });
             }
         }
+        Ok(())
+    }
+
+    fn frame(&self, address: Address) -> Frame {
         let head = self.function().head(address);
         let (start, data) = match self {
             Self::ReadRam { start, count } | Self::ReadEeprom { start, count } => {
@@ -139,9 +148,9 @@ impl Request {
             }
             Self::WriteRam { start, data } => (start, data.as_slice()),
             Self::WriteEeprom { start, words } => (start, words.as_be_bytes()),
-            _ => return Ok(Frame::new(head, &[], &[])),
+            _ => return Frame::new(head, &[], &[]),
         };
-        Ok(Frame::new(head, slice::from_ref(start), data))
+        Frame::new(head, slice::from_ref(start), data)
     }
 
     /// The command that these bytes are, whole and exactly.

@@ -52,18 +52,29 @@ pub(crate) enum Work {
 }
 
 impl Work {
-    /// Begins a task.
+    /// Begins a task, in its place: it is large.
     ///
     /// # Errors
     /// An address that no single module can have.
-    pub fn begin(task: &Task) -> Result<Work, Cause> {
-        Ok(match *task {
+    #[inline(never)]
+    pub fn begin(task: &Task, place: &mut Option<Work>) -> Result<(), Cause> {
+        *place = Some(match *task {
             Task::Identify(module) => Work::Identify(Runner::new(Identify::new(module))),
             Task::Reset(module) => Work::Reset(Runner::new(Reset::new(module))),
             Task::ResetNull(module) => Work::ResetNull(Runner::new(ResetNull::new(module))),
             Task::Program(module, change) => Work::Program(Runner::new(Program::new(module, change)?)),
             Task::Repair(module) => Work::Repair(Runner::new(Repair::new(module))),
-        })
+        });
+        Ok(())
+    }
+
+    /// Whether it can begin.
+    #[inline(never)]
+    pub fn check(task: &Task) -> Result<(), Cause> {
+        match *task {
+            Task::Program(module, change) => Program::new(module, change).map(|_| ()),
+            _ => Ok(()),
+        }
     }
 }
 

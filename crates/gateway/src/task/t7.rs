@@ -67,21 +67,30 @@ pub(crate) enum Work {
 }
 
 impl Work {
-    /// Begins a task on a line that runs like this.
+    /// Begins a task on a line that runs like this, in its place.
     ///
     /// # Errors
     /// A parameter out of its range, or a command that must not go to all.
-    pub fn begin(task: &Task, serial: Serial) -> Result<Work, EncodeError> {
+    #[inline(never)]
+    pub fn begin(task: &Task, serial: Serial, place: &mut Option<Work>) -> Result<(), EncodeError> {
         // The line has no other rate than those of a T7: orders for others are refused.
         let line = BaudRate::from_bits_per_second(serial.baud).unwrap_or(BaudRate::B115200);
-        Ok(match *task {
+        *place = Some(match *task {
             Task::Identify(device) => Work::Identify(Runner::new(Identify::new(device)?)),
             Task::Sweep(rates) => Work::Sweep(Runner::new(Sweep::new(serial, rates))),
             Task::Zero(device, axis) => Work::Zero(Runner::new(SetZero::new(device, axis))),
             Task::Set(device, setting) => Work::Set(Runner::new(Set::new(device, setting)?)),
             Task::Address { from, to } => Work::Address(Runner::new(ChangeAddress::new(from, to)?)),
             Task::Baud(device, rate) => Work::Baud(Runner::new(ChangeBaud::new(device, line, rate)?)),
-        })
+        });
+        Ok(())
+    }
+
+    /// Whether it can begin.
+    #[inline(never)]
+    pub fn check(task: &Task) -> Result<(), EncodeError> {
+        let mut place = None;
+        Work::begin(task, Serial::T7_DEFAULT, &mut place)
     }
 }
 
