@@ -36,9 +36,6 @@ mod start;
 mod uart;
 mod watchdog;
 
-use core::mem::MaybeUninit;
-use core::ptr;
-
 use clino_console::Shell;
 use clino_recovery::Mode;
 use cortex_m_rt::entry;
@@ -48,10 +45,6 @@ use stm32f4xx_hal::pac;
 use crate::board::{Board, Queues};
 use crate::console::Console;
 use crate::people::Gateway;
-
-/// The console. In core-coupled memory (`memory.x`), which the start-up code leaves as it is.
-#[unsafe(link_section = ".ccm.shell")]
-static mut SHELL: MaybeUninit<Shell<Console>> = MaybeUninit::uninit();
 
 #[entry]
 fn main() -> ! {
@@ -64,23 +57,12 @@ fn main() -> ! {
     core.DWT.enable_cycle_counter();
     let Board { mode, keys, keeper } = Board::init(peripherals, &mut core.NVIC, QUEUES);
     watchdog::begin(core.SYST, &mut core.SCB, mode);
-    serve(shell(), mode, keys, Gateway { keeper })
+    serve(mode, keys, Gateway { keeper })
 }
 
-/// Makes the console. Once, and in a function of its own: it is on the stack before it is in its place.
-#[inline(never)]
-fn shell() -> &'static mut Shell<Console> {
-    // SAFETY: this runs once, and nobody else names it.
-    unsafe { (*ptr::addr_of_mut!(SHELL)).write(Shell::new(Console)) }
-}
-
-/// The people level.
-fn serve(
-    shell: &'static mut Shell<Console>,
-    mode: Mode,
-    mut keys: Consumer<'static, u8>,
-    mut host: Gateway,
-) -> ! {
+/// The people level. The console is on its stack for good: 1.4 KB.
+fn serve(mode: Mode, mut keys: Consumer<'static, u8>, mut host: Gateway) -> ! {
+    let mut shell = Shell::new(Console);
     loop {
         if mode != Mode::Normal && clock::now() >= params::SAFE_MODE {
             start::retry();

@@ -233,7 +233,8 @@ fn the_uplinks_run_on(ran: &Ran, quiet: &Ran, exchanges: &[Exchange]) {
     let waits: Vec<u64> =
         exchanges.iter().map(|exchange| exchange.wait().expect("an answer") - T3_5).collect();
     let longest = waits.iter().max().expect("answers") / 1_000;
-    assert!(longest <= 500, "{longest} us");
+    // A bus full of characters takes its part of the core: half a millisecond is promised for a full load of good ones.
+    assert!(longest <= 1_000, "{longest} us");
     // The stream of readings fills the console, fault or not; what somebody asks comes next but one.
     let answered = |ran| {
         let shown = [shown(ran, Bus::T7), shown(ran, Bus::Isu)];
@@ -267,7 +268,8 @@ fn a_babbling_t7() {
 
 #[test]
 fn a_t7_that_babbles_with_pauses() {
-    check(&Case { sensor: PAUSING, called: &[BABBLE], deafens: true, ..WELL });
+    // What it says into an answer is garbage, what it says when nobody was asked is babble: the last second decides.
+    check(&Case { sensor: PAUSING, called: &[BABBLE, GARBAGE], deafens: true, ..WELL });
 }
 
 #[test]
