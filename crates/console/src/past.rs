@@ -20,6 +20,12 @@ pub fn counters(job: &mut Job<'_, '_>) -> Outcome {
         return Ok(());
     }
     job.end()?;
+    of_buses(job);
+    Ok(())
+}
+
+#[inline(never)]
+fn of_buses(job: &mut Job<'_, '_>) {
     for bus in BUSES {
         if let Some(state) = job.host.bus(bus) {
             table::counters(&mut job.reply, bus, &state);
@@ -31,9 +37,9 @@ pub fn counters(job: &mut Job<'_, '_>) -> Outcome {
     } else {
         writeln!(job.reply.out, "{{\"console\":{{\"lost\":{lost}}}}}")
     };
-    Ok(())
 }
 
+#[inline(never)]
 fn of_slot(job: &mut Job<'_, '_>, slot: u8) {
     let Some(counters) = job.host.slot_counters(slot.into()) else { return };
     let names = "requests first_try retries no_answer skipped checksum length foreign garbled refused not_sent \

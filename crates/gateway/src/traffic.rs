@@ -304,7 +304,7 @@ impl<P: Serve> Traffic<P> {
             let Some(work) = &mut self.work else { return false };
             match P::led(work).poll(&mut self.master, now) {
                 Lead::Idle => return false,
-                Lead::Send(frame) => {
+                Lead::Send(ref frame) => {
                     if self.master.counters().writes != writes {
                         let (address, _) = P::named(frame.as_ref());
                         count(slots, P::BUS, address, |slot| &mut slot.counters.writes);

@@ -66,7 +66,7 @@ fn the_first_t7_angle_is_on_the_console_within_100_ms_of_reset() {
 fn the_log_begins_with_version_and_clock() {
     let ran = run(AT_REST);
     let version = env!("CARGO_PKG_VERSION");
-    let first = format!("clino {version}, clock: Crystal");
+    let first = format!("clino {version}, start 1 after power_on, 0 crashes, mode normal, clock crystal");
     assert_eq!(ran.log, [first.as_str(), "configuration as delivered"]);
 }
 
