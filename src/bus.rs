@@ -43,7 +43,7 @@ static LEVEL: Ceiling<BusLevel, { priority::BUS }> = Ceiling::new();
 #[inline(never)]
 pub fn prepare(inbox: Inbox, pwm: pwm::Limits) {
     LEVEL.fill(|place| {
-        place.write(BusLevel { gateway: Gateway::idle(pwm), inbox, snapshot: shared::SNAPSHOT.publisher() });
+        place.write(BusLevel { gateway: Gateway::idle(pwm), inbox, snapshot: shared::SNAPSHOT.publisher() })
     });
     with(|gateway| gateway.set_up(&params::SLOTS, &params::T7, &params::ISU));
 }

@@ -8,6 +8,7 @@
 
 use core::cell::{Cell, UnsafeCell};
 use core::mem::MaybeUninit;
+use core::ptr;
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use cortex_m::register::{basepri, basepri_max};
@@ -36,11 +37,14 @@ impl<T, const PRIORITY: u8> Ceiling<T, PRIORITY> {
     }
 
     /// Has the value written into its place, once. By whoever makes it: what a function returns would be on the stack first.
+    /// What it hands back is the proof that it has.
     #[inline(always)]
-    pub fn fill(&self, make: impl FnOnce(&mut MaybeUninit<T>)) {
+    pub fn fill(&self, make: impl FnOnce(&mut MaybeUninit<T>) -> &mut T) {
         self.hold(|place| {
-            if !self.full.replace(true) {
-                make(place);
+            if !self.full.get() {
+                let there = place.as_ptr();
+                let made = ptr::from_mut(make(place)).cast_const();
+                self.full.set(ptr::eq(made, there));
             }
         });
     }

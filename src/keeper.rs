@@ -85,10 +85,10 @@ fn silently<R>(mut work: impl FnMut(&Gateway) -> R) -> Result<R, StorageError> {
     while clock::now().since(begin) < LONGEST_WAIT {
         watchdog::check_in(Duty::Console);
         let result = bus::while_silent(|gateway| {
+            // Nobody else can check in meanwhile: this takes less than the shortest of their deadlines, stalls left out.
             watchdog::check_in(Duty::Storage);
             let result = clock::across_stall(|| work(gateway));
             watchdog::rest(Duty::Storage);
-            // Nobody else could check in meanwhile.
             result
         });
         if let Some(result) = result {

@@ -66,7 +66,7 @@ pub fn start(lines: Lines, settings: Settings) {
             lines,
             server: Server::new(settings, &IDENTIFICATION, clock::now()),
             desk: Desk::new(Board, &shared::SNAPSHOT),
-        });
+        })
     });
     wake();
 }
