@@ -201,6 +201,11 @@ impl Analysis {
             } += 1;
         }
         let de = de_pulses(&events);
+        // DE has just risen when the log ends: its first character is logged when it is out.
+        let just_risen = |&&(rise, fall): &&(Ns, Option<Ns>)| {
+            fall.is_none() && polls.last().is_none_or(|poll| poll.de_high < rise)
+        };
+        let just_risen = de.last().filter(just_risen).map_or(0, |_| 1);
         let count = |wanted: fn(&Event) -> bool| events.iter().filter(|event| wanted(event)).count() as u64;
         Self {
             protocol,
@@ -216,7 +221,7 @@ impl Analysis {
                 .map(|&(rise, fall)| fall.unwrap_or(end).saturating_sub(rise))
                 .max()
                 .unwrap_or(0),
-            idle_de: (de.len() - polls.len()) as u64,
+            idle_de: (de.len() - polls.len() - just_risen) as u64,
             broken_characters: count(|event| match event {
                 Event::Char { who: Talker::Gateway, fate, .. } => {
                     matches!(fate, Fate::Cut { .. } | Fate::Late { .. } | Fate::Undriven)

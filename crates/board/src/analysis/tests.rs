@@ -190,6 +190,12 @@ fn broken_de_rules_are_found() {
     assert_eq!(rules(early), ["DE rose 1.00 bit times before a start bit, at most 1"]);
     let late = Story::default().de(true).says(Talker::Gateway, &ASK).wait(10_001).de(false);
     assert_eq!(rules(late), ["DE fell 10001 to 10001 ns after a stop bit, expected 0 to 10000 ns"]);
+    let last = Story::default().de(true).wait(1_000).de(false).wait(1_000).de(true).wait(1_000);
+    assert_eq!(
+        rules(last),
+        ["DE was high 1 times with nothing to send"],
+        "the log ends too soon for the second"
+    );
     let idle = Story::default().de(true).wait(1_000).de(false);
     assert_eq!(rules(idle), ["DE was high 1 times with nothing to send"]);
     let mut cut = Story::default().de(true).says(Talker::Gateway, &ASK);
