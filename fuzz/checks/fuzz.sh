@@ -1,12 +1,12 @@
 #!/bin/sh
 # Runs every fuzz target, on its checked-in corpus first: `fuzz.sh [SECONDS]` each, 30 by default.
 set -eu
-. "$(dirname "$0")/../../crates/codec/checks/common.sh"
+cd "$(dirname "$0")/../.."
+export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"
 
 seconds=${1:-30}
 cargo fuzz --version >/dev/null 2>&1 || cargo install cargo-fuzz --quiet
 
-cd "$root"
 targets=$(cargo +nightly fuzz list)
 # Other people's crates as they are in the image: some of them print a lot where `fuzzing` is set.
 cargo +nightly fuzz build --sanitizer address --no-cfg-fuzzing
