@@ -26,6 +26,8 @@ const WINDOW: u64 = 15;
 const READ: [u8; 5] = [4, 0x00, 0x20, 0x00, 0x60];
 /// From the beginning of one request to the next: 8 characters, t3.5 and 0.5 ms, 197 characters, t3.5 at 19200 bit/s.
 const ROUND: u64 = 123 * MS;
+/// The save in the middle may erase a sector: 0.52 s in which the core stands still and requests are not heard.
+const LOST_IN_AN_ERASE: u64 = (520 * MS).div_ceil(ROUND) + 1;
 /// Of an answer of 96 registers.
 const ANSWER: usize = 5 + 2 * 96;
 
@@ -174,8 +176,10 @@ fn soak(seed: u64, seconds: u64) -> Soak {
         let last = slot.last_ok.expect("good readings");
         assert!(last + 2 * SECOND > seconds * SECOND, "{}: last {} ms", slot.truth.who, last / MS);
     }
-    // One request may be cut off by the erase that the save needs.
-    assert!(answers + 2 >= asked && asked > 5 * seconds, "{answers} answers to {asked} requests");
+    assert!(
+        answers + LOST_IN_AN_ERASE >= asked && asked > 5 * seconds,
+        "{answers} answers to {asked} requests"
+    );
     let start = said.iter().find(|line| line.text.contains("\"what\":\"start\"")).expect("an answer");
     assert!(start.text.contains("\"boots\":1"), "{}", start.text);
     assert!(said.iter().any(|line| line.text.contains("\"stored\":\"written\"")), "it was saved");
