@@ -25,7 +25,8 @@ pub struct Ports {
 
 static PORTS: Mutex<RefCell<Option<Ports>>> = Mutex::new(RefCell::new(None));
 
-/// Interrupt priorities, highest first; above them is the watchdog's tick. The F4 implements the upper four bits of the byte (RM0090 section 12).
+/// Interrupt priorities, highest first; above them is the watchdog's tick. The F4 implements the upper four bits of the byte
+/// (RM0090 section 12).
 pub mod priority {
     /// Characters and edges, and the clock that stamps them.
     pub const BYTES: u8 = 1 << 4;

@@ -30,11 +30,11 @@ use crate::{params, start};
 const PRESCALER: u32 = 16;
 /// What PR holds for that.
 const PRESCALER_CODE: u16 = 0b010;
-/// Fastest and slowest oscillator, Hz.
+/// Slowest and fastest oscillator, Hz (DS8626 table 41).
 const LSI_HZ: (u32, u32) = (17_000, 47_000);
 /// Longest time from a feed to the reset, in milliseconds: what is promised is 1500.
 const LONGEST_MS: u32 = 1_480;
-/// Longest erase of a sector of 16 KiB, in milliseconds.
+/// Longest erase of a sector of 16 KiB, in milliseconds (DS8626 table 40).
 const ERASE_MS: u32 = 500;
 /// Counts: as many as the slowest oscillator can make in the longest time.
 const COUNTS: u32 = LSI_HZ.0 * LONGEST_MS / 1_000 / PRESCALER;

@@ -1,4 +1,4 @@
-//! `cargo xtask check`: the promises of the reusable crates that no test can show, one script each.
+//! `cargo xtask check`: what no test can show of the reusable crates and of the image, one script each.
 
 use std::process::Command;
 
@@ -13,44 +13,48 @@ struct Check {
     shows: &'static str,
 }
 
-const fn codec(name: &'static str, script: &'static str, shows: &'static str) -> Check {
+const fn script(name: &'static str, script: &'static str, shows: &'static str) -> Check {
     Check { name, script, among_all: &[], shows }
 }
 
 const CHECKS: &[Check] = &[
-    codec(
+    script(
         "targets",
         "crates/codec/checks/targets.sh",
         "the codec builds for Cortex-M0, Cortex-M4F and RISC-V",
     ),
-    codec(
+    script(
         "drivers",
         "crates/drivers/checks/targets.sh",
         "bus, commissioning and drivers build for Cortex-M0 and Cortex-M4F",
     ),
-    codec("nopanic", "crates/codec/checks/nopanic.sh", "no panic is reachable in the codec"),
-    codec("nopanic-core", "crates/gateway/checks/nopanic.sh", "no panic is reachable in bus and gateway"),
-    codec("instructions", "crates/codec/checks/instructions.sh", "instructions of a decode, under callgrind"),
+    script("nopanic", "crates/codec/checks/nopanic.sh", "no panic is reachable in the codec"),
+    script("nopanic-core", "crates/gateway/checks/nopanic.sh", "no panic is reachable in bus and gateway"),
+    script(
+        "instructions",
+        "crates/codec/checks/instructions.sh",
+        "instructions of a decode, under callgrind",
+    ),
     Check {
         // The goal is not reached yet; among all others it only guards against growth.
         among_all: &["--ratchet"],
-        ..codec("size", "crates/codec/checks/size.sh", "flash of the whole codec on a Cortex-M4")
+        ..script("size", "crates/codec/checks/size.sh", "flash of the whole codec on a Cortex-M4")
     },
-    codec("package", "crates/codec/checks/package.sh", "the codec can be published"),
-    codec(
+    script("package", "crates/codec/checks/package.sh", "the codec can be published"),
+    script(
         "msrv",
         "crates/codec/checks/msrv.sh",
         "the codec's tests pass with the oldest compiler it promises",
     ),
-    codec("coverage", "crates/codec/checks/coverage.sh", "line and branch coverage of the codec"),
-    codec("fuzz", "fuzz/checks/fuzz.sh", "30 s of fuzzing for whatever takes bytes from outside"),
-    codec("stack", "crates/inspect/checks/stack.sh", "worst-case stack of the firmware image"),
-    codec(
+    script("coverage", "crates/codec/checks/coverage.sh", "line and branch coverage of the codec"),
+    script("fuzz", "fuzz/checks/fuzz.sh", "30 s of fuzzing for whatever takes bytes from outside"),
+    script("stack", "crates/inspect/checks/stack.sh", "worst-case stack of the firmware image"),
+    script(
         "panics",
         "crates/inspect/checks/panics.sh",
         "the panics left in the firmware image are those listed",
     ),
-    codec("throughput", "crates/clino/checks/throughput.sh", "frames a second of the bench tool"),
+    script("throughput", "crates/clino/checks/throughput.sh", "frames a second of the bench tool"),
 ];
 
 /// Runs the named checks, or all.

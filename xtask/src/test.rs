@@ -73,6 +73,9 @@ impl Beside {
 impl Drop for Beside {
     /// What failed ends everything: cargo, and the tests that it runs.
     fn drop(&mut self) {
+        if !matches!(self.child.try_wait(), Ok(None)) {
+            return;
+        }
         _ = Command::new("pkill").args(["-P", &self.child.id().to_string()]).status();
         _ = self.child.kill();
     }
