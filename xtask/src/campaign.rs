@@ -16,12 +16,17 @@ const CAMPAIGNS: &[Campaign] = &[
     Campaign {
         name: "codec",
         shows: "every T7 header, every angle payload (5 min)",
-        run: || script("crates/codec/checks/campaign.sh"),
+        run: || script("crates/codec/checks/campaign.sh", &[]),
     },
     Campaign {
         name: "miri",
         shows: "the codec under Miri, both byte orders (10 min)",
-        run: || script("crates/codec/checks/miri.sh"),
+        run: || script("crates/codec/checks/miri.sh", &[]),
+    },
+    Campaign {
+        name: "fuzz",
+        shows: "every decoder, parser and store with other random input each time (30 min)",
+        run: || script("fuzz/checks/fuzz.sh", &["300", "0"]),
     },
     Campaign {
         name: "commissioning",
@@ -79,9 +84,10 @@ pub fn run(names: &[String]) -> Outcome {
     Ok(())
 }
 
-fn script(path: &str) -> Outcome {
+fn script(path: &str, arguments: &[&str]) -> Outcome {
     let mut script = Command::new("sh");
-    script.arg(path).current_dir(command::root()).env("CARGO_TARGET_DIR", command::target_dir());
+    script.arg(path).args(arguments).current_dir(command::root());
+    script.env("CARGO_TARGET_DIR", command::target_dir());
     command::run(script)
 }
 

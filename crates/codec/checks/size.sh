@@ -6,7 +6,7 @@ set -eu
 needs python3
 
 goal=4096
-ratchet=12500
+ratchet=12600
 limit=$goal
 [ "${1:-}" != --ratchet ] || limit=$ratchet
 

@@ -4,7 +4,7 @@
 //! oldest of them; the engine waits until that candidate is complete, and when it comes to nothing moves on
 //! by one byte only, so that a good frame that began among the bad bytes is found. While it waits for
 //! somebody else's frame, which may be long or imaginary, it looks at every character whether a wanted frame
-//! ends here. Together: junk before a good frame never delays or costs it, unless the junk and the frame's
+//! ends there. Together: junk before a good frame never delays or costs it, unless the junk and the frame's
 //! first bytes form a good frame of their own.
 //!
 //! The engine knows neither frames nor errors, so that there is one copy of it: the protocol's examination
@@ -50,10 +50,12 @@ struct State {
     dirty: bool,
     /// With fewer bytes than this there is nothing to say.
     look_at: usize,
+    /// No wanted frame ends among so many of the oldest bytes.
+    searched: usize,
 }
 
 impl State {
-    const NEW: Self = Self { length: 0, reported: 0, junk: 0, dirty: false, look_at: 0 };
+    const NEW: Self = Self { length: 0, reported: 0, junk: 0, dirty: false, look_at: 0, searched: 0 };
 }
 
 impl<const N: usize> Stream<N> {
@@ -103,7 +105,7 @@ impl<const N: usize> Stream<N> {
     /// All bytes were a good frame.
     #[inline]
     pub(crate) fn clear(&mut self) {
-        (self.state.length, self.state.reported) = (0, 0);
+        (self.state.length, self.state.reported, self.state.searched) = (0, 0, 0);
     }
 
     /// Whether what was examined last counts: a frame, or a report. When the line is `silent`, nothing
@@ -138,21 +140,25 @@ impl Kept<'_> {
                     self.state.look_at = need;
                     return false;
                 }
-                Verdict::IncompleteForeign if !silent => return self.wanted_at_end(wanted, examine),
+                Verdict::IncompleteForeign if !silent => return self.wanted_within(wanted, examine),
                 _ => self.discard(1),
             }
         }
         false
     }
 
-    /// A frame of one of the wanted lengths that ends with the newest byte, whatever came before it.
-    fn wanted_at_end(&mut self, wanted: &[usize], examine: Examine<'_>) -> bool {
-        for &length in wanted {
-            let Some(start) = self.state.length.checked_sub(length) else { continue };
-            if matches!(self.examine(start, examine), Verdict::Frame(whole) if whole == length) {
-                self.discard(start);
-                self.report(length, length);
-                return true;
+    /// The first frame of one of the wanted lengths, whatever came before it. Usually it would end with the
+    /// newest byte; a report before this look can have left more bytes to search.
+    fn wanted_within(&mut self, wanted: &[usize], examine: Examine<'_>) -> bool {
+        while self.state.searched < self.state.length {
+            self.state.searched = self.state.searched.wrapping_add(1);
+            for &length in wanted {
+                let Some(start) = self.state.searched.checked_sub(length) else { continue };
+                if matches!(self.examine(start, examine), Verdict::Frame(whole) if whole == length) {
+                    self.discard(start);
+                    self.report(length, length);
+                    return true;
+                }
             }
         }
         false
@@ -176,6 +182,7 @@ impl Kept<'_> {
         let junk = count.saturating_sub(state.reported);
         state.junk = state.junk.saturating_add(junk as u32);
         state.reported = state.reported.saturating_sub(count);
+        state.searched = state.searched.saturating_sub(count);
         state.length = state.length.saturating_sub(count);
         state.dirty &= state.length != 0;
         state.look_at = 0;

@@ -148,6 +148,23 @@ fn noise() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(byte, 0..40)
 }
 
+/// Pieces of answers to Set Address, of which `05 03 91 00 67` is the wanted one: whole, damaged, cut, and
+/// the beginnings of other people's long ones, so that one push has more than one thing to tell.
+fn pieces() -> impl Strategy<Value = Vec<u8>> {
+    let piece = select(vec![
+        &[0x05, 0x03, 0x91, 0x00, 0x67][..],
+        &[0x05, 0x03, 0x91, 0x00, 0x00],
+        &[0x05, 0x03, 0x91, 0xFF],
+        &[0x05, 0x03],
+        &[0x05, 0x20, 0x87],
+        &[0x5F, 0x20, 0x87],
+        &[0x09, 0x10, 0x80],
+        &[0x09, 0x06, 0x83, 0x00, 0x00, 0x00, 0x00, 0x6E],
+        &[0x00],
+    ]);
+    prop::collection::vec(piece, 0..24).prop_map(|pieces| pieces.concat())
+}
+
 /// Feeds a T7 decoder, and silence at the end. Returns the last byte's index and meaning of every good
 /// answer.
 fn t7_frames(decoder: &mut t7::AnswerDecoder, bytes: &[u8]) -> Vec<t7::Answer> {
@@ -262,6 +279,19 @@ proptest! {
         prop_assert_eq!(frames.len(), wanted);
         prop_assert_eq!(decoder.pending(), 0);
         prop_assert!(decoder.junk() as usize <= bytes.len() - wanted * good.len());
+    }
+
+    #[test]
+    fn no_t7_answer_is_lost_between_pieces_of_others(bytes in pieces()) {
+        let good = [0x05, 0x03, 0x91, 0x00, 0x67];
+        let (device_type, serial) = (t7::DeviceType::T7_1, 1);
+        let address = t7::Address::new(5).unwrap();
+        let request = t7::Request::SetAddress { device_type, serial, new_address: address };
+        let mut decoder = t7::AnswerDecoder::new(request.expected(address), Layers::ALL);
+        // It cannot overlap itself, and no other five bytes of the pieces are an answer from 5 to this.
+        let wanted = bytes.windows(good.len()).filter(|window| **window == good).count();
+        prop_assert_eq!(t7_frames(&mut decoder, &bytes).len(), wanted);
+        prop_assert_eq!(decoder.pending(), 0);
     }
 
     #[test]

@@ -81,6 +81,18 @@ fn a_good_answer_comes_out_at_its_last_byte_even_while_a_longer_foreign_one_seem
 }
 
 #[test]
+fn reports_that_take_their_turn_do_not_cost_an_answer_meanwhile() {
+    // Found by fuzzing: while damaged answers are reported, one a character, two good ones arrive; the first
+    // of them then lies in the middle of what seems to be somebody's 34 bytes.
+    let mut decoder = decoder(5, Opcode::SetAddress);
+    let bytes =
+        hex("5F 20 87 FF FF 01 89 05 03 91 00 00 00 67 05 03 91 FF FF F9 89 FF 5F 05 20 87 FF FF 89 \
+         05 03 91 00 67 05 03 91 00 67");
+    let good = run(&mut decoder, &bytes).into_iter().filter(Result::is_ok).count();
+    assert_eq!(good, 2);
+}
+
+#[test]
 fn a_truncated_answer_does_not_cost_the_next() {
     for cut in 1..GOOD.len() {
         let mut decoder = decoder(5, Opcode::GetAngle2);
