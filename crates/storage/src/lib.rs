@@ -51,7 +51,6 @@
 #[cfg(test)]
 extern crate std;
 
-mod crc;
 pub mod pages;
 pub mod record;
 mod store;

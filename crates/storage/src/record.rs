@@ -33,8 +33,6 @@ use clino_gateway::{Bus, BusSettings, Configuration, MAX_SLOTS, SlotConfig};
 use bytes::Reader;
 pub(crate) use bytes::{Compare, Fill, Sink, Writer};
 
-use crate::crc::Crc;
-
 /// The version that is written.
 pub const VERSION: u8 = 2;
 /// The version without the Modbus port.
@@ -176,7 +174,7 @@ pub(crate) fn encode(content: Content<'_>, sink: &mut dyn Sink) {
 /// them.
 pub(crate) fn decode(record: &[u8], take: &mut dyn FnMut(Part<'_>)) -> Result<Kind, Reject> {
     let (bytes, stored) = record.split_last_chunk::<CRC>().ok_or(Reject::Short)?;
-    let (stored, computed) = (u32::from_le_bytes(*stored), Crc::of(bytes));
+    let (stored, computed) = (u32::from_le_bytes(*stored), bytes::CHECKSUM.checksum(bytes));
     if stored != computed {
         return Err(Reject::Checksum { stored, computed });
     }

@@ -1,7 +1,13 @@
 //! Numbers into bytes and back.
 
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
+
 use super::{CRC, Reject};
-use crate::crc::Crc;
+
+/// The polynomial of IEEE 802.3. It is not that which `sequential-storage` guards its items with (Castagnoli): what one of
+/// them cannot see, the other can. It finds every error of up to three bits in a record, and every burst of up to 32.
+/// Bit by bit: a record is checked once a boot, a table would be larger than it.
+pub(crate) static CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Takes a record byte by byte.
 pub(crate) trait Sink {
@@ -61,16 +67,16 @@ impl Sink for Compare<'_> {
 /// Writes numbers, and the checksum of all of them.
 pub(crate) struct Writer<'a> {
     sink: &'a mut dyn Sink,
-    crc: Crc,
+    crc: Digest<'static, u32, NoTable>,
 }
 
 impl<'a> Writer<'a> {
     pub fn new(sink: &'a mut dyn Sink) -> Writer<'a> {
-        Writer { sink, crc: Crc::new() }
+        Writer { sink, crc: CHECKSUM.digest() }
     }
 
     pub fn byte(&mut self, byte: u8) {
-        self.crc.byte(byte);
+        self.crc.update(&[byte]);
         self.sink.put(byte);
     }
 
@@ -88,7 +94,7 @@ impl<'a> Writer<'a> {
     }
 
     pub fn finish(self) {
-        self.crc.value().to_le_bytes().iter().for_each(|byte| self.sink.put(*byte));
+        self.crc.finalize().to_le_bytes().iter().for_each(|byte| self.sink.put(*byte));
     }
 }
 
