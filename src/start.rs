@@ -92,7 +92,7 @@ pub fn keep_uptime() {
 pub fn crash(crash: &Crash) -> ! {
     let uptime = Uptime::from_words(read(ptr::addr_of!(UPTIME))).map_or(0, |uptime| uptime.0);
     let mut words = read(ptr::addr_of!(JOURNAL));
-    Journal::note_in(&mut words, crash, uptime);
+    Journal::note(&mut words, crash, uptime);
     write(ptr::addr_of_mut!(JOURNAL), &words);
     SCB::sys_reset()
 }

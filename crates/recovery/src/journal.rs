@@ -105,14 +105,6 @@ impl Journal {
         }
     }
 
-    /// Notes a crash; a reset follows. Of two crashes in one start the first is kept: it is the cause of the other.
-    pub fn note(&mut self, crash: Crash, uptime_ms: u32) {
-        if self.ending != Ending::Crash {
-            self.crash = Some(Crash { boot: self.boots, uptime_ms, ..crash });
-            self.ending = Ending::Crash;
-        }
-    }
-
     /// Safe mode is over; a reset follows.
     pub fn retry(&mut self) {
         self.ending = Ending::Retry;

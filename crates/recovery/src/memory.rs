@@ -86,9 +86,9 @@ impl Journal {
         words
     }
 
-    /// [`Journal::note`] in the words themselves, for the one who crashes and may have little stack left. If they are no
-    /// journal, one begins.
-    pub fn note_in(words: &mut [u32; WORDS], crash: &Crash, uptime_ms: u32) {
+    /// Notes a crash; a reset follows. Of two crashes in one start the first is kept: it is the cause of the other. If the
+    /// words are no journal, one begins. It is done in the words themselves: who crashes may have little stack left.
+    pub fn note(words: &mut [u32; WORDS], crash: &Crash, uptime_ms: u32) {
         if !is_journal(words) {
             *words = [0; WORDS];
         }
