@@ -53,7 +53,7 @@ pub fn edit<W: Write<Error = Infallible>>(
                 Some(out) => *out,
                 None => cli.writer(),
             };
-            next = execute(&raw, Reply { audience, out }, host, meter);
+            execute(&raw, Reply { audience, out }, host, meter, &mut next);
             if next != Next::Stay {
                 // No prompt before there is something to be typed.
                 cli.set_prompt("");

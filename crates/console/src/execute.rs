@@ -12,13 +12,19 @@ use crate::reply::{Audience, Reply};
 use crate::typed::Typed;
 use crate::{buses, past, slots, system, tasks};
 
-/// Carries out the line that was typed.
-pub fn execute<'j>(raw: &RawCommand<'_>, reply: Reply<'j>, host: &'j mut dyn Host, meter: &'j Meter) -> Next {
+/// Carries out the line that was typed. What it leads to stands in `next`, which is too large to be handed up.
+pub fn execute<'j>(
+    raw: &RawCommand<'_>,
+    reply: Reply<'j>,
+    host: &'j mut dyn Host,
+    meter: &'j Meter,
+    next: &'j mut Next,
+) {
     let now = host.now();
-    let mut job = Job { typed: Typed::new(), reply, host, meter, now, next: Next::Stay };
-    match carry_out(&mut job, raw) {
-        Ok(()) => job.next,
-        Err(Told) => Next::Stay,
+    *next = Next::Stay;
+    let mut job = Job { typed: Typed::new(), reply, host, meter, now, next };
+    if let Err(Told) = carry_out(&mut job, raw) {
+        *job.next = Next::Stay;
     }
 }
 
@@ -53,7 +59,7 @@ fn carry_out<'a>(job: &mut Job<'_, 'a>, raw: &RawCommand<'a>) -> Outcome {
         Verb::Json => {
             let programs = job.one_of("mode")?;
             job.end()?;
-            job.next = Next::Speak(if programs { Audience::Programs } else { Audience::People });
+            *job.next = Next::Speak(if programs { Audience::Programs } else { Audience::People });
             Ok(())
         }
         Verb::Help => {

@@ -24,7 +24,7 @@ pub struct Job<'j, 'a> {
     pub meter: &'j Meter,
     pub now: Micros,
     /// What the command leads to.
-    pub next: Next,
+    pub next: &'j mut Next,
 }
 
 /// The command is not carried out, and whoever typed it was told why.
@@ -152,14 +152,14 @@ impl<'a> Job<'_, 'a> {
         Ok(())
     }
 
-    /// Does what cannot be undone, once it is clear that it is meant.
+    /// Has something done that cannot be undone, once it is clear that it is meant.
     #[inline(never)]
     pub fn confirmed(&mut self, pending: Pending) -> Outcome {
         self.end()?;
         if self.typed.yes {
-            self.next = pending.carry_out(self.host, &mut self.reply);
+            *self.next = Next::CarryOut(pending);
         } else if self.reply.is_for_people() {
-            self.next = Next::Ask(pending);
+            *self.next = Next::Ask(pending);
         } else {
             return Err(self.refuse(&Error::Unconfirmed));
         }

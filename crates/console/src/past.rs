@@ -27,8 +27,8 @@ pub fn counters(job: &mut Job<'_, '_>) -> Outcome {
 #[inline(never)]
 fn of_buses(job: &mut Job<'_, '_>) {
     for bus in BUSES {
-        if let Some(state) = job.host.bus(bus) {
-            table::counters(&mut job.reply, bus, &state);
+        if let Some(state) = &job.host.bus(bus) {
+            table::counters(&mut job.reply, bus, state);
         }
     }
     let lost = job.host.lost_characters();
@@ -79,6 +79,13 @@ pub fn trace(job: &mut Job<'_, '_>) -> Outcome {
         most = job.byte(word, "entries", 1, most)?;
     }
     job.end()?;
+    last(job, most);
+    Ok(())
+}
+
+/// The last so many transactions.
+#[inline(never)]
+fn last(job: &mut Job<'_, '_>, most: u8) {
     // They go on while they are printed, and a line takes longer than a transaction: all are fetched first.
     let mut entries = [None; TRACED];
     for (age, place) in entries.iter_mut().enumerate().take(most.into()) {
@@ -95,7 +102,6 @@ pub fn trace(job: &mut Job<'_, '_>) -> Outcome {
         }
         before = Some(entry);
     }
-    Ok(())
 }
 
 fn row(reply: &mut Reply<'_>, entry: &Entry) {

@@ -21,6 +21,8 @@ pub enum Next {
     Task(Bus),
     /// A person is asked whether this is meant.
     Ask(Pending),
+    /// This is meant: it was said with the command. Done by whoever read the line, below whom there is more stack.
+    CarryOut(Pending),
 }
 
 /// Something that cannot be undone.

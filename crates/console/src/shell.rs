@@ -221,13 +221,16 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         let mut out = Text(&mut out);
         let answers = (audience == Audience::Programs).then_some(&mut out as _);
         let next = edit(&mut self.editor, byte, audience, host, &self.meter, answers);
-        self.follow(next, audience, host.now());
+        match next {
+            Next::CarryOut(pending) => self.carry_out(pending, audience, host),
+            next => self.follow(next, audience, host.now()),
+        }
     }
 
     #[inline(never)]
     fn follow(&mut self, next: Next, audience: Audience, now: Micros) {
         match next {
-            Next::Stay => {}
+            Next::Stay | Next::CarryOut(_) => {}
             Next::Stream => self.mode = Mode::Stream { audience, back: audience },
             Next::Speak(audience) => self.speak(audience),
             // A program is told when it comes, and may do something else meanwhile.
@@ -245,16 +248,21 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     fn answered(&mut self, meant: Option<Pending>, host: &mut dyn Host) {
         let mut reply = Reply { audience: Audience::People, out: &mut Text(&mut self.out) };
         reply.say("\n");
-        let next = match meant {
-            Some(pending) => pending.carry_out(host, &mut reply),
+        match meant {
+            Some(pending) => self.carry_out(pending, Audience::People, host),
             None => {
                 reply.say("not done\n");
-                Next::Stay
+                self.speak(Audience::People);
             }
-        };
-        match next {
-            Next::Stay => self.speak(Audience::People),
-            next => self.follow(next, Audience::People, host.now()),
+        }
+    }
+
+    #[inline(never)]
+    fn carry_out(&mut self, pending: Pending, audience: Audience, host: &mut dyn Host) {
+        let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
+        match pending.carry_out(host, &mut reply) {
+            Next::Stay if audience == Audience::People => self.speak(audience),
+            next => self.follow(next, audience, host.now()),
         }
     }
 

@@ -64,7 +64,7 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
 pub fn watch(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     table::head(&mut job.reply);
-    job.next = Next::Stream;
+    *job.next = Next::Stream;
     Ok(())
 }
 

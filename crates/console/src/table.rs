@@ -63,6 +63,7 @@ pub fn bus(reply: &mut Reply<'_>, bus: Bus, line: &line::Settings, fault: Option
 }
 
 /// What happened on a bus since reset.
+#[inline(never)]
 pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
     let BusState { counters, health, driver, .. } = state;
     if !reply.is_for_people() {
