@@ -16,8 +16,6 @@ pub struct Annotations {
     pub limit_bytes: u32,
     /// What they are to be.
     pub goal_bytes: u32,
-    /// Bytes the core puts on the stack when an interrupt begins.
-    pub exception_frame_bytes: u32,
     /// The main program.
     pub main: Pattern,
     /// Lists of names that several lines need; `@name` stands for one.

@@ -39,6 +39,8 @@ pub struct Frame {
     pub calls: Vec<Call>,
     /// Whether it takes another stack; nothing of it counts for the one it was called on.
     pub takes_another_stack: bool,
+    /// Whether it reads or writes floating-point registers.
+    pub floating: bool,
     /// Whether it comes back.
     pub returns: bool,
     /// Bytes on the stack before each instruction that can be reached.
@@ -84,6 +86,7 @@ fn walk(
         }
         frame.depths.insert(at, depth);
         let instruction = code.get(&at).ok_or_else(|| wrong(at, "there is no instruction"))?;
+        frame.floating |= instruction.floating;
         if instruction.condition.is_some() && instruction.stack != Stack::Same {
             // Not executed, the stack stays as it is.
             let next = conditional_return(code, at, depth).ok_or_else(|| {

@@ -83,6 +83,8 @@ pub struct Instruction {
     pub frame_pointer: Option<i32>,
     /// Half of a register is loaded: register, whether it is the upper half, and with what.
     pub half: Option<(u16, bool, u32)>,
+    /// It reads or writes the floating-point registers. The core keeps them through an interrupt from then on.
+    pub floating: bool,
     /// As one reads it.
     pub text: String,
 }
@@ -197,8 +199,10 @@ fn one(decoder: &Capstone, instruction: &Insn<'_>) -> Result<Instruction, Error>
     };
     let half = upper.zip(operands.register(0)).zip(operands.number(1));
     let half = half.map(|((upper, register), number)| (register, upper, number as u32 & 0xffff));
+    // ARM DDI 0403 section A7.5: their names begin with a V, and of two older ones with an F.
+    let floating = text.starts_with(['v', 'f']);
     let next = instruction.address() as u32 + instruction.len() as u32;
-    Ok(Instruction { next, flow, stack, condition, frame_pointer, half, text })
+    Ok(Instruction { next, flow, stack, condition, frame_pointer, half, floating, text })
 }
 
 fn flow(id: ArmInsn, operands: &Operands, always: bool) -> Flow {

@@ -12,6 +12,11 @@ use crate::calls::{Graph, find, find_all};
 use crate::elf::{Image, THUMB};
 use crate::frames::Frame;
 
+/// Bytes the core puts on the stack when an interrupt begins: eight words, and one to align them (PM0214 section 2.3.7).
+const EXCEPTION_FRAME: u32 = (8 + 1) * 4;
+/// The same with room for the floating-point registers, as soon as anybody has used them.
+const FLOATING_EXCEPTION_FRAME: u32 = (26 + 1) * 4;
+
 /// One function of a chain of calls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Link {
@@ -50,6 +55,8 @@ pub fn worst(
 ) -> Result<Vec<Worst>, Error> {
     every_vector_has_a_level(image, annotations)?;
     only_handlers_take_stacks(image, frames, annotations)?;
+    let floating = frames.values().any(|frame| frame.floating);
+    let of_the_core = if floating { FLOATING_EXCEPTION_FRAME } else { EXCEPTION_FRAME };
     let mut deepest = Deepest::new(image, frames, graph, annotations)?;
     let ceilings = ceilings(image, annotations)?;
     // From the highest level down: whatever interrupts a level is known when its turn comes.
@@ -58,7 +65,7 @@ pub fn worst(
         Level { name: "main".to_owned(), handlers: vec![annotations.main.clone()], own_stack_bytes: None };
     for level in annotations.levels.iter().rev().chain([&main]) {
         let interrupting = above.last().cloned().unwrap_or_default();
-        let exception_frame = if level.name == main.name { 0 } else { annotations.exception_frame_bytes };
+        let exception_frame = if level.name == main.name { 0 } else { of_the_core };
         let mut candidates = Vec::new();
         for handler in &level.handlers {
             let handler = find(image, handler)?;

@@ -78,12 +78,20 @@ const LEVELS: &str = "[[level]]\nname = \"low\"\nhandlers = [\"low\"]\n[[level]]
 fn each_level_interrupts_the_one_below_once() {
     let functions: &[(&str, &[u16])] =
         &[("main", LEAF), ("low", &[PUSH_R7_LR, POP_R7_PC]), ("high", LEAF), ("other", &[BX_LR])];
-    assert_eq!(bytes(&image(functions, &[], &[1, 2, 3]), LEVELS), 24 + (108 + 8) + (108 + 24));
+    assert_eq!(bytes(&image(functions, &[], &[1, 2, 3]), LEVELS), 24 + (36 + 8) + (36 + 24));
     let unknown =
         refused(&image(functions, &[], &[1, 2, 3]), "[[level]]\nname = \"low\"\nhandlers = [\"low\"]\n");
     assert_eq!(unknown, "which level is the handler `high` of?");
     let gone = refused(&image(functions, &[], &[1, 2]), LEVELS);
     assert_eq!(gone, "no vector leads to the handler `other`");
+}
+
+#[test]
+fn the_core_keeps_the_floating_point_registers_once_they_are_used() {
+    // vadd.f32 s0, s0, s0, anywhere.
+    let with: &[(&str, &[u16])] =
+        &[("main", LEAF), ("low", &[0xEE30, 0x0A00, BX_LR]), ("high", LEAF), ("other", &[BX_LR])];
+    assert_eq!(bytes(&image(with, &[], &[1, 2, 3]), LEVELS), 24 + 108 + (108 + 24));
 }
 
 #[test]
@@ -93,10 +101,10 @@ fn nothing_up_to_the_ceiling_interrupts_what_is_under_it() {
         &[("main", &main), ("low", LEAF), ("high", LEAF), ("other", &[BX_LR]), ("held", LEAF)];
     let image = image(functions, &[], &[1, 2, 3]);
     let open = bytes(&image, LEVELS);
-    assert_eq!(open, (8 + 24) + 2 * (108 + 24));
+    assert_eq!(open, (8 + 24) + 2 * (36 + 24));
     let ceiling = format!("{LEVELS}[[ceiling]]\nfunctions = [\"held\"]\nlevel = \"low\"\nwhy = \"test\"\n");
     // Either main is in `held`, and only `high` comes; or it is not, and both do.
-    assert_eq!(bytes(&image, &ceiling), 8 + 2 * (108 + 24));
+    assert_eq!(bytes(&image, &ceiling), 8 + 2 * (36 + 24));
 }
 
 #[test]
@@ -111,7 +119,7 @@ fn a_handler_with_a_stack_of_its_own_must_fit_into_it() {
             "[[level]]\nname = \"low\"\nhandlers = [\"low\", \"other\"]\n[[level]]\nname = \"high\"\nhandlers = [\"high\"]\nown_stack_bytes = {bytes}\n"
         )
     };
-    assert_eq!(bytes(&image, &own(24)), 24 + 108 + 108);
+    assert_eq!(bytes(&image, &own(24)), 24 + 36 + 36);
     assert_eq!(refused(&image, &own(23)), "`high` needs 24 bytes of its own stack, 23 are there");
 }
 
