@@ -254,11 +254,14 @@ const MUTE: (&str, u16) = ("mute", 1);
 const BREAK: (&str, u16) = ("break", 2);
 const BABBLE: (&str, u16) = ("babble", 3);
 const GARBAGE: (&str, u16) = ("garbage", 4);
+const CONTENTION: (&str, u16) = ("contention", 5);
 
 const BABBLING: &str = r#"babble = [{ from = "1s", until = "3s" }]"#;
 const PAUSING: &str = r#"babble = [{ from = "1s", until = "3s", gap = "1ms" }]"#;
 const STUCK_LOW: &str = r#"stuck = [{ from = "1s", until = "3s", level = "low" }]"#;
 const STUCK_HIGH: &str = r#"stuck = [{ from = "1s", until = "3s", level = "high" }]"#;
+/// The gateway is told that its receiver is always on.
+const HEARS_ITSELF: &[(u64, &str)] = &[(400, "bus t7 -e expected")];
 const DE_SHORTED: &str = r#"de_shorted = [{ from = "1s", until = "3s" }]"#;
 
 #[test]
@@ -291,6 +294,19 @@ fn a_t7_bus_at_the_wrong_bit_rate() {
 #[test]
 fn a_t7_bus_that_the_gateway_never_lets_go_of() {
     check(&Case { segment: DE_SHORTED, called: &[MUTE], deafens: true, ..WELL });
+}
+
+#[test]
+fn a_t7_bus_at_its_idle_level_where_the_gateway_hears_itself() {
+    let segment = concat!("echo = true\n", r#"stuck = [{ from = "1s", until = "3s", level = "high" }]"#);
+    check(&Case { segment, typed: HEARS_ITSELF, called: &[CONTENTION], ..WELL });
+}
+
+#[test]
+fn a_t7_bus_that_the_gateway_never_lets_go_of_where_it_hears_itself() {
+    // Its driver fights the answers: what is left of them is garbage.
+    let segment = concat!("echo = true\n", r#"de_shorted = [{ from = "1s", until = "3s" }]"#);
+    check(&Case { segment, typed: HEARS_ITSELF, called: &[GARBAGE], deafens: true, ..WELL });
 }
 
 #[test]
