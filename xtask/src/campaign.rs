@@ -56,9 +56,9 @@ const CAMPAIGNS: &[Campaign] = &[
     },
     Campaign {
         name: "soak",
-        shows: "two hours of the shipped image with everything at once (4 h)",
+        shows: "half an hour of the shipped image with everything at once, another seed (1.5 h)",
         run: || {
-            let wanted = [("CLINO_SOAK_MINUTES", "120"), ("CLINO_SOAK_SEED", "2")];
+            let wanted = [("CLINO_SOAK_MINUTES", "30"), ("CLINO_SOAK_SEED", "2")];
             board("soak", &["ten_minutes"], &wanted)
         },
     },
