@@ -74,7 +74,7 @@ pub trait Operation {
     fn next(&mut self, now: Micros) -> StepOf<Self>;
 
     /// An exchange asked for has ended; one answer, when collecting.
-    fn on(&mut self, outcome: Outcome<Self::Protocol>) -> Option<Self::Event>;
+    fn on(&mut self, outcome: &Outcome<Self::Protocol>) -> Option<Self::Event>;
 
     /// How far it is.
     fn progress(&self) -> Progress;

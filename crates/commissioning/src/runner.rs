@@ -3,7 +3,7 @@
 use clino_bus::{Fault, Isu, Master, Micros, Outcome, Protocol, Serial, T7};
 use clino_codec::isu::{DeviceError, Response};
 
-use crate::operation::{Operation, Progress, Step};
+use crate::operation::{Operation, Progress, Step, StepOf};
 
 /// A protocol whose answers tell whether the request arrived whole.
 pub trait Commissionable: Protocol {
@@ -79,7 +79,7 @@ pub type ActionOf<O> = Action<
 /// assert!(runner.is_asking());
 /// // Events of the line go to the master; what it makes of them goes to the runner.
 /// if let Some(outcome) = master.poll(now) {
-///     runner.settle(outcome);
+///     runner.settle(&outcome);
 /// }
 /// ```
 #[derive(Debug)]
@@ -112,7 +112,7 @@ where
         if self.is_asking() || master.is_asking() {
             return Action::Idle;
         }
-        let step = self.operation.next(now);
+        let step = self.next(now);
         self.wait = match &step {
             Step::Wait { until } => Some(*until),
             Step::Ask { address, request, .. } | Step::Collect { address, request, .. } => {
@@ -145,14 +145,20 @@ where
             Ok(frame) => Action::Send(frame),
             Err(_) => {
                 // Operations ask only what they have had encoded before; if not, this ends them.
-                let _no_event = self.settle(Outcome { result: Err(Fault::NotSent), at: now });
+                let _no_event = self.settle(&Outcome { result: Err(Fault::NotSent), at: now });
                 Action::Idle
             }
         }
     }
 
+    /// A function of its own, so that what it takes on the stack is given back before an exchange begins.
+    #[inline(never)]
+    fn next(&mut self, now: Micros) -> StepOf<O> {
+        self.operation.next(now)
+    }
+
     /// An exchange of this operation has ended; an answer has come, when it is collecting.
-    pub fn settle(&mut self, outcome: Outcome<O::Protocol>) -> Option<O::Event> {
+    pub fn settle(&mut self, outcome: &Outcome<O::Protocol>) -> Option<O::Event> {
         match self.asking {
             Asking::Nobody => return None,
             Asking::One => {

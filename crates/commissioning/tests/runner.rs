@@ -72,7 +72,7 @@ where
                 assert_eq!((answer.address.get(), angle), (9, Millidegrees(30_000)));
                 gateway.good += 1;
             } else {
-                let _ = runner.settle(outcome);
+                let _ = runner.settle(&outcome);
             }
         }
     }

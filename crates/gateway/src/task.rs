@@ -41,7 +41,7 @@ pub(crate) enum Lead<P: Protocol> {
 /// A task under way, whatever it does.
 pub(crate) trait Led<P: Protocol> {
     fn poll(&mut self, master: &mut Master<P>, now: Micros) -> Lead<P>;
-    fn settle(&mut self, outcome: Outcome<P>) -> Option<News>;
+    fn settle(&mut self, outcome: &Outcome<P>) -> Option<News>;
     fn poll_at(&self) -> Option<Micros>;
     fn is_asking(&self) -> bool;
     fn is_exclusive(&self) -> bool;
@@ -67,7 +67,7 @@ where
         }
     }
 
-    fn settle(&mut self, outcome: Outcome<P>) -> Option<News> {
+    fn settle(&mut self, outcome: &Outcome<P>) -> Option<News> {
         self.settle(outcome).map(Into::into)
     }
 

@@ -176,7 +176,7 @@ impl<P: Serve> Traffic<P> {
             self.polling.look_ahead(at, slots);
         }
         self.polling.look_again();
-        self.settle(outcome, slots)
+        self.settle(outcome.as_ref()?, slots)
     }
 
     /// Lets time pass. Returns the exchange that is over.
@@ -202,7 +202,7 @@ impl<P: Serve> Traffic<P> {
     #[inline(never)]
     fn end(&mut self, now: Micros, slots: &mut [Slot]) -> Option<Ended> {
         let outcome = self.master.poll(now);
-        self.settle(outcome, slots)
+        self.settle(outcome.as_ref()?, slots)
     }
 
     /// Takes what a reading that went well has said.
@@ -272,8 +272,8 @@ impl<P: Serve> Traffic<P> {
         self.work.as_ref().is_some_and(|work| P::led_ref(work).is_exclusive())
     }
 
-    fn settle(&mut self, outcome: Option<Outcome<P>>, slots: &mut [Slot]) -> Option<Ended> {
-        let outcome = outcome?;
+    #[inline(never)]
+    fn settle(&mut self, outcome: &Outcome<P>, slots: &mut [Slot]) -> Option<Ended> {
         let entry = self.begun.ended(outcome.at, Verdict::of(&outcome.result));
         let slot = match (&mut self.work, &outcome.result) {
             (Some(work), result) if P::led_ref(work).is_asking() => {

@@ -60,7 +60,7 @@ impl Boot {
     }
 
     /// An exchange has ended; `Some` at the end of it all.
-    pub fn on(&mut self, talk: &mut Talk, outcome: Outcome<Isu>) -> Option<Result<Alive, Cause>> {
+    pub fn on(&mut self, talk: &mut Talk, outcome: &Outcome<Isu>) -> Option<Result<Alive, Cause>> {
         let at = outcome.at;
         match self.state {
             State::Reset { rounds, .. } => match talk.settle(Function::ResetModule, outcome) {

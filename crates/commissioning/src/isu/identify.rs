@@ -69,7 +69,7 @@ impl Operation for Identify {
         }))
     }
 
-    fn on(&mut self, outcome: Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
         let function = self.request()?.function();
         match response(function, self.address, outcome.result) {
             Ok(Response::ReadEeprom { start, words }) => self.reader.take(start, &words),

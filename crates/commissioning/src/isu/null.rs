@@ -99,7 +99,7 @@ impl Operation for ResetNull {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
         match self.state {
             State::Read { .. } => match response(Function::ReadRam, self.address, outcome.result) {
                 Ok(response) => {

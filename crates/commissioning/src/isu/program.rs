@@ -88,7 +88,7 @@ impl Program {
         self.state = State::Ended(Ok(Report::new(from, to, self.writes)));
     }
 
-    fn on_probe(&mut self, at: Address, silences: u8, outcome: Outcome<Isu>) {
+    fn on_probe(&mut self, at: Address, silences: u8, outcome: &Outcome<Isu>) {
         match outcome.result {
             Err(Fault::NoAnswer { .. }) => {
                 let silences = silences.saturating_add(1);
@@ -119,7 +119,7 @@ impl Program {
         }
     }
 
-    fn on_written(&mut self, mut writer: Writer, outcome: Outcome<Isu>) {
+    fn on_written(&mut self, mut writer: Writer, outcome: &Outcome<Isu>) {
         let sent = writer.on(&mut self.talk, outcome);
         self.state = State::Write(writer);
         match sent {
@@ -139,7 +139,7 @@ impl Program {
         });
     }
 
-    fn on_boot(&mut self, mut boot: Boot, outcome: Outcome<Isu>) {
+    fn on_boot(&mut self, mut boot: Boot, outcome: &Outcome<Isu>) {
         let alive = boot.on(&mut self.talk, outcome);
         self.state = State::Boot(boot);
         match (alive, self.wanted) {
@@ -158,7 +158,7 @@ impl Program {
         }
     }
 
-    fn on_verify(&mut self, outcome: Outcome<Isu>) {
+    fn on_verify(&mut self, outcome: &Outcome<Isu>) {
         match self.talk.settle(Function::ReadEeprom, outcome) {
             Said::Response(Response::ReadEeprom { start, words }) => {
                 let before = present(&self.reader.image, self.wanted);
@@ -205,7 +205,7 @@ impl Operation for Program {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
         match self.state {
             State::Probe { at, silences } => self.on_probe(at, silences, outcome),
             State::Read => match self.talk.settle(Function::ReadEeprom, outcome) {

@@ -54,7 +54,7 @@ impl<T: Copy> Operation for Question<T> {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
         let result = match response(self.request.function(), self.address, outcome.result) {
             Ok(response) => Ok((self.take)(&response)?),
             Err(cause) => Err(cause),

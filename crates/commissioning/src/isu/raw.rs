@@ -130,7 +130,7 @@ impl Operation for RawWrite {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<UnprotectedIsu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<UnprotectedIsu>) -> Option<Self::Event> {
         match self.state {
             State::Write => self.state = State::Read,
             State::Read => match response(self.read_back().function(), self.address, outcome.result) {

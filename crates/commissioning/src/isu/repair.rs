@@ -159,7 +159,7 @@ impl Repair {
         }
     }
 
-    fn on_look(&mut self, outcome: Outcome<Isu>) {
+    fn on_look(&mut self, outcome: &Outcome<Isu>) {
         match response(Function::ReadRam, self.talk.at, outcome.result) {
             Ok(_) => self.state = State::Read,
             Err(Cause::HardError) => {
@@ -211,7 +211,7 @@ impl Repair {
         if is_one { Boot::new(stored, Some(at)) } else { Boot::new(at, None) }
     }
 
-    fn on_written(&mut self, mut writer: Writer, after: After, outcome: Outcome<Isu>) {
+    fn on_written(&mut self, mut writer: Writer, after: After, outcome: &Outcome<Isu>) {
         let sent = writer.on(&mut self.talk, outcome);
         self.state = State::Write(writer, after);
         match (sent, after) {
@@ -227,7 +227,7 @@ impl Repair {
         }
     }
 
-    fn on_boot(&mut self, mut boot: Boot, reading: Option<ChecksumReading>, outcome: Outcome<Isu>) {
+    fn on_boot(&mut self, mut boot: Boot, reading: Option<ChecksumReading>, outcome: &Outcome<Isu>) {
         let alive = boot.on(&mut self.talk, outcome);
         self.state = State::Boot(boot, reading);
         match alive {
@@ -284,7 +284,7 @@ impl Operation for Repair {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
         match self.state {
             State::Look => self.on_look(outcome),
             State::Read => match self.talk.settle(Function::ReadEeprom, outcome) {

@@ -36,7 +36,7 @@ impl Operation for Reset {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
         self.ended = self.ended.or(self.boot.on(&mut self.talk, outcome));
         None
     }

@@ -78,7 +78,7 @@ impl Talk {
 
     /// The end of an exchange that was begun with [`ask`](Self::ask). A module in its Hard Error state is taken out of
     /// it; one that is silent is sought at its other address, once.
-    pub fn settle(&mut self, function: Function, outcome: Outcome<Isu>) -> Said {
+    pub fn settle(&mut self, function: Function, outcome: &Outcome<Isu>) -> Said {
         let function = if self.softening { Function::GoToSoftErrorState } else { function };
         match response(function, self.at, outcome.result) {
             Ok(Response::GoToSoftErrorState) if self.softening => {

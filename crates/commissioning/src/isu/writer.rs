@@ -40,9 +40,9 @@ impl Writer {
     }
 
     /// An exchange begun with [`request`](Self::request) has ended. `true` when a write was sent, whatever came of it.
-    pub fn on(&mut self, talk: &mut Talk, outcome: Outcome<Isu>) -> Result<bool, Cause> {
+    pub fn on(&mut self, talk: &mut Talk, outcome: &Outcome<Isu>) -> Result<bool, Cause> {
         if self.writing && !talk.is_softening() {
-            talk.settle_write(&outcome);
+            talk.settle_write(outcome);
             self.writing = false;
             self.tries = self.tries.saturating_add(1);
             self.untouched = false;

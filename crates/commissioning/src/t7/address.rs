@@ -193,7 +193,7 @@ impl Operation for ChangeAddress {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
         if matches!(self.state, State::Write) {
             self.writes = self.writes.saturating_add(1);
             self.refused = outcome.result.ok().and_then(|answer| refusal(&answer.response));

@@ -82,7 +82,7 @@ impl Operation for AskAll {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<T7>) -> Option<Heard> {
+    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Heard> {
         match outcome.result {
             Ok(answer) => return Some(Heard::Answer(answer)),
             Err(Fault::Over { answers, garbled }) => {

@@ -129,7 +129,7 @@ impl Operation for ChangeBaud {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
         let is_damping = |response: &Response| matches!(response, Response::GetDamping { .. });
         match (self.state, outcome.result) {
             (State::Present, Ok(answer)) if is_damping(&answer.response) => {

@@ -104,7 +104,7 @@ impl Operation for Identify {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
         let State::Ask(number) = self.state else { return None };
         self.state = match outcome.result {
             Ok(answer) => {

@@ -125,7 +125,7 @@ impl Operation for Set {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
         match (self.state, outcome.result) {
             (State::Range, Ok(answer)) => {
                 if let Response::GetAngleOutputRange(range) = answer.response {

@@ -247,7 +247,7 @@ impl Operation for Sweep {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<T7>) -> Option<Found> {
+    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Found> {
         let asking = self.asking?;
         match outcome.result {
             Ok(answer) => match answer.response {

@@ -135,7 +135,7 @@ impl Operation for SetZero {
         }
     }
 
-    fn on(&mut self, outcome: Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
         match (self.state, outcome.result) {
             (State::Damping, Ok(answer)) => {
                 if let Response::GetDamping { damping_ms } = answer.response {

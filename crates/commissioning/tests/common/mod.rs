@@ -91,7 +91,7 @@ where
         let now = bench.port.now();
         assert!(now.since(begun) < LIMIT, "it does not end: {:?}", runner.progress());
         while let Some(outcome) = bench.master.poll(now) {
-            events.extend(runner.settle(outcome));
+            events.extend(runner.settle(&outcome));
         }
         look(&mut runner, requests);
         let progress = runner.progress();
@@ -117,7 +117,7 @@ where
         let at = earliest(bench.master.poll_at(), runner.poll_at().filter(|&at| at > now));
         let at = at.unwrap_or(now + Micros(1_000)).max(now + Micros(1));
         if let Some(event) = bench.port.run(at) {
-            events.extend(bench.master.on(event).and_then(|outcome| runner.settle(outcome)));
+            events.extend(bench.master.on(event).and_then(|outcome| runner.settle(&outcome)));
         }
     }
 }
