@@ -1,11 +1,11 @@
 //! The assembled board: image in, virtual time forward, and what can be looked at from outside.
 
 use crate::cpu::{self, BusyFlash, Cpu, CpuStats, Fault};
-use crate::crystal::{self, Crystal};
+use crate::crystal;
 use crate::elf::Image;
 use crate::flash::Sectors;
 use crate::incident::{Chronicle, Incident};
-use crate::narrow::Narrow;
+use crate::narrow;
 use crate::oscillators::{CrystalLife, Oscillators};
 use crate::plant::{Bait, NoBait, Plant};
 use crate::ports::{self, Ports};
@@ -13,6 +13,7 @@ use crate::pwm::{self, Pulse, PwmDevice, PwmWaveform, Source};
 use crate::rtt;
 use crate::timeline::{Actor, Timeline, lock};
 use crate::usart::{self, Connections, UsartDevice};
+use crate::wrapped::Wrapped;
 use clino_segment::wire::Wire;
 use clino_sim::node::Ns;
 use rsemu::core::clock::GlobalTime;
@@ -263,11 +264,11 @@ impl Parts {
         Ok(cpu)
     }
 
-    fn build_crystal(&self, stock: Arc<dyn Instance>) -> rsemu::core::Result<Arc<Crystal>> {
-        let crystal = Arc::new(Crystal::new(stock, self.life, Arc::clone(&self.chronicle))?);
-        *lock(&self.crystal) = Some(crystal.pins());
-        lock(&self.actors).push(crystal.pins());
-        Ok(crystal)
+    fn build_crystal(&self, stock: Arc<dyn Instance>) -> rsemu::core::Result<Arc<Wrapped<crystal::Pins>>> {
+        let controller = crystal::at(stock, self.life, Arc::clone(&self.chronicle))?;
+        *lock(&self.crystal) = Some(controller.front());
+        lock(&self.actors).push(controller.front());
+        Ok(Arc::new(controller))
     }
 
     fn build_usart(&self, props: &Props) -> rsemu::core::Result<Arc<UsartDevice>> {
@@ -300,8 +301,8 @@ fn bind(options: &mut BuildOptions, parts: &Arc<Parts>) -> rsemu::core::Result<(
     options.bindings.bind(cpu::CLASS_NAME, move |props| Ok(a.build_cpu(props)?))?;
     options.bindings.bind(usart::CLASS_NAME, move |props| Ok(b.build_usart(props)?))?;
     options.bindings.bind(pwm::CLASS_NAME, move |props| Ok(c.build_pwm(props)?))?;
-    if let Some(stock) = options.bindings.get("st.iwdg") {
-        options.bindings.replace("st.iwdg", move |props| Ok(Arc::new(Narrow::new(stock(props)?))));
+    if let Some(stock) = options.bindings.get(narrow::STOCK) {
+        options.bindings.replace(narrow::STOCK, move |props| Ok(Arc::new(narrow::widened(stock(props)?)?)));
     }
     if let Some(stock) = options.bindings.get(crystal::STOCK) {
         let d = Arc::clone(parts);
