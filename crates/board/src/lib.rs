@@ -24,6 +24,7 @@ pub mod pwm;
 mod rtt;
 mod timeline;
 mod usart;
+mod wrapped;
 
 pub use cpu::{CpuStats, Fault};
 pub use machine::{Board, BuildError, Stopped};

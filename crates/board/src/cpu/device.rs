@@ -1,18 +1,18 @@
 //! The core as a device of the emulator: pins, reset, and its share of the machine's time.
 
 use super::Cpu;
-use crate::incident::ResetCause;
+use super::reset::FLAGS;
 use crate::timeline::lock;
 use rsemu::core::Result;
 use rsemu::core::device::{Device, DeviceClass, ExportId, RealizeCtx, ResetKind, SinkPin};
 use rsemu::core::sched::{Budget, Consumed, TickCursor};
-use rsemu::core::sync::{AtomicBool, Ordering};
-use rsemu::core::wire::{Level, WireId, WireSink, WireSource};
+use rsemu::core::sync::Ordering;
+use rsemu::core::wire::{WireId, WireSink, WireSource};
 use rsemu::cpu::arm::v7m;
 use rsemu::dev::stm32::Clocks;
 use rsemu::machine::validate::{ClassSchema, PortDir};
 use rsemu::machine::{BindCtx, Instance};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 /// Class name in the board text.
 pub(crate) const CLASS_NAME: &str = "clino.cortex-m4f";
@@ -35,35 +35,6 @@ pub(crate) fn schema() -> ClassSchema {
     let mut schema = v7m::schema();
     schema.class = CLASS_NAME.to_string();
     FLAGS.iter().fold(schema, |schema, port| schema.port(*port, PortDir::Out))
-}
-
-/// Ports that tell the reset controller the cause of a reset.
-const FLAGS: [&str; 3] = ["sysresetreq", "brownout", "nrst"];
-
-/// The port of a cause; the watchdog has a line of its own.
-pub(super) const fn flag(cause: ResetCause) -> &'static str {
-    match cause {
-        ResetCause::Watchdog => "",
-        ResetCause::Software => FLAGS[0],
-        ResetCause::BrownOut => FLAGS[1],
-        ResetCause::Pin => FLAGS[2],
-    }
-}
-
-/// The line that resets the whole chip: the watchdog's.
-#[derive(Default)]
-pub(super) struct ResetLine {
-    pub asserted: AtomicBool,
-    /// Why, if it is not the watchdog.
-    pub cause: Mutex<Option<ResetCause>>,
-}
-
-impl WireSink for ResetLine {
-    fn set_level(&self, _src: WireId, _line: u32, level: Level) {
-        if level.is_high() {
-            self.asserted.store(true, Ordering::Relaxed);
-        }
-    }
 }
 
 impl std::fmt::Debug for Cpu {

@@ -5,7 +5,8 @@
 use rsemu::core::space::MemAttrs;
 use rsemu::core::value::Width;
 
-use super::{Cpu, Work};
+use super::Cpu;
+use super::work::Work;
 use crate::incident::Event;
 
 /// A branch to itself (ARM DDI 0403 A7.7.12).

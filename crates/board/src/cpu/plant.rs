@@ -5,7 +5,8 @@ use rsemu::core::space::MemAttrs;
 use rsemu::core::value::Width;
 use rsemu::cpu::arm::v7m::{ArmV7m, xpsr};
 
-use super::{Cpu, NEVER, Work};
+use super::work::Work;
+use super::{Cpu, NEVER};
 use crate::incident::Event;
 use crate::plant::{Bait, Plant, What};
 

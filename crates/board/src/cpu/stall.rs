@@ -7,7 +7,8 @@
 //! Not modelled: what the caches would still feed to the core, and that code in RAM would go on; the gateway has none. Up
 //! to eight instructions are executed before the stall is noticed.
 
-use super::{Cpu, Work};
+use super::Cpu;
+use super::work::Work;
 use crate::flash::{self, Sectors};
 use clino_sim::node::Ns;
 use rsemu::core::device::Device;

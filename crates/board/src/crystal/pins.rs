@@ -8,9 +8,11 @@ use rsemu::core::space::{AccessConstraints, MemAttrs, MemOps, MemResult};
 use rsemu::core::sync::{AtomicBool, Ordering};
 use rsemu::core::wire::{Level, WireSource};
 
+use super::NMI;
 use crate::incident::{Chronicle, Event};
 use crate::oscillators::CrystalLife;
 use crate::timeline::{Actor, lock};
+use crate::wrapped::Front;
 
 /// Registers of the controller: offsets (RM0090 section 7.3).
 mod offset {
@@ -82,11 +84,6 @@ impl Pins {
             nmi: OnceLock::new(),
             state: Mutex::new(state),
         }
-    }
-
-    /// Takes the line that NMI is raised with.
-    pub fn raise(&self, nmi: WireSource) {
-        let _ = self.nmi.set(nmi);
     }
 
     /// Whether the core stands still for want of a clock.
@@ -178,9 +175,17 @@ impl Pins {
             self.set(offset::CR, self.get(offset::CR) | cr::HSEON);
         }
     }
+}
+
+impl Front for Pins {
+    const OUTPUT: Option<&str> = Some(NMI);
+
+    fn connect(&self, nmi: WireSource) {
+        let _ = self.nmi.set(nmi);
+    }
 
     /// The chip is reset: the controller is on the internal oscillator.
-    pub fn reset(&self) {
+    fn reset(&self) {
         {
             let mut state = lock(&self.state);
             (state.wanted, state.switching) = (false, None);

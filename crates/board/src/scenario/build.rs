@@ -5,12 +5,11 @@ use clino_sim::node::Ns;
 use clino_sim::{isu, pwm, t7};
 use toml::Spanned;
 
-use super::check::Lasting;
-use super::schema::{self, File, Latency};
+use super::schema::{self, File, Lasting, Latency, bounds};
 use super::{Bench, Identity, Kind, Truth};
 use crate::pwm::{PwmWaveform, Steady};
 use clino_segment::chance::{Chance, Topic};
-use clino_segment::{Babble, Faults, LineFaults, Noise, Probability, Segment, Settings, Station, Stuck};
+use clino_segment::{LineFaults, Noise, Probability, Segment, Settings, Station, Stuck};
 
 /// Parts of the run that have their own chance.
 const T7_BUS: u64 = 1;
@@ -92,8 +91,7 @@ fn t7_station(node: &schema::T7, chance: Chance) -> Station {
     let made = t7::T7::new(identity, settings, options);
     let mut t7 = made.unwrap_or_else(|why| unreachable!("the scenario was checked, and yet: {why}"));
     t7.faults.every = node.fault.as_ref().map(schema::Fault::every);
-    let faults = faults(&node.unplugged, &node.babble, node.corrupt.0, node.shorten.0);
-    Station { name: format!("t7/{address}"), node: Box::new(t7), faults }
+    Station { name: format!("t7/{address}"), node: Box::new(t7), faults: node.faults() }
 }
 
 fn isu_station(node: &schema::Isu, chance: Chance) -> Station {
@@ -110,23 +108,7 @@ fn isu_station(node: &schema::Isu, chance: Chance) -> Station {
     let eeprom = isu::Eeprom::factory(content, isu::ChecksumScope::default(), seed);
     let mut isu = isu::Isu::new(eeprom, options);
     isu.faults.every = node.fault.as_ref().map(schema::Fault::every);
-    let faults = faults(&node.unplugged, &node.babble, node.corrupt.0, node.shorten.0);
-    Station { name: format!("isu/{address}"), node: Box::new(isu), faults }
-}
-
-fn faults(
-    unplugged: &[Spanned<schema::Interval>],
-    babble: &[Spanned<schema::Babble>],
-    corrupt: Probability,
-    shorten: Probability,
-) -> Faults {
-    let babble = babble.iter().map(Spanned::get_ref);
-    Faults {
-        unplugged: bounds(unplugged),
-        babble: babble.map(|b| Babble { from: b.from.0, until: b.until.0, gap: b.gap.0 }).collect(),
-        corrupt,
-        shorten,
-    }
+    Station { name: format!("isu/{address}"), node: Box::new(isu), faults: node.faults() }
 }
 
 /// The waveform on one PWM input: a low line when nothing is connected.
@@ -155,9 +137,7 @@ fn t7_truth(node: &schema::T7) -> Truth {
         tolerance: T7_TOLERANCE,
         away: bounds(&node.unplugged),
         disturbed: Vec::new(),
-        unreliable: node.fault.is_some()
-            || node.corrupt.0 != Probability::NEVER
-            || node.shorten.0 != Probability::NEVER,
+        unreliable: node.is_unreliable(),
     }
 }
 
@@ -171,9 +151,7 @@ fn isu_truth(node: &schema::Isu) -> Truth {
         tolerance: ISU_TOLERANCE,
         away: bounds(&node.unplugged),
         disturbed: Vec::new(),
-        unreliable: node.fault.is_some()
-            || node.corrupt.0 != Probability::NEVER
-            || node.shorten.0 != Probability::NEVER,
+        unreliable: node.is_unreliable(),
     }
 }
 
@@ -209,10 +187,6 @@ fn disturb<'a>(
         truth.disturbed.extend(bounds(&segment.de_shorted));
         truth.unreliable |= noisy;
     }
-}
-
-fn bounds<T: Lasting>(intervals: &[Spanned<T>]) -> Vec<(Ns, Ns)> {
-    intervals.iter().map(|interval| interval.get_ref().bounds()).collect()
 }
 
 fn drawn(latency: &Spanned<Latency>) -> latency::Latency {

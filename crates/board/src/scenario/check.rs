@@ -3,11 +3,10 @@
 
 use std::ops::{Range, RangeInclusive};
 
-use clino_sim::node::Ns;
 use clino_sim::{isu, t7};
 use toml::Spanned;
 
-use super::schema::{Babble, Crystal, File, Interval, Latency, Modbus, Moves, Pwm, Stuck};
+use super::schema::{Crystal, File, Lasting, Latency, Modbus, Moves, Pwm};
 use super::units::Time;
 use crate::oscillators::LSI_RANGE;
 use crate::plant::What;
@@ -181,30 +180,6 @@ fn unique<'a>(values: impl Iterator<Item = &'a Spanned<u8>>, name: &str) -> Chec
         seen.push(*value.get_ref());
     }
     Ok(())
-}
-
-/// Anything that lasts from one instant until another.
-pub trait Lasting {
-    /// First instant, and first instant after.
-    fn bounds(&self) -> (Ns, Ns);
-}
-
-impl Lasting for Interval {
-    fn bounds(&self) -> (Ns, Ns) {
-        (self.from.0, self.until.0)
-    }
-}
-
-impl Lasting for Babble {
-    fn bounds(&self) -> (Ns, Ns) {
-        (self.from.0, self.until.0)
-    }
-}
-
-impl Lasting for Stuck {
-    fn bounds(&self) -> (Ns, Ns) {
-        (self.from.0, self.until.0)
-    }
 }
 
 fn intervals<T: Lasting>(intervals: &[Spanned<T>]) -> Checked {

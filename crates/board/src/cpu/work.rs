@@ -1,0 +1,56 @@
+//! What a round of execution works on: whatever the core keeps from one round to the next.
+
+use std::sync::Arc;
+
+use clino_sim::node::Ns;
+
+use super::clocks::Timer;
+use super::idle::Idle;
+use super::plant::Planting;
+use super::{BusyFlash, CpuStats};
+use crate::crystal;
+use crate::timeline::Actor;
+
+/// What one round of execution works on.
+#[derive(Default)]
+pub(super) struct Work {
+    /// Cycles executed beyond the last budget.
+    pub debt: u64,
+    /// Generation of the clock tree the timeline follows.
+    pub generation: Option<u64>,
+    /// Ticks of the APB1 timer clock per core cycle, as a fraction.
+    pub timer_ticks: (u64, u64),
+    /// A core cycle at which a tick of the timer clock begins.
+    pub in_phase: u64,
+    pub actors: Vec<Arc<dyn Actor>>,
+    /// Instant of the last act: time does not go back.
+    pub acted: Ns,
+    pub timers: Vec<Timer>,
+    pub flash: Option<BusyFlash>,
+    pub crystal: Option<Arc<crystal::Pins>>,
+    pub planting: Planting,
+    /// Program counter at the last look.
+    pub seen_pc: u32,
+    /// The core was seen locked up since the last reset.
+    pub locked_up: bool,
+    pub stats: CpuStats,
+}
+
+impl Work {
+    pub fn count(&mut self, idle: Idle, cycles: u64) {
+        match idle {
+            Idle::Asleep => self.stats.asleep_cycles += cycles,
+            Idle::No | Idle::Stuck => self.stats.awake_cycles += cycles,
+        }
+    }
+
+    /// Whether the supply has failed.
+    pub fn is_without_power(&self) -> bool {
+        self.flash.as_ref().is_some_and(BusyFlash::is_without_power)
+    }
+
+    /// Whether the core's clock has stopped.
+    pub fn is_without_clock(&self) -> bool {
+        self.crystal.as_ref().is_some_and(|crystal| crystal.is_halted())
+    }
+}

@@ -1,0 +1,71 @@
+//! Who talks to the gateway: somebody at the console, and the master at the Modbus port.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::modbus::{Framing, Parity};
+use crate::scenario::hex::Hex;
+use crate::scenario::units::Time;
+
+/// A line that somebody types at the console.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Typed {
+    /// Its first start bit, unless the line before is still being typed.
+    pub at: Time,
+    /// The line without its end.
+    pub line: String,
+}
+
+/// The master at the Modbus port.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Modbus {
+    /// Bit rate in bit/s.
+    pub baud: Option<Spanned<u32>>,
+    /// Parity bit.
+    pub parity: ParityBit,
+    /// One or two.
+    pub stop_bits: Option<Spanned<u8>>,
+    /// What it sends.
+    pub request: Vec<Request>,
+}
+
+/// The bit after the data bits.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ParityBit {
+    /// There is none.
+    None,
+    /// It makes the number of ones even.
+    #[default]
+    Even,
+    /// It makes the number of ones odd.
+    Odd,
+}
+
+impl Modbus {
+    /// In the board's terms.
+    pub fn framing(&self) -> Framing {
+        let default = Framing::default();
+        Framing {
+            baud: self.baud.as_ref().map_or(default.baud, |baud| *baud.get_ref()),
+            parity: match self.parity {
+                ParityBit::None => Parity::None,
+                ParityBit::Even => Parity::Even,
+                ParityBit::Odd => Parity::Odd,
+            },
+            stop_bits: self.stop_bits.as_ref().map_or(default.stop_bits, |stop_bits| *stop_bits.get_ref()),
+        }
+    }
+}
+
+/// Something that the master sends.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    /// Its first start bit, unless the request before is still on its way.
+    pub at: Time,
+    /// All of it, checksum included.
+    pub bytes: Spanned<Hex>,
+}
