@@ -54,7 +54,8 @@ fn mbpoll() -> Option<&'static Mbpoll> {
 
 /// Runs `mbpoll` with these arguments; number and value of each register it shows.
 fn poll(mbpoll: &Mbpoll, arguments: &str, port: &str) -> Vec<(u16, String)> {
-    let line = "-m rtu -a 1 -b 19200 -P even -1";
+    // Patient: the machine may be busy with other tests.
+    let line = "-m rtu -a 1 -b 19200 -P even -o 5 -1";
     let mut command = mbpoll.command();
     command.args(line.split(' ')).args(arguments.split(' ')).arg(port);
     let output = command.output().expect("mbpoll runs");
