@@ -165,6 +165,20 @@ fn pieces() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(piece, 0..24).prop_map(|pieces| pieces.concat())
 }
 
+/// The same for the answer of ISU 3 to Read RAM 58H, `04 35 58 80 00 0D`.
+fn isu_pieces() -> impl Strategy<Value = Vec<u8>> {
+    let piece = select(vec![
+        &[0x04, 0x35, 0x58, 0x80, 0x00, 0x0D][..],
+        &[0x04, 0x35, 0x58, 0x80, 0x00, 0x00],
+        &[0x04, 0x35, 0x58, 0x80],
+        &[0x04, 0x35],
+        &[0xFE, 0x15],
+        &[0x20, 0x25, 0x58],
+        &[0x00],
+    ]);
+    prop::collection::vec(piece, 0..24).prop_map(|pieces| pieces.concat())
+}
+
 /// Feeds a T7 decoder, and silence at the end. Returns the last byte's index and meaning of every good
 /// answer.
 fn t7_frames(decoder: &mut t7::AnswerDecoder, bytes: &[u8]) -> Vec<t7::Answer> {
@@ -291,6 +305,18 @@ proptest! {
         // It cannot overlap itself, and no other five bytes of the pieces are an answer from 5 to this.
         let wanted = bytes.windows(good.len()).filter(|window| **window == good).count();
         prop_assert_eq!(t7_frames(&mut decoder, &bytes).len(), wanted);
+        prop_assert_eq!(decoder.pending(), 0);
+    }
+
+    #[test]
+    fn no_isu_answer_is_lost_between_pieces_of_others(bytes in isu_pieces()) {
+        let good = isu_frame(0x35, &[0x58, 0x80, 0x00]);
+        let address = isu::Address::new(3).unwrap();
+        let mut decoder = isu::AnswerDecoder::new(isu::Request::READ_ANGLE.expected(address), Layers::ALL);
+        let wanted = bytes.windows(good.len()).filter(|window| *window == good).count();
+        let answer = isu::Answer::decode(&good).unwrap();
+        let frames = isu_frames(&mut decoder, &bytes);
+        prop_assert_eq!(frames.iter().filter(|frame| **frame == answer).count(), wanted);
         prop_assert_eq!(decoder.pending(), 0);
     }
 
