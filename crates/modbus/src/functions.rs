@@ -27,6 +27,11 @@ pub mod function {
     pub const IDENTIFICATION: u8 = 43;
 }
 
+/// Whether a function reads registers and does nothing else.
+pub fn only_reads(code: u8) -> bool {
+    matches!(code, function::READ_HOLDING | function::READ_INPUT)
+}
+
 /// Address and function; the same, address and quantity of registers.
 const HEAD: usize = 2;
 const WRITE_HEAD: usize = 6;

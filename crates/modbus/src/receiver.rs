@@ -34,6 +34,8 @@ struct Waits {
     character: Micros,
     /// The longest pause that is none.
     pause: Micros,
+    /// From the centre of a stop bit until the next character of the same frame must be whole.
+    closed: Micros,
     /// The silence that ends a frame.
     silence: Micros,
     /// The same from the centre of a stop bit.
@@ -55,7 +57,8 @@ pub enum Ended {
 }
 
 /// Shortest frame: address, function, checksum.
-const MIN_FRAME: usize = 4;
+const MIN_FRAME: usize = 2 + CHECKSUM;
+const CHECKSUM: usize = 2;
 
 /// How much later than it should a character may be stamped: interrupts of the same rank come first at times; µs.
 const STAMP_DELAY: u64 = 50;
@@ -98,6 +101,36 @@ impl Receiver {
         lost
     }
 
+    /// After that no character can belong to the frame any more: its silence has been longer than t1.5, and what begins
+    /// before t3.5 is over spoils it.
+    pub fn closes_at(&self) -> Option<Micros> {
+        self.last.map(|last| last + self.waits.closed)
+    }
+
+    /// Whether what was received is a frame without a fault, unless more follows.
+    pub fn is_whole(&self) -> bool {
+        !self.broken
+            && !self.is_misread()
+            && self.frame.bytes().len() >= MIN_FRAME
+            && self.crc == crc::RESIDUE
+    }
+
+    /// The frame without its checksum.
+    pub fn open(&mut self) -> &mut Frame {
+        self.frame.truncate(self.frame.bytes().len().saturating_sub(CHECKSUM));
+        &mut self.frame
+    }
+
+    /// What there is is no frame, whatever follows.
+    pub fn spoil(&mut self) {
+        self.broken = true;
+    }
+
+    /// The silence is over, and the frame was used.
+    pub fn used(&mut self) {
+        self.last = None;
+    }
+
     /// When t3.5 is over after the last character, if there was one.
     pub fn ends_at(&self) -> Option<Micros> {
         self.last.map(|last| last + self.waits.end)
@@ -110,10 +143,10 @@ impl Receiver {
         if length == 0 {
             return Ended::Silence;
         }
-        if self.broken || self.is_misread() || length < MIN_FRAME || self.crc != crc::RESIDUE {
+        if !self.is_whole() {
             return Ended::Spoilt { overrun: self.errors.contains(LineErrors::OVERRUN) };
         }
-        self.frame.truncate(length.saturating_sub(2));
+        self.open();
         Ended::Whole
     }
 
@@ -134,11 +167,14 @@ impl Receiver {
 
 impl Waits {
     const fn new(settings: &Settings) -> Waits {
-        let (bit, silence) = (settings.bits(1).0, settings.t3_5());
+        let (bit, silence, character) = (settings.bits(1).0, settings.t3_5(), settings.characters(1));
+        // One bit for two clocks that are not the same.
+        let pause = settings.t1_5().0.saturating_add(bit).saturating_add(STAMP_DELAY);
         Waits {
-            character: settings.characters(1),
-            // One bit for two clocks that are not the same.
-            pause: Micros(settings.t1_5().0.saturating_add(bit).saturating_add(STAMP_DELAY)),
+            character,
+            pause: Micros(pause),
+            // Later than the latest that counts.
+            closed: Micros(pause.saturating_add(character.0).saturating_add(1)),
             silence,
             // The centre of a stop bit is half a bit before its end.
             end: Micros(bit.div_ceil(2).saturating_add(silence.0)),

@@ -3,9 +3,16 @@
 //! ```text
 //!              a whole frame for us, t3.5 of silence         transmission complete
 //!  Listening ─────────────────────────────────────▶ Sending ─────────────────────▶ Listening
-//!      ▲                                               │
-//!      └───────────────────────────────────────────────┘ the port has not said so in twice the frame's time
+//!      │ ▲                                           ▲ │
+//!      │ └───────────────────────────────────────────┼─┘ the port has not said so in twice the frame's time
+//!      └──────────────────▶ Prepared ────────────────┘
+//!         a request to read:         t3.5 of silence; a character before that leads back to Listening
+//!         no more of it can come
 //! ```
+//!
+//! Reading takes time, most of all when values change meanwhile, and changes nothing: so the answer is made as soon as
+//! nothing more can belong to the request (t1.5 and a character after its end), and goes out when t3.5 is over. Everything
+//! else is carried out only then.
 
 use clino_bus::Micros;
 use clino_codec::character::Character;
@@ -55,7 +62,14 @@ pub(crate) struct Inner {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Listening,
-    Sending { give_up: Micros },
+    /// The answer is in the frame; t3.5 is not over.
+    Prepared {
+        /// It is an exception.
+        refused: bool,
+    },
+    Sending {
+        give_up: Micros,
+    },
 }
 
 impl Server {
@@ -74,11 +88,16 @@ impl Server {
 
     /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, nothing is heard.
     pub fn heard(&mut self, character: Character, at: Micros) {
-        if self.state != State::Listening || at < self.deaf_until {
+        if matches!(self.state, State::Sending { .. }) || at < self.deaf_until {
             return;
         }
+        let prepared = self.state != State::Listening;
+        self.state = State::Listening;
         if self.receiver.heard(character, at) {
             bump(&mut self.inner.counters.unanswered);
+        } else if prepared {
+            // The request was none, and its answer stands in its place.
+            self.receiver.spoil();
         }
     }
 
@@ -89,13 +108,22 @@ impl Server {
         if self.poll_at().is_none_or(|at| now < at) {
             return None;
         }
-        if self.state != State::Listening {
-            self.listen(now);
-            return None;
-        }
-        if !self.serve(host) {
-            self.run_as_asked(now);
-            return None;
+        match self.state {
+            State::Sending { .. } => {
+                self.listen(now);
+                return None;
+            }
+            State::Listening if self.receiver.ends_at().is_some_and(|at| now < at) => {
+                self.prepare(host);
+                return None;
+            }
+            State::Listening => {
+                if !self.serve(host) {
+                    self.run_as_asked(now);
+                    return None;
+                }
+            }
+            State::Prepared { refused } => self.count_prepared(refused),
         }
         let bytes = self.receiver.frame.bytes();
         let time = self.inner.settings.characters(bytes.len() as u32);
@@ -106,14 +134,15 @@ impl Server {
     /// When [`Server::poll`] has something to do, if ever.
     pub fn poll_at(&self) -> Option<Micros> {
         match self.state {
-            State::Listening => self.receiver.ends_at(),
+            State::Listening if self.is_to_read() => self.receiver.closes_at(),
+            State::Listening | State::Prepared { .. } => self.receiver.ends_at(),
             State::Sending { give_up } => Some(give_up),
         }
     }
 
     /// The last stop bit of the answer was out at `at`, or the port has given it up.
     pub fn sent(&mut self, at: Micros) {
-        if self.state != State::Listening {
+        if matches!(self.state, State::Sending { .. }) {
             self.deaf_until = at + self.inner.settings.bits(ECHO_BITS);
             self.listen(at);
         }
@@ -155,6 +184,30 @@ impl Server {
         }
     }
 
+    /// Whether the frame asks us for registers and nothing else.
+    fn is_to_read(&self) -> bool {
+        let &[address, function, ..] = self.receiver.frame.bytes() else { return false };
+        address == self.inner.settings.address && functions::only_reads(function) && self.receiver.is_whole()
+    }
+
+    /// Makes the answer to a request that only reads, while t3.5 goes on.
+    fn prepare<H: Host>(&mut self, host: &mut H) {
+        self.receiver.open();
+        let refused = self.answer(false, host);
+        self.state = State::Prepared { refused };
+    }
+
+    /// The silence is over, and the answer is there.
+    fn count_prepared(&mut self, refused: bool) {
+        self.receiver.used();
+        let counters = &mut self.inner.counters;
+        bump(&mut counters.messages);
+        bump(&mut counters.requests);
+        if refused {
+            bump(&mut counters.exceptions);
+        }
+    }
+
     /// The silence is over. Says whether there is an answer in the frame.
     fn serve<H: Host>(&mut self, host: &mut H) -> bool {
         let counters = &mut self.inner.counters;
@@ -169,23 +222,31 @@ impl Server {
             }
             Ended::Whole => bump(&mut counters.messages),
         }
-        let frame = &mut self.receiver.frame;
-        let &[address, function, ..] = frame.bytes() else { return false };
+        let &[address, ..] = self.receiver.frame.bytes() else { return false };
         let broadcast = address == BROADCAST;
         if !broadcast && address != self.inner.settings.address {
             return false;
         }
         bump(&mut counters.requests);
-        if let Err(exception) = functions::execute(&mut self.inner, frame, broadcast, host) {
+        if self.answer(broadcast, host) {
             bump(&mut self.inner.counters.exceptions);
-            refuse(frame, address, function, exception);
         }
         if broadcast {
             bump(&mut self.inner.counters.unanswered);
-        } else {
-            frame.seal();
         }
         !broadcast
+    }
+
+    /// Carries the request in the frame out and puts the answer in its place; says whether that is an exception.
+    fn answer<H: Host>(&mut self, broadcast: bool, host: &mut H) -> bool {
+        let frame = &mut self.receiver.frame;
+        let &[address, function, ..] = frame.bytes() else { return false };
+        let result = functions::execute(&mut self.inner, frame, broadcast, host);
+        if let Err(exception) = result {
+            refuse(frame, address, function, exception);
+        }
+        frame.seal();
+        result.is_err()
     }
 }
 

@@ -39,7 +39,8 @@ fn silences() {
     assert_eq!(Settings::DEFAULT.bits_per_character(), 11);
 }
 
-/// The answer comes at t3.5 after the last stop bit, not before, and the deadline says so.
+/// The answer comes at t3.5 after the last stop bit, not before, and the deadline says so. It is made when t1.5 and a
+/// character have passed, when nothing that begins can belong to the request any more.
 #[test]
 fn the_answer_comes_when_the_silence_is_over() {
     for (baud, character, t3_5, half_bit) in [(19_200, 573, 2_006, 27), (115_200, 96, 1_750, 5)] {
@@ -48,6 +49,14 @@ fn the_answer_comes_when_the_silence_is_over() {
             bench.character(byte, LineErrors::NONE);
         }
         let due = bench.now + half_bit + t3_5;
+        let made = bench.server.poll_at().expect("a deadline").0;
+        let t1_5 = if baud == 19_200 { 860 } else { 750 };
+        assert!((bench.now + t1_5 + character..due).contains(&made), "{made}");
+        let looks = bench.host.snapshots;
+        assert!(bench.server.poll(Micros(made - 1), &mut bench.host).is_none());
+        assert_eq!(bench.host.snapshots, looks);
+        assert!(bench.server.poll(Micros(made), &mut bench.host).is_none());
+        assert_eq!(bench.host.snapshots, looks + 1);
         let at = bench.server.poll_at().expect("a deadline").0;
         assert!(at.abs_diff(due) <= 1, "{at} instead of {due}");
         assert!(bench.server.poll(Micros(at - 1), &mut bench.host).is_none());
@@ -55,6 +64,48 @@ fn the_answer_comes_when_the_silence_is_over() {
         bench.server.sent(Micros(at + 7 * character));
         assert_eq!(bench.server.poll_at(), None, "nothing to wait for");
     }
+}
+
+/// What comes after a request and before t3.5 spoils it, whether its answer is made already or not.
+#[test]
+fn an_answer_that_was_made_is_dropped_with_its_request() {
+    let frame = sealed(&REQUEST);
+    for pause in [900, 1_200, 1_600, 1_900] {
+        let mut bench = Bench::new();
+        for &byte in &frame {
+            bench.character(byte, LineErrors::NONE);
+        }
+        assert_eq!(bench.pause(pause), None);
+        assert_eq!(bench.raw(&frame), None, "after {pause} us");
+        let counters = *bench.server.counters();
+        assert_eq!((counters.errors, counters.messages, counters.requests), (1, 0, 0), "after {pause} us");
+        // Whatever it was, the next one is answered.
+        assert!(bench.raw(&frame).is_some());
+    }
+}
+
+/// Nobody has called at the first deadline: the answer is made at the second.
+#[test]
+fn nothing_is_lost_if_nobody_calls_before_the_end() {
+    let mut bench = Bench::new();
+    for byte in sealed(&REQUEST) {
+        bench.character(byte, LineErrors::NONE);
+    }
+    let late = Micros(bench.now + 27 + 2_006);
+    assert_eq!(bench.server.poll(late, &mut bench.host).map(<[u8]>::len), Some(7));
+    let counters = bench.server.counters();
+    assert_eq!((counters.messages, counters.requests), (1, 1));
+}
+
+/// A request that writes is not carried out before t3.5 is over: until then it may turn out to be none.
+#[test]
+fn nothing_is_written_before_the_silence_is_over() {
+    let mut bench = Bench::new();
+    for byte in sealed(&[ADDRESS, 6, 0x18, 0x05, 0, 1]) {
+        bench.character(byte, LineErrors::NONE);
+    }
+    let at = bench.server.poll_at().expect("a deadline").0;
+    assert!(at.abs_diff(bench.now + 27 + 2_006) <= 1, "{at}");
 }
 
 /// A pause within a frame.
@@ -181,6 +232,8 @@ fn deaf_while_it_talks() {
     for byte in sealed(&REQUEST) {
         bench.character(byte, LineErrors::NONE);
     }
+    let made = bench.server.poll_at().expect("a deadline");
+    assert!(bench.server.poll(made, &mut bench.host).is_none());
     let at = bench.server.poll_at().expect("a deadline");
     let answer = bench.server.poll(at, &mut bench.host).expect("an answer").to_vec();
     let mut now = at.0;
@@ -206,6 +259,8 @@ fn a_port_that_forgets() {
     for byte in sealed(&REQUEST) {
         bench.character(byte, LineErrors::NONE);
     }
+    let made = bench.server.poll_at().expect("a deadline");
+    assert!(bench.server.poll(made, &mut bench.host).is_none());
     let at = bench.server.poll_at().expect("a deadline");
     assert!(bench.server.poll(at, &mut bench.host).is_some());
     let again = bench.server.poll_at().expect("a deadline").0 - at.0;
