@@ -230,6 +230,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     #[inline(never)]
     fn follow(&mut self, next: Next, audience: Audience, now: Micros) {
         match next {
+            // Carried out before, see `take`; nothing that is carried out leads to another of the kind.
             Next::Stay | Next::CarryOut(_) => {}
             Next::Stream => self.mode = Mode::Stream { audience, back: audience },
             Next::Speak(audience) => self.speak(audience),

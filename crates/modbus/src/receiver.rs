@@ -101,8 +101,8 @@ impl Receiver {
         lost
     }
 
-    /// After that no character can belong to the frame any more: its silence has been longer than t1.5, and what begins
-    /// before t3.5 is over spoils it.
+    /// From then on no character can belong to the frame any more: the silence before it was longer than t1.5. One that is
+    /// whole before t3.5 is over spoils the frame.
     pub fn closes_at(&self) -> Option<Micros> {
         self.last.map(|last| last + self.waits.closed)
     }
@@ -115,10 +115,9 @@ impl Receiver {
             && self.crc == crc::RESIDUE
     }
 
-    /// The frame without its checksum.
-    pub fn open(&mut self) -> &mut Frame {
+    /// Takes the checksum off the frame.
+    pub fn open(&mut self) {
         self.frame.truncate(self.frame.bytes().len().saturating_sub(CHECKSUM));
-        &mut self.frame
     }
 
     /// What there is is no frame, whatever follows.

@@ -56,6 +56,8 @@ struct Case {
     bus: Bus,
     /// Of the segment.
     segment: &'static str,
+    /// The receiver of the gateway is always on at the T7 bus, and it is told so.
+    hears_itself: bool,
     /// Of the last sensor.
     sensor: &'static str,
     /// What is typed at the console, and when, in ms.
@@ -66,11 +68,20 @@ struct Case {
     deafens: bool,
 }
 
-const WELL: Case = Case { bus: Bus::T7, segment: "", sensor: "", typed: &[], called: &[], deafens: false };
+const WELL: Case = Case {
+    bus: Bus::T7,
+    segment: "",
+    hears_itself: false,
+    sensor: "",
+    typed: &[],
+    called: &[],
+    deafens: false,
+};
 
 fn scenario(case: &Case) -> String {
     let mut text = format!("seed = 5\nduration = \"{END_MS}ms\"\n");
-    let segment = |bus| if case.bus == bus { case.segment } else { "" };
+    let echo = if case.hears_itself { "echo = true\n" } else { "" };
+    let segment = |bus| if case.bus == bus { [echo, case.segment].concat() } else { String::new() };
     let sensor = |bus, last: bool| if case.bus == bus && last { case.sensor } else { "" };
     write!(text, "[segments.t7]\n{}\n[segments.isu]\n{}\n", segment(Bus::T7), segment(Bus::Isu))
         .expect("text");
@@ -87,7 +98,8 @@ fn scenario(case: &Case) -> String {
     let slots = t7.chain((2..=ISUS).map(|address| format!("isu {address}")));
     let slots = (NEXT_SLOT..).zip(slots).map(|(slot, what)| format!("slot {slot} {what}"));
     let set_up = (1..).zip(slots).map(|(n, line)| (20 * n, line));
-    let case_s = case.typed.iter().map(|&(at, line)| (at, line.to_owned()));
+    let told = case.hears_itself.then(|| (400, "bus t7 -e expected".to_owned()));
+    let case_s = told.into_iter().chain(case.typed.iter().map(|&(at, line)| (at, line.to_owned())));
     let shown =
         [ASKED_MS, 4_600].into_iter().flat_map(|at| [(at, "bus t7".into()), (at + 20, "bus isu".into())]);
     for (at, line) in set_up.chain(case_s).chain(shown) {
@@ -267,8 +279,6 @@ const BABBLING: &str = r#"babble = [{ from = "1s", until = "3s" }]"#;
 const PAUSING: &str = r#"babble = [{ from = "1s", until = "3s", gap = "1ms" }]"#;
 const STUCK_LOW: &str = r#"stuck = [{ from = "1s", until = "3s", level = "low" }]"#;
 const STUCK_HIGH: &str = r#"stuck = [{ from = "1s", until = "3s", level = "high" }]"#;
-/// The gateway is told that its receiver is always on.
-const HEARS_ITSELF: &[(u64, &str)] = &[(400, "bus t7 -e expected")];
 const DE_SHORTED: &str = r#"de_shorted = [{ from = "1s", until = "3s" }]"#;
 
 #[test]
@@ -305,22 +315,15 @@ fn a_t7_bus_that_the_gateway_never_lets_go_of() {
 
 #[test]
 fn a_t7_bus_at_its_idle_level_where_the_gateway_hears_itself() {
-    let segment = concat!("echo = true\n", r#"stuck = [{ from = "1s", until = "3s", level = "high" }]"#);
-    check(&Case { segment, typed: HEARS_ITSELF, called: &[CONTENTION], ..WELL });
+    check(&Case { segment: STUCK_HIGH, hears_itself: true, called: &[CONTENTION], ..WELL });
 }
 
 #[test]
 fn a_t7_bus_that_the_gateway_never_lets_go_of_where_it_hears_itself() {
     // Its driver fights the answers: what is left of them is garbage. Who hears that may become deaf and be mute, or speak at
     // the wrong time, into a request.
-    let segment = concat!("echo = true\n", r#"de_shorted = [{ from = "1s", until = "3s" }]"#);
-    check(&Case {
-        segment,
-        typed: HEARS_ITSELF,
-        called: &[GARBAGE, MUTE, CONTENTION],
-        deafens: true,
-        ..WELL
-    });
+    let called = &[GARBAGE, MUTE, CONTENTION];
+    check(&Case { segment: DE_SHORTED, hears_itself: true, called, deafens: true, ..WELL });
 }
 
 #[test]

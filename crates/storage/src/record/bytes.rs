@@ -1,4 +1,4 @@
-//! Numbers into bytes and back.
+//! Numbers into bytes and back, and the checksum of a record.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 
