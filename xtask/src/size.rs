@@ -7,17 +7,13 @@ use std::path::Path;
 use object::Endianness;
 use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader};
+use serde::Deserialize;
 
-use crate::command::{Failure, Outcome};
+use crate::command::{self, Failure, Outcome};
 use crate::firmware;
 
-/// Bytes of flash the image without its log is to take in the end. It takes twice that since it sets sensors up, judges
-/// values, and talks to people and to Modbus masters.
-const FLASH_GOAL: u64 = 64 * 1024;
-/// Bytes of flash it must not grow beyond meanwhile.
-const FLASH_BUDGET: u64 = 180 * 1024;
-/// Bytes of RAM for its static data, the stack not included.
-const RAM_BUDGET: u64 = 24 * 1024;
+/// The table of budgets, below the workspace's root.
+const BUDGETS: &str = "budgets.toml";
 
 /// Sectors 1 to 3 of flash: the stored configuration. Nothing of the image may be there.
 const CONFIGURATION: Range<u32> = 0x0800_4000..0x0801_0000;
@@ -25,16 +21,48 @@ const CONFIGURATION: Range<u32> = 0x0800_4000..0x0801_0000;
 /// First address above the flash.
 const RAM_START: u32 = 0x2000_0000;
 
+/// What the image may take, in bytes. Other tables of the file are not for this command.
+#[derive(Deserialize)]
+struct Budgets {
+    flash: Budget,
+    static_ram: Budget,
+}
+
+#[derive(Deserialize)]
+struct Budget {
+    most: u64,
+    goal: u64,
+}
+
+impl Budgets {
+    fn read() -> Result<Budgets, Failure> {
+        let failed = |error: &dyn std::fmt::Display| Failure::new(format!("{BUDGETS}: {error}"));
+        let text = fs::read_to_string(command::root().join(BUDGETS)).map_err(|error| failed(&error))?;
+        toml::from_str(&text).map_err(|error| failed(&error))
+    }
+}
+
+impl Budget {
+    /// Prints how far the image is from its goal; fails when it is over its budget.
+    fn compare(&self, what: &str, bytes: u64) -> Outcome {
+        let Budget { most, goal } = *self;
+        let met = if bytes > goal { "missed" } else { "met" };
+        println!("{what}: {bytes} of {most} bytes (goal {goal}: {met})");
+        if bytes > most {
+            return Err(Failure::new(format!("the image is over its budget of {most} bytes of {what}")));
+        }
+        Ok(())
+    }
+}
+
 /// Builds the image with and without its log and prints their sizes; fails when the latter is over its budget.
 pub fn run() -> Outcome {
+    let budgets = Budgets::read()?;
     print("image with its log", &firmware::build()?)?;
     let (flash, ram) = print("image without its log", &firmware::build_without_log()?)?;
-    if flash > FLASH_BUDGET || ram > RAM_BUDGET {
-        return Err(Failure::new(format!(
-            "the image is over its budget of {FLASH_BUDGET} bytes of flash and {RAM_BUDGET} bytes of RAM"
-        )));
-    }
-    Ok(())
+    let flash = budgets.flash.compare("flash", flash);
+    let ram = budgets.static_ram.compare("static RAM", ram);
+    flash.and(ram)
 }
 
 /// Prints the size of an image and returns it: bytes of flash, bytes of static RAM.
@@ -48,8 +76,7 @@ pub fn print(what: &str, elf: &Path) -> Result<(u64, u64), Failure> {
         let why = format!("the segment at {address:#010x} is in the sectors of the stored configuration");
         return Err(Failure::new(format!("{}: {why}", elf.display())));
     }
-    let goal = if flash > FLASH_GOAL { "missed" } else { "met" };
-    println!("{what}: {flash} bytes of flash (goal {FLASH_GOAL}: {goal}), {ram} bytes of static RAM");
+    println!("{what}: {flash} bytes of flash, {ram} bytes of static RAM");
     Ok((flash, ram))
 }
 

@@ -3,9 +3,9 @@
 cd "$(dirname "$0")/../../.."
 target=thumbv7em-none-eabihf
 
-# What to inspect, and the table of what is known.
+# What to inspect, and the tables that it needs.
 inspect() {
     cargo build --quiet --release --package clino-firmware --target "$target"
     elf=${CARGO_TARGET_DIR:-target}/$target/release/clino-firmware
-    cargo run --quiet --package clino-inspect -- "$1" "$2" "$elf"
+    cargo run --quiet --package clino-inspect -- "$@" "$elf"
 }

@@ -12,10 +12,6 @@ use crate::Error;
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Annotations {
-    /// Most bytes of stack, all levels together.
-    pub limit_bytes: u32,
-    /// What they are to be.
-    pub goal_bytes: u32,
     /// The main program.
     pub main: Pattern,
     /// Lists of names that several lines need; `@name` stands for one.

@@ -14,6 +14,7 @@
 //! For Thumb-2 (ARMv7-M) only. The program is one whose image has its symbols.
 
 pub mod annotations;
+pub mod budget;
 pub mod calls;
 pub mod cfi;
 pub mod elf;

@@ -1,10 +1,11 @@
-//! `inspect stack TABLE ELF`: the worst-case stack of an image. `inspect panics LIST ELF`: the panics left in it.
+//! `inspect stack TABLE BUDGETS ELF`: the worst-case stack of an image, against its budget. `inspect panics LIST ELF`: the panics left in it.
 
 use std::env;
 use std::fs;
 use std::process::ExitCode;
 
 use clino_inspect::annotations::Annotations;
+use clino_inspect::budget::{Budget, Budgets};
 use clino_inspect::elf::Image;
 use clino_inspect::report::Report;
 use clino_inspect::source::Lines;
@@ -14,10 +15,10 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let result = match arguments[..] {
-        ["stack", table, elf] => check_stack(table, elf),
+        ["stack", table, budgets, elf] => check_stack(table, budgets, elf),
         ["panics", list, elf] => check_panics(list, elf),
         _ => {
-            eprintln!("Usage: inspect stack TABLE ELF\n       inspect panics LIST ELF");
+            eprintln!("Usage: inspect stack TABLE BUDGETS ELF\n       inspect panics LIST ELF");
             return ExitCode::from(2);
         }
     };
@@ -30,7 +31,8 @@ fn main() -> ExitCode {
     }
 }
 
-fn check_stack(table: &str, elf: &str) -> Result<(), Error> {
+fn check_stack(table: &str, budgets: &str, elf: &str) -> Result<(), Error> {
+    let Budget { most, goal } = Budgets::parse(&fs::read_to_string(budgets)?)?.stack;
     let annotations = Annotations::parse(&fs::read_to_string(table)?)?;
     let Report { image, functions, agreeing, levels } = Report::of(&fs::read(elf)?, &annotations)?;
     println!("{functions} functions; {agreeing} notes of the compiler agree");
@@ -41,10 +43,9 @@ fn check_stack(table: &str, elf: &str) -> Result<(), Error> {
         }
     }
     let total = stack::total(&levels);
-    let (limit, goal) = (annotations.limit_bytes, annotations.goal_bytes);
     let met = if total > goal { "MISSED" } else { "met" };
-    println!("worst-case stack: {total} bytes (limit {limit}; goal {goal}: {met})");
-    if total > limit {
+    println!("worst-case stack: {total} bytes (limit {most}; goal {goal}: {met})");
+    if total > most {
         return Err(Error::new("the stack is over its limit"));
     }
     Ok(())

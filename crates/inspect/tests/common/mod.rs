@@ -68,9 +68,9 @@ pub fn frames(image: &Image) -> Result<Followed, Error> {
     Ok((code, frames))
 }
 
-/// The worst case, with a table whose lines about limits are added here.
+/// The worst case, with a table whose line about the main program is added here.
 pub fn worst(image: &Image, table: &str) -> Result<Vec<Worst>, Error> {
-    let table = format!("limit_bytes = 0\ngoal_bytes = 0\nmain = \"main\"\n{table}");
+    let table = format!("main = \"main\"\n{table}");
     let annotations = Annotations::parse(&table)?;
     let (code, frames) = frames(image)?;
     let graph = calls::graph(image, &code, &frames, &annotations)?;
