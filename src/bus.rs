@@ -87,6 +87,7 @@ pub fn state(bus: Bus) -> Option<BusState> {
     with(|gateway| BusState {
         timing: *gateway.timing(bus),
         line: *gateway.line_settings(bus),
+        settings: gateway.bus_settings(bus),
         counters: *gateway.counters(bus),
         health: gateway.health(bus),
         driver: ports::driver_enable(bus),

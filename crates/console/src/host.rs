@@ -4,9 +4,10 @@ use clino_bus::{Counters, Micros, Timing, line};
 use clino_commissioning::Progress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, BusHealth, Glance, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{Bus, BusHealth, BusSettings, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 use clino_recovery::Start;
 
@@ -65,6 +66,9 @@ pub trait Host {
     /// Starts again, when what was printed is out. Returns on a desk only.
     fn reboot(&mut self);
 
+    /// How the console is set.
+    fn console(&self) -> ConsoleSettings;
+
     /// How the Modbus port is set; `None` if there is none.
     fn modbus(&self) -> Option<Settings>;
 
@@ -79,6 +83,8 @@ pub struct BusState {
     pub timing: Timing,
     /// Its line.
     pub line: line::Settings,
+    /// How it is set, or will be as soon as nothing is under way there.
+    pub settings: BusSettings,
     /// What happened since reset.
     pub counters: Counters,
     /// Whether it is out of order.

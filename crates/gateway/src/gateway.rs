@@ -11,7 +11,8 @@ use crate::counters::SlotCounters;
 use crate::order::{Order, Refusal};
 use crate::outage::BusHealth;
 use crate::restraint::Restraint;
-use crate::settings::BusSettings;
+use crate::settings::console::ConsoleSettings;
+use crate::settings::{self, BusSettings};
 use crate::slot::{Sample, Slot};
 use crate::snapshot::Publisher;
 use crate::task::{self, News};
@@ -80,10 +81,15 @@ pub struct Gateway {
     /// Slots that read a PWM input.
     listening: Bits,
     trace: Trace,
-    /// Counts the changes of what it was told.
-    revision: u32,
+    /// Of all slots' settings together.
+    fingerprint: u32,
     restraint: Restraint,
+    console: ConsoleSettings,
 }
+
+/// What tells the fingerprints of things apart; buses have 0 and 1.
+const SLOT_SEED: u8 = 2;
+const CONSOLE_SEED: u8 = u8::MAX;
 
 /// Two PWM cycles this close are the same, in µ°: two steps of 4.34 µs.
 const PWM_RESOLUTION: u32 = 180_000;
@@ -156,11 +162,10 @@ impl Gateway {
         let accepted = match order {
             Order::Slot { slot, config } => {
                 let index = usize::from(slot);
-                if let Some(place) = self.slots.get_mut(index) {
-                    place.set(config);
-                    self.reset(index);
+                // What changes nothing interrupts nothing.
+                if self.config(index).is_some_and(|now| *now != config) {
+                    self.configure(index, config);
                 }
-                self.revision = self.revision.wrapping_add(1);
                 true
             }
             Order::Bus { bus, timing, line } => {
@@ -168,7 +173,10 @@ impl Gateway {
                     Bus::T7 => self.t7.set(timing, line),
                     Bus::Isu => self.isu.set(timing, line),
                 }
-                self.revision = self.revision.wrapping_add(1);
+                true
+            }
+            Order::Console(console) => {
+                self.console = console;
                 true
             }
             Order::T7(task) => {
@@ -194,14 +202,9 @@ impl Gateway {
     /// What a task of this asker has found, or how it ended. A task waits until this has been fetched.
     pub fn news(&mut self, asker: Asker) -> Option<News> {
         let news = self.t7.news(asker).or_else(|| self.isu.news(asker))?;
-        // The bus has changed its bit rate with the sensor.
-        if matches!(news, News::T7(task::t7::News::Baud(_))) {
-            self.revision = self.revision.wrapping_add(1);
-        }
         for index in 0..self.slots.len() {
-            if self.slots.get_mut(index).is_some_and(|slot| slot.follow(&news)) {
-                self.revision = self.revision.wrapping_add(1);
-                self.reset(index);
+            if let Some(config) = self.slots.get(index).and_then(|slot| slot.follow(&news)) {
+                self.configure(index, config);
             }
         }
         Some(news)
@@ -210,6 +213,16 @@ impl Gateway {
     /// Whether [`Gateway::news`] has something for this asker.
     pub fn has_news(&self, asker: Asker) -> bool {
         self.t7.has_news(asker) || self.isu.has_news(asker)
+    }
+
+    /// From now on the slot reads this.
+    fn configure(&mut self, index: usize, config: SlotConfig) {
+        self.note_settings(index);
+        if let Some(slot) = self.slots.get_mut(index) {
+            slot.set(config);
+        }
+        self.note_settings(index);
+        self.reset(index);
     }
 
     /// A slot means something else now.
@@ -298,9 +311,24 @@ impl Gateway {
         }
     }
 
-    /// Counts the changes of what it was told since it began; wraps.
-    pub fn revision(&self) -> u32 {
-        self.revision
+    /// How the console behaves.
+    pub fn console_settings(&self) -> ConsoleSettings {
+        self.console
+    }
+
+    /// A number that is the same whenever all settings are the same, and hardly ever otherwise.
+    pub fn fingerprint(&self) -> u32 {
+        let bus =
+            |bus| settings::fingerprint(settings::bus::settings(bus), &self.bus_settings(bus), bus as u8);
+        let console = settings::fingerprint(&settings::console::SETTINGS, &self.console, CONSOLE_SEED);
+        self.fingerprint ^ bus(Bus::T7) ^ bus(Bus::Isu) ^ console
+    }
+
+    /// To be called before a slot's settings change, and again when they have.
+    fn note_settings(&mut self, index: usize) {
+        let Some(slot) = self.slots.get(index) else { return };
+        let seed = SLOT_SEED.wrapping_add(index as u8);
+        self.fingerprint ^= settings::fingerprint(&settings::slot::SETTINGS, &slot.config, seed);
     }
 
     /// Sets what was counted to zero, of all slots and of both buses.

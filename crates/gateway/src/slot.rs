@@ -68,6 +68,15 @@ pub(crate) struct Slot {
     motion: Motion,
 }
 
+/// What a slot says before it is read.
+fn first_status(config: &SlotConfig) -> Status {
+    match config.enabled {
+        true if config.source.is_faulty() => Status::ConfigFault,
+        true if config.is_on() => Status::NeverRead,
+        _ => Status::Disabled,
+    }
+}
+
 /// Nothing was measured yet.
 const NEVER: Micros = Micros(u64::MAX);
 /// Nothing was said of the temperature: colder than anything.
@@ -94,7 +103,7 @@ impl Slot {
             phase: Phase::default(),
             gate: Gate::NEW,
             link: Link::default(),
-            status: if config.is_on() { Status::NeverRead } else { Status::Disabled },
+            status: first_status(&config),
             last_error: None,
             fresh: false,
             pending: false,
@@ -223,7 +232,7 @@ impl Slot {
             return Some(Status::Ok);
         }
         let last = self.measured().map(|measured| (self.raw, measured));
-        let life = LEAST_LIFE.max(self.config.stale_after.into());
+        let life = LEAST_LIFE.max(self.config.stale_after().into());
         let demands = Demands { resolution, max_rate: self.config.max_rate, life };
         match self.gate.judge(raw, at, last, &demands) {
             Verdict::Publish => Some(Status::Ok),
@@ -257,12 +266,12 @@ impl Slot {
             self.window.clear();
         }
         if config.filter != Filter::Off {
-            self.window.push(angle, config.filter.samples());
+            self.window.push(angle, config.samples);
         }
         let angle = match config.filter {
             Filter::Off => angle,
-            Filter::Mean(_) => self.window.mean(),
-            Filter::Median(_) => self.window.median(),
+            Filter::Mean => self.window.mean(),
+            Filter::Median => self.window.median(),
         };
         self.motion.take(angle.normalised(config.range), self.measured, gap);
     }
@@ -274,7 +283,7 @@ impl Slot {
 
     /// Whether there was no good value for so long that the last one is stale.
     pub fn is_stale(&self, now: Micros) -> bool {
-        self.measured().is_none_or(|at| now.since(at) > self.config.stale_after.into())
+        self.measured().is_none_or(|at| now.since(at) > self.config.stale_after().into())
     }
 
     /// When the last good value came.
@@ -301,7 +310,7 @@ impl Slot {
             turns: self.motion.turns,
             temperature: (self.temperature != NO_TEMPERATURE).then_some(self.temperature),
             measured: self.measured(),
-            stale_after: self.config.stale_after,
+            stale_after: self.config.stale_after(),
             period: self.config.period,
             report_every: self.config.report_every,
         }

@@ -222,7 +222,7 @@ impl<S: Site> Host for Desk<'_, S> {
     fn detail(&self, slot: usize) -> SlotDetail {
         let known = self.site.gateway(|gateway| gateway.detail(slot)).flatten();
         let (Some(row), Some(known)) = (self.row(slot), known) else { return SlotDetail::default() };
-        let (kind, address, _) = slot::place(row.source);
+        let (kind, address) = slot::place(row.source);
         if kind == Kind::None {
             return SlotDetail { sequence: row.sequence as u16, ..SlotDetail::default() };
         }
@@ -292,7 +292,8 @@ impl<S: Site> Host for Desk<'_, S> {
             }
             Write::Bus { bus, config } => {
                 let settings = self.site.gateway(|gateway| gateway.bus_settings(bus.into()));
-                let settings = bus::changed(bus.into(), &settings.ok_or(Refusal::Failed)?, &config);
+                let settings = bus::changed(bus.into(), &settings.ok_or(Refusal::Failed)?, &config)
+                    .ok_or(Refusal::Value)?;
                 self.order(Order::Bus { bus: bus.into(), timing: settings.timing, line: settings.line })
             }
             Write::Port(_) => Ok(()),

@@ -9,6 +9,7 @@ use clino_bus::{Micros, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
 use clino_console::{BusState, Host, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
@@ -74,6 +75,7 @@ impl Host for Rest {
         Some(BusState {
             timing: *self.gateway.timing(bus),
             line: *self.gateway.line_settings(bus),
+            settings: self.gateway.bus_settings(bus),
             counters: *self.gateway.counters(bus),
             health: self.gateway.health(bus),
             driver,
@@ -126,6 +128,10 @@ impl Host for Rest {
 
     fn reboot(&mut self) {
         self.done.push("reboot");
+    }
+
+    fn console(&self) -> ConsoleSettings {
+        self.gateway.console_settings()
     }
 
     fn modbus(&self) -> Option<clino_modbus::Settings> {

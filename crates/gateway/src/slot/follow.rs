@@ -8,8 +8,8 @@ use crate::task::{News, isu, t7};
 use crate::{SlotConfig, Source};
 
 impl Slot {
-    /// Follows this slot's sensor. Returns whether it is the one that has moved.
-    pub fn follow(&mut self, news: &News) -> bool {
+    /// How the slot is to be set if its sensor is the one that has moved.
+    pub fn follow(&self, news: &News) -> Option<SlotConfig> {
         let source = match (*news, self.config.source) {
             (
                 News::T7(t7::News::Address(Report { change: Change::Changed { from, to }, .. })),
@@ -23,9 +23,8 @@ impl Slot {
                 })),
                 Source::Isu { address },
             ) if address == from => Source::Isu { address: to },
-            _ => return false,
+            _ => return None,
         };
-        self.set(SlotConfig { source, ..self.config });
-        true
+        Some(SlotConfig { source, ..self.config })
     }
 }

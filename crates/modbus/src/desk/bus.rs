@@ -1,9 +1,11 @@
 //! A bus in the gateway's terms and in those of the map.
 
-use clino_bus::{Micros, Serial, Timing, line};
+use clino_bus::Micros;
+use clino_gateway::settings::Given;
+use clino_gateway::settings::bus::id;
 use clino_gateway::{Bus, BusSettings};
 
-use crate::config::BusConfig;
+use crate::config::{BusConfig, echo_code};
 
 /// A bus as the map tells it.
 pub fn shown(settings: &BusSettings) -> BusConfig {
@@ -17,24 +19,19 @@ pub fn shown(settings: &BusSettings) -> BusConfig {
     }
 }
 
-/// The bus that the map is to tell as `wanted`. Another bit rate brings its usual waits with it, but for what is changed
-/// beside it.
-pub fn changed(bus: Bus, now: &BusSettings, wanted: &BusConfig) -> BusSettings {
+/// The bus that the map is to tell as `wanted`; `None` if it cannot be.
+pub fn changed(bus: Bus, now: &BusSettings, wanted: &BusConfig) -> Option<BusSettings> {
     let before = shown(now);
-    let serial = Serial { baud: wanted.baud };
-    let mut timing = match (wanted.baud == before.baud, bus) {
-        (true, _) => now.timing,
-        (false, Bus::T7) => Timing::t7(serial),
-        (false, Bus::Isu) => Timing { serial, ..Timing::isu() },
+    let named = |id: u8| {
+        let (is, was): (i64, i64) = match id {
+            id::BAUD => (wanted.baud.into(), before.baud.into()),
+            id::GUARD => (wanted.guard_us.into(), before.guard_us.into()),
+            id::PRE => (wanted.pre_delay_us.into(), before.pre_delay_us.into()),
+            id::POST => (wanted.post_delay_us.into(), before.post_delay_us.into()),
+            id::ECHO => (echo_code(wanted.echo).into(), echo_code(before.echo).into()),
+            _ => return None,
+        };
+        (is != was).then_some(Given::exactly(is))
     };
-    if wanted.guard_us != before.guard_us {
-        timing.guard = Micros(wanted.guard_us.into());
-    }
-    let line = line::Settings {
-        pre_delay: Micros(wanted.pre_delay_us.into()),
-        post_delay: Micros(wanted.post_delay_us.into()),
-        echo: wanted.echo,
-        ..timing.line()
-    };
-    BusSettings { timing, line }
+    clino_gateway::settings::bus::changed(bus, now, &named).ok()
 }
