@@ -23,13 +23,13 @@ use crate::frame::Frame;
 use crate::functions;
 use crate::host::Host;
 use crate::identification::Identification;
-use crate::receiver::{Ended, Receiver};
+use crate::receiver::{CHECKSUM, Ended, Receiver};
+use crate::repeat::{ECHO_WINDOW, Repeats};
+use crate::request::{self, Form, function};
 use crate::settings::Settings;
 
 /// Requests to everybody.
 const BROADCAST: u8 = 0;
-/// Set in the function code of an exception's answer.
-const EXCEPTION: u8 = 0x80;
 
 /// Until so many bits after our last stop bit a character is our own, coming back: no master can have sent a whole one.
 const ECHO_BITS: u32 = 5;
@@ -45,6 +45,7 @@ pub struct Server {
     state: State,
     /// What is heard until then is our own.
     deaf_until: Micros,
+    repeats: Repeats,
     changed: bool,
     inner: Inner,
 }
@@ -81,6 +82,7 @@ impl Server {
             receiver: Receiver::new(&settings, now),
             state: State::Listening,
             deaf_until: Micros::ZERO,
+            repeats: Repeats::new(),
             changed: false,
             inner: Inner { settings, identification, counters, next: None },
         }
@@ -91,13 +93,22 @@ impl Server {
         if matches!(self.state, State::Sending { .. }) || at < self.deaf_until {
             return;
         }
-        let prepared = self.state != State::Listening;
+        let prepared = self.state != State::Listening && self.receiver.goes_on(at);
+        let appended = self.receiver.is_appended(character);
+        let lost = self.receiver.heard(character, at);
+        if prepared && appended && self.receiver.is_whole() {
+            // A zero behind a request to read: its answer stays, until t3.5 after that.
+            return;
+        }
         self.state = State::Listening;
-        if self.receiver.heard(character, at) {
-            bump(&mut self.inner.counters.unanswered);
-        } else if prepared {
+        if prepared {
             // The request was none, and its answer stands in its place.
             self.receiver.spoil();
+        }
+        match lost {
+            Ended::Silence => {}
+            Ended::Whole => bump(&mut self.inner.counters.unanswered),
+            Ended::Spoilt { overrun } => self.count_spoilt(overrun),
         }
     }
 
@@ -118,7 +129,7 @@ impl Server {
                 return None;
             }
             State::Listening => {
-                if !self.serve(host) {
+                if !self.serve(now, host) {
                     self.run_as_asked(now);
                     return None;
                 }
@@ -127,6 +138,7 @@ impl Server {
         }
         let bytes = self.receiver.frame.bytes();
         let time = self.inner.settings.characters(bytes.len() as u32);
+        self.repeats.sent(bytes, now + time.times(2) + ECHO_WINDOW);
         self.state = State::Sending { give_up: now + time.times(SENDING_TIMES) + SENDING_MORE };
         Some(bytes)
     }
@@ -186,13 +198,16 @@ impl Server {
 
     /// Whether the frame asks us for registers and nothing else.
     fn is_to_read(&self) -> bool {
-        let &[address, function, ..] = self.receiver.frame.bytes() else { return false };
-        address == self.inner.settings.address && functions::only_reads(function) && self.receiver.is_whole()
+        let frame = self.receiver.frame.bytes();
+        frame.first() == Some(&self.inner.settings.address)
+            && self.receiver.is_whole()
+            && request::is_to_read(frame, self.receiver.length())
+            && !self.repeats.knows(frame)
     }
 
     /// Makes the answer to a request that only reads, while t3.5 goes on.
     fn prepare<H: Host>(&mut self, host: &mut H) {
-        self.receiver.open();
+        self.receiver.cut(request::READ.saturating_sub(CHECKSUM));
         let refused = self.answer(false, host);
         self.state = State::Prepared { refused };
     }
@@ -208,26 +223,40 @@ impl Server {
         }
     }
 
+    fn count_spoilt(&mut self, overrun: bool) {
+        let counters = &mut self.inner.counters;
+        bump(&mut counters.errors);
+        if overrun {
+            bump(&mut counters.overruns);
+        }
+    }
+
     /// The silence is over. Says whether there is an answer in the frame.
-    fn serve<H: Host>(&mut self, host: &mut H) -> bool {
+    fn serve<H: Host>(&mut self, now: Micros, host: &mut H) -> bool {
         let counters = &mut self.inner.counters;
         match self.receiver.end() {
             Ended::Silence => return false,
             Ended::Spoilt { overrun } => {
-                bump(&mut counters.errors);
-                if overrun {
-                    bump(&mut counters.overruns);
-                }
+                self.count_spoilt(overrun);
                 return false;
             }
             Ended::Whole => bump(&mut counters.messages),
         }
-        let &[address, ..] = self.receiver.frame.bytes() else { return false };
+        let frame = self.receiver.frame.bytes();
+        let &[address, ..] = frame else { return false };
         let broadcast = address == BROADCAST;
         if !broadcast && address != self.inner.settings.address {
             return false;
         }
         bump(&mut counters.requests);
+        let length = match request::form(frame) {
+            Form::Request(length) if !self.repeats.is_echo(frame, now) => length,
+            _ => {
+                bump(&mut counters.unanswered);
+                return false;
+            }
+        };
+        self.receiver.cut(length.saturating_sub(CHECKSUM));
         if self.answer(broadcast, host) {
             bump(&mut self.inner.counters.exceptions);
         }
@@ -250,7 +279,7 @@ impl Server {
     }
 }
 
-fn refuse(frame: &mut Frame, address: u8, function: u8, exception: Exception) {
+fn refuse(frame: &mut Frame, address: u8, code: u8, exception: Exception) {
     frame.truncate(0);
-    frame.extend(&[address, function | EXCEPTION, exception as u8]);
+    frame.extend(&[address, code | function::EXCEPTION, exception as u8]);
 }

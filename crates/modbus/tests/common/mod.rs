@@ -13,8 +13,13 @@ use model::Model;
 
 pub const ADDRESS: u8 = 17;
 
-pub const SETTINGS: Settings =
-    Settings { address: ADDRESS, baud: 19_200, parity: Parity::Even, stop_bits: StopBits::One };
+pub const SETTINGS: Settings = Settings {
+    address: ADDRESS,
+    baud: 19_200,
+    parity: Parity::Even,
+    stop_bits: StopBits::One,
+    ..Settings::DEFAULT
+};
 
 pub const IDENTIFICATION: &Identification =
     &Identification(["Vendor", "P-1", "1.2.3", "https://example.org", "Gateway", "Model"]);
