@@ -1,21 +1,25 @@
 //! Answers that were sent lately, to know them when they come back.
 //!
 //! A port hears itself late where a radio link or a store-and-forward server repeats what it hears. The answer to
-//! function 06 is its request, and most of function 08's are theirs: what comes back cannot be told from a master that
-//! asks for the same thing again. The rule:
+//! function 06 is its request, and most of function 08's are theirs: one that comes back cannot be told from a master
+//! that asks for the same thing again. Within [`ECHO_WINDOW`] of the answer, the rule is:
 //!
 //! | a frame that repeats an answer | |
 //! |---|---|
-//! | the first within [`ECHO_WINDOW`] of it | is the echo: dropped, not carried out, not answered |
+//! | the first one | is the echo: dropped, not carried out, not answered |
 //! | the next one | is the master's, which tries again: carried out and answered |
-//! | a repeat of the answer to that | is dropped once more often than before it |
-//! | later | is the master's |
+//! | one that repeats that answer | is dropped, once more often than before |
+//! | any, on a line that is known to be quiet | is the master's, [`IN_A_ROW`] times in a row; then the first line holds |
 //!
-//! So an echo provokes nothing, and where each answer comes back k times, one request is answered at most k times. A
-//! master whose answer was lost is answered at its second try, or the first that is later than the window. The price:
-//! one that sends the same function 06 twice within the window, as function 16 could, has to repeat the second.
+//! A line is known to be quiet when one of the other answers went out, and in its window nothing came that a master does
+//! not send: no answer, no damaged frame, no character while we send. The next such thing ends it.
 //!
-//! Limits: [`PLACES`] answers that look like requests, and the last one of the others; the oldest is forgotten.
+//! So an echo provokes nothing; where each answer comes back k times, a request is answered at most k times; where a quiet
+//! line begins to repeat what it hears, a request is answered at most [`IN_A_ROW`] times more. A master whose answer was
+//! lost is answered at its second try at the latest. The price: on a line that is not known to be quiet, a master that
+//! sends the same function 06 twice within the window, as function 16 could, has to repeat the second one.
+//!
+//! Limits: [`PLACES`] answers that look like requests; the oldest is forgotten.
 
 use clino_bus::Micros;
 
@@ -27,6 +31,9 @@ pub const ECHO_WINDOW: Micros = Micros::from_millis(1_000);
 /// Answers that look like requests. At 19200 bit/s one and its request take 14 ms at least, and a link that repeats them
 /// takes their time again.
 const PLACES: usize = 8;
+
+/// On a quiet line, so many repeats in a row are the master's.
+const IN_A_ROW: u8 = 8;
 
 /// The beginning of an answer that is kept: all of an answer to function 06.
 const HEAD: usize = 8;
@@ -40,8 +47,20 @@ pub struct Repeats {
     next: usize,
     /// The last one of the others.
     other: Sent,
-    /// Of the next answer, so many repeats are dropped.
-    copies: u8,
+    /// What the next answer is given.
+    next_copies: u8,
+    next_row: u8,
+    line: Line,
+}
+
+/// What is known of the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Line {
+    /// Nothing.
+    Doubtful,
+    /// If nothing happens until then, it is quiet.
+    Probed(Micros),
+    Quiet,
 }
 
 /// An answer.
@@ -56,11 +75,20 @@ struct Sent {
     /// if less than so many have come.
     copies: u8,
     come: u8,
+    /// So many before it were answers to repeats that were taken for the master's.
+    row: u8,
 }
 
 impl Repeats {
     pub const fn new() -> Repeats {
-        Repeats { requests: [Sent::NOTHING; PLACES], next: 0, other: Sent::NOTHING, copies: 1 }
+        Repeats {
+            requests: [Sent::NOTHING; PLACES],
+            next: 0,
+            other: Sent::NOTHING,
+            next_copies: 1,
+            next_row: 0,
+            line: Line::Doubtful,
+        }
     }
 
     /// Whether a frame may be one of our answers that has come back.
@@ -70,21 +98,43 @@ impl Repeats {
 
     /// Whether a frame that is whole now is one of our answers that has come back.
     pub fn is_echo(&mut self, frame: &[u8], now: Micros) -> bool {
-        self.copies = 1;
+        if matches!(self.line, Line::Probed(until) if now > until) {
+            self.line = Line::Quiet;
+        }
+        (self.next_copies, self.next_row) = (1, 0);
+        let quiet = self.line == Line::Quiet;
+        if self.other.is(frame) && now <= self.other.until {
+            // With a zero behind it; no master asks for that.
+            return true;
+        }
         let Some(sent) = self.find(frame).filter(|sent| now <= sent.until) else { return false };
+        if quiet && sent.row < IN_A_ROW {
+            self.next_row = sent.row.saturating_add(1);
+            return false;
+        }
         if sent.come < sent.copies {
             sent.come = sent.come.saturating_add(1);
             return true;
         }
-        self.copies = sent.copies.saturating_add(1);
+        self.next_copies = sent.copies.saturating_add(1);
         false
+    }
+
+    /// Something was heard that no master has sent.
+    pub fn doubt(&mut self) {
+        self.line = Line::Doubtful;
     }
 
     /// Remembers an answer; `echo_by` is when its echo is whole at the latest.
     pub fn sent(&mut self, answer: &[u8], echo_by: Micros) {
-        let sent = Sent::new(answer, echo_by, core::mem::replace(&mut self.copies, 1));
+        let copies = core::mem::replace(&mut self.next_copies, 1);
+        let row = core::mem::replace(&mut self.next_row, 0);
+        let sent = Sent { copies, row, ..Sent::new(answer, echo_by) };
         if request::form(answer) == Form::Answer {
             self.other = sent;
+            if self.line == Line::Doubtful {
+                self.line = Line::Probed(echo_by);
+            }
         } else if let Some(same) = self.find(answer) {
             *same = sent;
         } else if let Some(place) = self.requests.get_mut(self.next) {
@@ -94,19 +144,19 @@ impl Repeats {
     }
 
     fn find(&mut self, frame: &[u8]) -> Option<&mut Sent> {
-        self.requests.iter_mut().chain([&mut self.other]).find(|sent| sent.is(frame))
+        self.requests.iter_mut().find(|sent| sent.is(frame))
     }
 }
 
 impl Sent {
     const NOTHING: Sent =
-        Sent { head: [0; HEAD], tail: [0; 2], length: 0, until: Micros::ZERO, copies: 0, come: 0 };
+        Sent { head: [0; HEAD], tail: [0; 2], length: 0, until: Micros::ZERO, copies: 1, come: 0, row: 0 };
 
-    fn new(answer: &[u8], until: Micros, copies: u8) -> Sent {
+    fn new(answer: &[u8], until: Micros) -> Sent {
         let mut head = [0; HEAD];
         head.iter_mut().zip(answer).for_each(|(place, &byte)| *place = byte);
         let tail = answer.last_chunk().copied().unwrap_or_default();
-        Sent { head, tail, length: answer.len(), until, copies, come: 0 }
+        Sent { head, tail, length: answer.len(), until, ..Sent::NOTHING }
     }
 
     /// Whether a frame is this answer, zeros behind it or not.

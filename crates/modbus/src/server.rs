@@ -15,6 +15,7 @@
 //! else is carried out only then.
 
 use clino_bus::Micros;
+use clino_bus::line::{Echo, Verdict};
 use clino_codec::character::Character;
 
 use crate::diagnostics::{Counters, bump};
@@ -45,6 +46,9 @@ pub struct Server {
     state: State,
     /// What is heard until then is our own.
     deaf_until: Micros,
+    echo: Echo,
+    /// A part of our answer has come back: a character that is whole until then may be the next one of it.
+    tail: Option<Micros>,
     repeats: Repeats,
     changed: bool,
     inner: Inner,
@@ -82,17 +86,26 @@ impl Server {
             receiver: Receiver::new(&settings, now),
             state: State::Listening,
             deaf_until: Micros::ZERO,
+            echo: Echo::new(settings.echo),
+            tail: None,
             repeats: Repeats::new(),
             changed: false,
             inner: Inner { settings, identification, counters, next: None },
         }
     }
 
-    /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, nothing is heard.
+    /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, what is heard is its echo at best.
     pub fn heard(&mut self, character: Character, at: Micros) {
         if matches!(self.state, State::Sending { .. }) || at < self.deaf_until {
+            self.repeats.doubt();
+            _ = self.is_own(character);
             return;
         }
+        if self.tail.is_some_and(|until| at < until) && self.is_own(character) {
+            self.expect_tail(at);
+            return;
+        }
+        self.tail = None;
         let prepared = self.state != State::Listening && self.receiver.goes_on(at);
         let appended = self.receiver.is_appended(character);
         let lost = self.receiver.heard(character, at);
@@ -139,6 +152,9 @@ impl Server {
         let bytes = self.receiver.frame.bytes();
         let time = self.inner.settings.characters(bytes.len() as u32);
         self.repeats.sent(bytes, now + time.times(2) + ECHO_WINDOW);
+        _ = self.echo.end();
+        self.echo.begin();
+        self.tail = None;
         self.state = State::Sending { give_up: now + time.times(SENDING_TIMES) + SENDING_MORE };
         Some(bytes)
     }
@@ -156,6 +172,7 @@ impl Server {
     pub fn sent(&mut self, at: Micros) {
         if matches!(self.state, State::Sending { .. }) {
             self.deaf_until = at + self.inner.settings.bits(ECHO_BITS);
+            self.expect_tail(at);
             self.listen(at);
         }
     }
@@ -168,6 +185,10 @@ impl Server {
 
     /// Runs the port like this from `now` on. A request in hand is lost.
     pub fn set(&mut self, settings: Settings, now: Micros) {
+        if settings.echo != self.inner.settings.echo {
+            self.echo = Echo::new(settings.echo);
+        }
+        self.tail = None;
         self.inner.settings = settings;
         self.inner.next = None;
         self.changed = true;
@@ -223,7 +244,20 @@ impl Server {
         }
     }
 
+    /// Whether a character is of our last answer, which stays in the frame until something else is heard.
+    fn is_own(&mut self, character: Character) -> bool {
+        let sent = self.receiver.frame.bytes();
+        self.echo.judge(character, sent, sent.len()) != Verdict::Foreign
+    }
+
+    /// Something of ours was out or has come back until `at`. What is left of the echo follows within t3.5.
+    fn expect_tail(&mut self, at: Micros) {
+        let settings = &self.inner.settings;
+        self.tail = self.echo.is_coming_back().then_some(at + settings.t3_5() + settings.characters(1));
+    }
+
     fn count_spoilt(&mut self, overrun: bool) {
+        self.repeats.doubt();
         let counters = &mut self.inner.counters;
         bump(&mut counters.errors);
         if overrun {
@@ -249,12 +283,14 @@ impl Server {
             return false;
         }
         bump(&mut counters.requests);
-        let length = match request::form(frame) {
-            Form::Request(length) if !self.repeats.is_echo(frame, now) => length,
-            _ => {
-                bump(&mut counters.unanswered);
-                return false;
-            }
+        let form = request::form(frame);
+        let echo = self.repeats.is_echo(frame, now);
+        if form == Form::Answer || echo {
+            self.repeats.doubt();
+        }
+        let (Form::Request(length), false) = (form, echo) else {
+            bump(&mut counters.unanswered);
+            return false;
         };
         self.receiver.cut(length.saturating_sub(CHECKSUM));
         if self.answer(broadcast, host) {
