@@ -159,6 +159,13 @@ impl Receiver {
         !self.is_spoilt() && self.frame.bytes().len() >= MIN_FRAME && self.crc == crc::RESIDUE
     }
 
+    /// What was received, if that is so many bytes; with the zeros that were held back.
+    pub fn exactly<const N: usize>(&self) -> Option<[u8; N]> {
+        let mut bytes = [0; N];
+        bytes.iter_mut().zip(self.frame.bytes()).for_each(|(place, &byte)| *place = byte);
+        (self.length() == N).then_some(bytes)
+    }
+
     /// Characters so far.
     pub fn length(&self) -> usize {
         self.frame.bytes().len().saturating_add(self.zeros)

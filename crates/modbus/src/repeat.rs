@@ -91,9 +91,9 @@ impl Repeats {
         }
     }
 
-    /// Whether a frame may be one of our answers that has come back.
-    pub fn knows(&self, frame: &[u8]) -> bool {
-        self.requests.iter().chain([&self.other]).any(|sent| sent.is(frame))
+    /// Whether a request to read may be an answer with a zero behind it.
+    pub fn knows(&self, request: &[u8]) -> bool {
+        self.other.is(request)
     }
 
     /// Whether a frame that is whole now is one of our answers that has come back.
@@ -103,11 +103,12 @@ impl Repeats {
         }
         (self.next_copies, self.next_row) = (1, 0);
         let quiet = self.line == Line::Quiet;
-        if self.other.is(frame) && now <= self.other.until {
-            // With a zero behind it; no master asks for that.
+        let mut all = self.requests.iter_mut().chain([&mut self.other]);
+        let Some(sent) = all.find(|sent| now <= sent.until && sent.is(frame)) else { return false };
+        if !request::is_its_answer(frame) {
+            // No master asks for what we have answered to something else.
             return true;
         }
-        let Some(sent) = self.find(frame).filter(|sent| now <= sent.until) else { return false };
         if quiet && sent.row < IN_A_ROW {
             self.next_row = sent.row.saturating_add(1);
             return false;
@@ -135,16 +136,12 @@ impl Repeats {
             if self.line == Line::Doubtful {
                 self.line = Line::Probed(echo_by);
             }
-        } else if let Some(same) = self.find(answer) {
+        } else if let Some(same) = self.requests.iter_mut().find(|sent| sent.is(answer)) {
             *same = sent;
         } else if let Some(place) = self.requests.get_mut(self.next) {
             *place = sent;
             self.next = self.next.wrapping_add(1) % PLACES;
         }
-    }
-
-    fn find(&mut self, frame: &[u8]) -> Option<&mut Sent> {
-        self.requests.iter_mut().find(|sent| sent.is(frame))
     }
 }
 

@@ -76,9 +76,9 @@ pub fn form(frame: &[u8]) -> Form {
     }
 }
 
-/// Whether a frame asks for registers and nothing else; with its zeros, it is `length` long.
-pub fn is_to_read(frame: &[u8], length: usize) -> bool {
-    matches!(frame, [_, READ_HOLDING | READ_INPUT, ..]) && frame.len() <= READ && length >= READ
+/// Whether a request asks the server with this address for registers and nothing else.
+pub fn only_reads(request: &[u8; READ], address: u8) -> bool {
+    matches!(*request, [to, READ_HOLDING | READ_INPUT, ..] if to == address)
 }
 
 /// Whether a request changes anything: a setting, a sensor, the counters of the port.
@@ -90,6 +90,11 @@ pub fn changes(request: &[u8]) -> bool {
         }
         _ => false,
     }
+}
+
+/// Whether a request may be its own answer.
+pub fn is_its_answer(request: &[u8]) -> bool {
+    matches!(request, [_, WRITE_ONE | DIAGNOSTICS, ..])
 }
 
 /// Bytes of a request that begins like this, if its function says so.

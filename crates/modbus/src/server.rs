@@ -219,11 +219,11 @@ impl Server {
 
     /// Whether the frame asks us for registers and nothing else.
     fn is_to_read(&self) -> bool {
-        let frame = self.receiver.frame.bytes();
-        frame.first() == Some(&self.inner.settings.address)
-            && self.receiver.is_whole()
-            && request::is_to_read(frame, self.receiver.length())
-            && !self.repeats.knows(frame)
+        let address = self.inner.settings.address;
+        self.receiver.is_whole()
+            && self.receiver.exactly().is_some_and(|request| {
+                request::only_reads(&request, address) && !self.repeats.knows(&request)
+            })
     }
 
     /// Makes the answer to a request that only reads, while t3.5 goes on.
