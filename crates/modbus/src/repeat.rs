@@ -8,7 +8,7 @@
 //! |---|---|
 //! | the first one | is the echo: dropped, not carried out, not answered |
 //! | the next one | is the master's, which tries again: carried out and answered |
-//! | one that repeats that answer | is dropped, once more often than before |
+//! | one that repeats that answer | is dropped, twice as often as before |
 //! | any, on a line that is known to be quiet | is the master's, [`IN_A_ROW`] times in a row; then the first line holds |
 //!
 //! A line is known to be quiet when one of the other answers went out, and in its window nothing came that a master does
@@ -19,7 +19,8 @@
 //! lost is answered at its second try at the latest. The price: on a line that is not known to be quiet, a master that
 //! sends the same function 06 twice within the window, as function 16 could, has to repeat the second one.
 //!
-//! Limits: [`PLACES`] answers that look like requests; the oldest is forgotten.
+//! Limits: [`PLACES`] answers within a window. On a line that is not known to be quiet, a request whose answer would have
+//! no place is refused as busy: if it went out, nobody would know it when it comes back.
 
 use clino_bus::Micros;
 
@@ -28,23 +29,20 @@ use crate::request::{self, Form, is_padded};
 /// From the end of an answer to the beginning of its echo: twice the half second of store-and-forward servers.
 pub const ECHO_WINDOW: Micros = Micros::from_millis(1_000);
 
-/// Answers that look like requests. At 19200 bit/s one and its request take 14 ms at least, and a link that repeats them
-/// takes their time again.
-const PLACES: usize = 8;
+/// Answers that look like requests: so many a second, one in 31 ms, before the line is known to be quiet.
+const PLACES: usize = 32;
 
 /// On a quiet line, so many repeats in a row are the master's.
 const IN_A_ROW: u8 = 8;
 
-/// The beginning of an answer that is kept: all of an answer to function 06.
-const HEAD: usize = 8;
+/// The beginning of an answer that is kept: all of an answer to function 06 but its checksum.
+const HEAD: usize = 6;
 
 /// Answers that were sent lately.
 #[derive(Debug)]
 pub struct Repeats {
     /// Those that look like requests.
     requests: [Sent; PLACES],
-    /// The place of the next one.
-    next: usize,
     /// The last one of the others.
     other: Sent,
     /// What the next answer is given.
@@ -69,7 +67,7 @@ struct Sent {
     head: [u8; HEAD],
     /// Its last two bytes: its checksum.
     tail: [u8; 2],
-    length: usize,
+    length: u16,
     /// A repeat that is whole until then is an echo,
     until: Micros,
     /// if less than so many have come.
@@ -83,7 +81,6 @@ impl Repeats {
     pub const fn new() -> Repeats {
         Repeats {
             requests: [Sent::NOTHING; PLACES],
-            next: 0,
             other: Sent::NOTHING,
             next_copies: 1,
             next_row: 0,
@@ -117,7 +114,7 @@ impl Repeats {
             sent.come = sent.come.saturating_add(1);
             return true;
         }
-        self.next_copies = sent.copies.saturating_add(1);
+        self.next_copies = sent.copies.saturating_mul(2);
         false
     }
 
@@ -136,12 +133,20 @@ impl Repeats {
             if self.line == Line::Doubtful {
                 self.line = Line::Probed(echo_by);
             }
-        } else if let Some(same) = self.requests.iter_mut().find(|sent| sent.is(answer)) {
-            *same = sent;
-        } else if let Some(place) = self.requests.get_mut(self.next) {
+        } else if let Some(place) = self.place(answer) {
             *place = sent;
-            self.next = self.next.wrapping_add(1) % PLACES;
         }
+    }
+
+    /// Whether there is no place for an answer to be known when it comes back, and it might.
+    pub fn is_full(&mut self, answer: &[u8], now: Micros) -> bool {
+        self.line != Line::Quiet
+            && self.place(answer).is_none_or(|place| now <= place.until && !place.is(answer))
+    }
+
+    /// Where an answer belongs: to its like, or in place of the oldest.
+    fn place(&mut self, answer: &[u8]) -> Option<&mut Sent> {
+        self.requests.iter_mut().min_by_key(|sent| (!sent.is(answer), sent.until))
     }
 }
 
@@ -153,14 +158,14 @@ impl Sent {
         let mut head = [0; HEAD];
         head.iter_mut().zip(answer).for_each(|(place, &byte)| *place = byte);
         let tail = answer.last_chunk().copied().unwrap_or_default();
-        Sent { head, tail, length: answer.len(), until, ..Sent::NOTHING }
+        Sent { head, tail, length: answer.len() as u16, until, ..Sent::NOTHING }
     }
 
     /// Whether a frame is this answer, zeros behind it or not.
     fn is(&self, frame: &[u8]) -> bool {
-        let Some(whole) = frame.get(..self.length) else { return false };
-        self.length != 0
-            && is_padded(frame, self.length)
+        let length = usize::from(self.length);
+        let Some(whole) = frame.get(..length).filter(|whole| !whole.is_empty()) else { return false };
+        is_padded(frame, length)
             && whole.iter().zip(&self.head).all(|(byte, head)| byte == head)
             && whole.ends_with(&self.tail)
     }

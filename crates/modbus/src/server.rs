@@ -229,7 +229,7 @@ impl Server {
     /// Makes the answer to a request that only reads, while t3.5 goes on.
     fn prepare<H: Host>(&mut self, host: &mut H) {
         self.receiver.cut(request::READ.saturating_sub(CHECKSUM));
-        let refused = self.answer(false, host);
+        let refused = self.answer(|inner, frame| functions::execute(inner, frame, false, host));
         self.state = State::Prepared { refused };
     }
 
@@ -284,16 +284,20 @@ impl Server {
         }
         bump(&mut counters.requests);
         let form = request::form(frame);
-        let echo = self.repeats.is_echo(frame, now);
-        if form == Form::Answer || echo {
+        if form == Form::Answer {
             self.repeats.doubt();
         }
-        let (Form::Request(length), false) = (form, echo) else {
+        let (Form::Request(length), false) = (form, self.repeats.is_echo(frame, now)) else {
             bump(&mut counters.unanswered);
             return false;
         };
+        let busy = !broadcast && request::is_its_answer(frame) && self.repeats.is_full(frame, now);
         self.receiver.cut(length.saturating_sub(CHECKSUM));
-        if self.answer(broadcast, host) {
+        let refused = self.answer(|inner, frame| match busy {
+            true => Err(Exception::ServerDeviceBusy),
+            false => functions::execute(inner, frame, broadcast, host),
+        });
+        if refused {
             bump(&mut self.inner.counters.exceptions);
         }
         if broadcast {
@@ -302,11 +306,11 @@ impl Server {
         !broadcast
     }
 
-    /// Carries the request in the frame out and puts the answer in its place; says whether that is an exception.
-    fn answer<H: Host>(&mut self, broadcast: bool, host: &mut H) -> bool {
+    /// Puts what is made of the request in its place, as an answer; says whether that is an exception.
+    fn answer(&mut self, make: impl FnOnce(&mut Inner, &mut Frame) -> Result<(), Exception>) -> bool {
         let frame = &mut self.receiver.frame;
         let &[address, function, ..] = frame.bytes() else { return false };
-        let result = functions::execute(&mut self.inner, frame, broadcast, host);
+        let result = make(&mut self.inner, frame);
         if let Err(exception) = result {
             refuse(frame, address, function, exception);
         }

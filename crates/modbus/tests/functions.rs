@@ -377,3 +377,38 @@ fn identification_in_parts() {
     assert_eq!(usize::from(third[8]), third.len() - 9);
     assert_eq!(third.len(), 253, "a frame of 256");
 }
+
+/// Row 22 of the issue: an object without a text is not there, in no way to ask for it.
+#[test]
+fn empty_objects_are_left_out() {
+    for empty in 1..64_usize {
+        let mut objects = common::IDENTIFICATION.0;
+        (0..6).filter(|object| empty >> object & 1 == 1).for_each(|object| objects[object] = "");
+        let identification = Box::leak(Box::new(clino_modbus::Identification(objects)));
+        let mut bench = Bench::new();
+        bench.server =
+            clino_modbus::Server::new(common::SETTINGS, identification, clino_bus::Micros(bench.now));
+        bench.pause(10_000);
+        let coded = |numbers: std::ops::Range<usize>| -> Vec<u8> {
+            let object = |n: usize| [&[n as u8, objects[n].len() as u8], objects[n].as_bytes()].concat();
+            numbers.filter(|&n| !objects[n].is_empty()).flat_map(object).collect()
+        };
+        let stream = |code: u8, numbers: std::ops::Range<usize>| {
+            let count = numbers.clone().filter(|&n| !objects[n].is_empty()).count() as u8;
+            [vec![43, 14, code, 0x82, 0, 0, count], coded(numbers)].concat()
+        };
+        for (code, objects) in [(1, 0..3), (2, 0..6), (3, 0..6)] {
+            assert_eq!(bench.ask(&[43, 14, code, 0]), stream(code, objects), "{empty:06b}");
+        }
+        for (one, text) in objects.iter().enumerate() {
+            let (alone, from) = (bench.ask(&[43, 14, 4, one as u8]), bench.ask(&[43, 14, 2, one as u8]));
+            if text.is_empty() {
+                assert_eq!(alone, [0xAB, 2]);
+                assert_eq!(from, stream(2, 0..6), "from the beginning");
+            } else {
+                assert_eq!(alone, stream(4, one..one + 1));
+                assert_eq!(from, stream(2, one..6));
+            }
+        }
+    }
+}
