@@ -53,6 +53,8 @@ pub mod map;
 pub mod number;
 mod read;
 mod receiver;
+mod repeat;
+mod request;
 mod server;
 pub mod settings;
 mod status;
