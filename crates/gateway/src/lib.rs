@@ -53,4 +53,4 @@ pub use reporter::Reporter;
 pub use restraint::{INTERNAL_OSCILLATOR_PPM, Restraint, UART_TOLERANCE_PPM};
 pub use settings::{BusSettings, Configuration, Settings};
 pub use snapshot::{Publisher, Snapshot, Value, View};
-pub use value::{Glance, Reading, Status};
+pub use value::{Glance, Published, Reading, Status};

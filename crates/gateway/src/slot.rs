@@ -264,7 +264,7 @@ impl Slot {
             Filter::Mean(_) => self.window.mean(),
             Filter::Median(_) => self.window.median(),
         };
-        self.motion.take(angle.normalised(config.range), self.measured, gap);
+        self.motion.take(angle, config.range, self.measured, gap);
     }
 
     /// The last value as the sensor said it, and its rate, if it is *ok* at `now`.
@@ -296,7 +296,7 @@ impl Slot {
             fresh: self.fresh,
             status: self.status,
             raw: self.raw,
-            angle: self.motion.angle,
+            angle: self.motion.published(self.config.range),
             rate: self.motion.rate,
             turns: self.motion.turns,
             temperature: (self.temperature != NO_TEMPERATURE).then_some(self.temperature),
