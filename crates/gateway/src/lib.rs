@@ -29,6 +29,7 @@ mod health;
 pub mod json;
 pub mod lint;
 mod maths;
+mod meaning;
 pub mod order;
 mod outage;
 mod phase;
