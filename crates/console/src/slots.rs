@@ -3,7 +3,7 @@
 use clino_bus::Micros;
 use clino_codec::t7::Axis;
 use clino_gateway::order::Order;
-use clino_gateway::{MAX_SLOTS, PwmInput, SlotConfig, Source, json};
+use clino_gateway::{MAX_SLOTS, Published, PwmInput, SlotConfig, Source, json};
 
 use crate::error::Error;
 use crate::job::{Job, Outcome, Told};
@@ -49,7 +49,7 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
         reading.angle(now).into(),
         reading.age(now).map(Micros::as_millis).into(),
         Value::Health(reading.health),
-        reading.raw(now).into(),
+        reading.raw(now).map(Published::of_sensor).into(),
         reading.rate(now).map(|rate| Value::Thousandths(rate.into())).into(),
         reading.turns().into(),
         reading.temperature().map(|c| Value::Thousandths(i64::from(c).saturating_mul(10))).into(),

@@ -3,7 +3,7 @@
 use core::fmt::{self, Display, Write};
 
 use clino_codec::angle::Angle;
-use clino_gateway::{Health, Span};
+use clino_gateway::{Health, Published, Span};
 
 use crate::reply::{Audience, Plain};
 
@@ -63,6 +63,12 @@ impl From<Span> for Value<'_> {
 impl From<Angle> for Value<'_> {
     fn from(angle: Angle) -> Self {
         Value::Angle(angle)
+    }
+}
+
+impl From<Published> for Value<'_> {
+    fn from(angle: Published) -> Self {
+        Value::Angle(angle.angle())
     }
 }
 

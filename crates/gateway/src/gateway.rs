@@ -99,6 +99,7 @@ impl Gateway {
     }
 
     fn note(&mut self, ended: Option<Ended>) {
+        self.changed = self.changed.or(self.t7.take_restarted()).or(self.isu.take_restarted());
         let Some(Ended { entry, slot }) = ended else { return };
         self.trace.push(entry);
         if let Some(slot) = slot {
@@ -122,6 +123,7 @@ impl Gateway {
             Capture::NoSignal { high: true } => Err(Status::StuckHigh),
             Capture::NoSignal { high: false } => Err(Status::StuckLow),
         };
+        let settling = self.settling_inputs(now);
         for index in self.listening.iter() {
             let Some(slot) = self.slots.get_mut(index).filter(|slot| slot.is(&Source::Pwm { input })) else {
                 continue;
@@ -132,6 +134,9 @@ impl Gateway {
             }
             if result.is_err() {
                 slot.shake();
+            }
+            if result.is_ok() && settling.has(index) {
+                continue;
             }
             if slot.settle(result, now, true, PWM_RESOLUTION) {
                 self.changed.set(index, true);
@@ -174,11 +179,11 @@ impl Gateway {
             Order::T7(task) => {
                 let serial = self.t7.master().timing().serial;
                 let begin = |place: &mut _| task::t7::Work::begin(&task, serial, place).map_err(Refusal::T7);
-                self.t7.begin(begin, asker)?
+                self.t7.begin(begin, task.destination(), asker)?
             }
             Order::Isu(task) => {
                 let begin = |place: &mut _| task::isu::Work::begin(&task, place).map_err(Refusal::Isu);
-                self.isu.begin(begin, asker)?
+                self.isu.begin(begin, task.destination(), asker)?
             }
             Order::Cancel(bus) => {
                 match bus {
@@ -219,6 +224,7 @@ impl Gateway {
         self.isu.forget(index, slot);
         self.listening.set(index, listens(slot));
         self.changed.set(index, true);
+        self.forget_partner(index);
     }
 
     /// How far the task on a bus is, if there is one.

@@ -10,7 +10,9 @@ use crate::Bus;
 use crate::Status;
 use crate::agenda::Asked;
 use crate::counters::bump16;
+use crate::bits::Bits;
 use crate::gateway::{Action, Asker};
+use crate::meaning::{Nodes, Settling, readers};
 use crate::outage::BusHealth;
 use crate::polling::{Poll, Polling};
 use crate::settings::BusSettings;
@@ -64,6 +66,11 @@ pub(crate) struct Traffic<P: Serve> {
     /// How it ran before the task.
     home: Timing,
     task_is_next: bool,
+    settling: Settling,
+    /// Where the task moves its node to.
+    destination: Option<u8>,
+    /// Slots that were restarted since they were last taken.
+    restarted: Bits,
 }
 
 impl<P: Serve> Traffic<P> {
@@ -82,6 +89,9 @@ impl<P: Serve> Traffic<P> {
             line: timing.line(),
             home: timing,
             task_is_next: false,
+            settling: Settling::default(),
+            destination: None,
+            restarted: Bits::EMPTY,
         }
     }
 
@@ -108,17 +118,18 @@ impl<P: Serve> Traffic<P> {
         self.pending = Some(BusSettings { timing, line });
     }
 
-    /// Has a task begun in its place, unless there is one.
+    /// Has a task begun in its place, unless there is one. It may move its node to `destination`.
     pub fn begin<E>(
         &mut self,
         begin: impl FnOnce(&mut Option<P::Work>) -> Result<(), E>,
+        destination: Option<u8>,
         asker: Asker,
     ) -> Result<bool, E> {
         let idle = self.work.is_none() && self.news.is_none();
         if idle {
             begin(&mut self.work)?;
             self.home = *self.master.timing();
-            self.asker = asker;
+            (self.asker, self.destination) = (asker, destination);
         }
         Ok(idle)
     }
@@ -150,6 +161,29 @@ impl<P: Serve> Traffic<P> {
         let timing = if self.work.is_some() { self.home } else { *self.master.timing() };
         let line = line::Settings { serial: timing.serial, guard: timing.guard, ..self.line };
         self.pending.unwrap_or(BusSettings { timing, line })
+    }
+
+    /// The numbers of these nodes mean something else from now on, by `until` at the latest: what was kept of them is
+    /// forgotten, and what is asked before that is not used.
+    pub fn meaning_changed(&mut self, nodes: Nodes, until: Micros, now: Micros, slots: &mut [Slot]) {
+        self.settling.add(nodes, until, now);
+        let readers = readers(slots, P::BUS, nodes);
+        for index in readers.iter() {
+            if let Some(slot) = slots.get_mut(index) {
+                slot.restart();
+            }
+        }
+        self.restarted = self.restarted.or(readers);
+    }
+
+    /// Whether what the node at this address says to a request of `asked` is not used yet.
+    pub fn is_settling(&self, address: u8, asked: Micros) -> bool {
+        self.settling.holds(Nodes::at(P::BUS, address), asked)
+    }
+
+    /// The slots that were restarted since this was last called.
+    pub fn take_restarted(&mut self) -> Bits {
+        core::mem::replace(&mut self.restarted, Bits::EMPTY)
     }
 
     /// Sets what was counted to zero.
@@ -188,6 +222,9 @@ impl<P: Serve> Traffic<P> {
         mut port: impl FnMut(Action<'_>),
     ) -> Option<Ended> {
         let over = self.end(now, slots);
+        if self.work.is_none() {
+            self.settling.end();
+        }
         if !self.master.is_asking() {
             self.begin_next(now, slots, &mut port);
         }
@@ -208,10 +245,17 @@ impl<P: Serve> Traffic<P> {
     /// Takes what a reading that went well has said.
     #[inline(never)]
     fn take(&mut self, slots: &mut [Slot]) -> Option<Ended> {
-        self.answer.take().map(|answer| Ended {
-            entry: answer.entry,
-            slot: self.polling.take(&self.master, &answer.asked, answer.result, answer.at, slots),
-        })
+        let Answered { asked, result, at, entry } = self.answer.take()?;
+        let node = slots.get(asked.slot).and_then(|slot| slot.config.source.node());
+        let address = node.map_or(0, |(_, address)| address);
+        let serial = result.as_ref().ok().and_then(|sample| sample.serial);
+        if let Some((slot, serial)) = slots.get_mut(asked.slot).zip(serial)
+            && slot.is_replaced_by(serial)
+        {
+            self.meaning_changed(Nodes::at(P::BUS, address), Micros::ZERO, at, slots);
+        }
+        let used = !self.is_settling(address, asked.since);
+        Some(Ended { entry, slot: self.polling.take(&self.master, &asked, result, used, at, slots) })
     }
 
     /// Whoever's turn it is may begin an exchange.
@@ -224,7 +268,7 @@ impl<P: Serve> Traffic<P> {
                 self.polling.rate_has_changed(slots);
             }
             self.line = line;
-            self.run(timing, port);
+            self.run(timing, now, slots, port);
         }
         let task_first = self.task_is_next;
         for task in [task_first, !task_first] {
@@ -281,6 +325,7 @@ impl<P: Serve> Traffic<P> {
                     self.polling.heard(&self.master, outcome.at, slots);
                 }
                 self.news = P::led(work).settle(outcome);
+                self.settling.sent(outcome.at + P::SETTLES);
                 None
             }
             (_, Ok(answer)) => {
@@ -309,11 +354,15 @@ impl<P: Serve> Traffic<P> {
                         let (address, _) = P::named(frame.as_ref());
                         count(slots, P::BUS, address, |slot| &mut slot.counters.writes);
                     }
+                    let (address, command) = P::named(frame.as_ref());
+                    if P::alters(command) {
+                        self.alter(address, now, slots);
+                    }
                     self.send(frame.as_ref(), Purpose::Task, now, port);
                     return true;
                 }
-                Lead::Serial(serial) if serial == self.home.serial => self.run(self.home, port),
-                Lead::Serial(serial) => self.run(P::timing(serial), port),
+                Lead::Serial(serial) if serial == self.home.serial => self.run(self.home, now, slots, port),
+                Lead::Serial(serial) => self.run(P::timing(serial), now, slots, port),
                 Lead::Done(news) => {
                     self.work = None;
                     self.news = Some(news);
@@ -324,7 +373,26 @@ impl<P: Serve> Traffic<P> {
         false
     }
 
-    fn run(&mut self, timing: Timing, port: &mut impl FnMut(Action<'_>)) {
+    /// The task's next request may change the node at this address.
+    #[inline(never)]
+    fn alter(&mut self, address: u8, now: Micros, slots: &mut [Slot]) {
+        let destination = self.destination.map_or(Nodes::NONE, |to| Nodes::at(P::BUS, to));
+        let nodes = Nodes::at(P::BUS, address).and(destination);
+        self.settling.begin(nodes, now);
+        self.meaning_changed(nodes, now, now, slots);
+    }
+
+    fn run(
+        &mut self,
+        timing: Timing,
+        now: Micros,
+        slots: &mut [Slot],
+        port: &mut impl FnMut(Action<'_>),
+    ) {
+        if timing.serial != self.master.timing().serial {
+            // Others may answer at another bit rate.
+            self.meaning_changed(Nodes::ALL, now, now, slots);
+        }
         self.master.set_timing(timing);
         self.line = line::Settings { serial: timing.serial, guard: timing.guard, ..self.line };
         port(Action::Run(timing, self.line));

@@ -25,6 +25,16 @@ pub enum Task {
     Repair(Module),
 }
 
+impl Task {
+    /// The address that its module has afterwards, if that is another one.
+    pub(crate) const fn destination(&self) -> Option<u8> {
+        match self {
+            Task::Program(_, Change::ModuleAddress(to)) => Some(to.get()),
+            _ => None,
+        }
+    }
+}
+
 /// What is told of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {

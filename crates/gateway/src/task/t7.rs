@@ -35,6 +35,16 @@ pub enum Task {
     Baud(Device, BaudRate),
 }
 
+impl Task {
+    /// The address that its device has afterwards, if that is another one.
+    pub(crate) const fn destination(&self) -> Option<u8> {
+        match self {
+            Task::Address { to, .. } => Some(to.get()),
+            _ => None,
+        }
+    }
+}
+
 /// What is told of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
