@@ -1,9 +1,9 @@
 //! The buses: how they run, and how much they have to do.
 
 use clino_bus::{Micros, Timing};
-use clino_gateway::{Bus, BusChange};
 use clino_gateway::lint::Lint;
 use clino_gateway::order::{LONGEST_DELAY, LONGEST_GUARD, Order};
+use clino_gateway::{Bus, BusChange};
 
 use crate::host::BusState;
 use crate::job::{Job, Outcome, Told};

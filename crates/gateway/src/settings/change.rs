@@ -15,6 +15,7 @@ use crate::config::Bus;
 
 /// Fields that change; `None` stays as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BusChange {
     /// Bit rate, bit/s. The usual waits of that rate come with it.
     pub baud: Option<u32>,

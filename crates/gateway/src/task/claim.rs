@@ -27,7 +27,8 @@ impl Claim {
         match self {
             Claim::Nothing | Claim::BitRate => true,
             Claim::Addresses(bus, nodes) => {
-                let is_claimed = |source: &Source| nodes.iter().any(|&node| source.node() == Some((bus, node)));
+                let is_claimed =
+                    |source: &Source| nodes.iter().any(|&node| source.node() == Some((bus, node)));
                 !moves || !is_claimed(&to.source)
             }
             Claim::Zero(source) => {

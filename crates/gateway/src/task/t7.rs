@@ -5,8 +5,8 @@ use core::convert::Infallible;
 use clino_bus::{Serial, T7};
 use clino_codec::t7::{Address, Axis, BaudRate, EncodeError};
 use clino_commissioning::t7::{
-    Cause, ChangeAddress, ChangeBaud, Device, Failure, Found, Identify, Identity, Rates, Set, SetZero, Setting,
-    Sweep, Swept, Zeroed,
+    Cause, ChangeAddress, ChangeBaud, Device, Failure, Found, Identify, Identity, Rates, Set, SetZero,
+    Setting, Sweep, Swept, Zeroed,
 };
 use clino_commissioning::{Report, Runner};
 

@@ -234,7 +234,12 @@ impl Trial {
             for sent in sent {
                 prop_assert_eq!(sent.baud, self.model.baud, "{:?} with {:?}", sent, self.model.task);
                 if let Some(changed) = self.changed {
-                    prop_assert!(sent.at < changed || sent.at.since(changed) >= DEAF, "{:?} {:?}", sent, changed);
+                    prop_assert!(
+                        sent.at < changed || sent.at.since(changed) >= DEAF,
+                        "{:?} {:?}",
+                        sent,
+                        changed
+                    );
                 }
             }
         }

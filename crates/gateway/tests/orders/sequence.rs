@@ -305,7 +305,9 @@ fn a_sensor_that_was_zeroed_reads_zero_in_its_slots() {
         let soft_zero = Angle::from_mdeg(5_000).unwrap();
         SlotConfig { source, soft_zero, ..slot(number) }
     };
-    for (number, config) in [zeroed(1, Axis::Two), zeroed(2, Axis::Two), zeroed(1, Axis::One)].into_iter().enumerate() {
+    for (number, config) in
+        [zeroed(1, Axis::Two), zeroed(2, Axis::Two), zeroed(1, Axis::One)].into_iter().enumerate()
+    {
         site.order(Order::Slot { slot: number as u8, config }).unwrap();
     }
     site.run(Micros(500_000));

@@ -42,7 +42,8 @@ pub struct Site {
 pub fn t7(address: u8, baud_index: u8, motion: Motion) -> Sensor {
     let identity = Identity { serial: 1000 + u32::from(address), ..Identity::default() };
     let memory = Memory { address, baud_index, damping_ms: 20, ..Memory::default() };
-    let options = Options { motion: [Motion::Constant(0), Motion::Constant(0), motion], ..Options::default() };
+    let options =
+        Options { motion: [Motion::Constant(0), Motion::Constant(0), motion], ..Options::default() };
     Arc::new(Mutex::new(T7::new(identity, memory, options).unwrap()))
 }
 
