@@ -1,9 +1,9 @@
 //! The buses: how they run, and how much they have to do.
 
-use clino_bus::{Micros, Serial, Timing, line};
-use clino_gateway::Bus;
+use clino_bus::{Micros, Timing};
 use clino_gateway::lint::Lint;
 use clino_gateway::order::{LONGEST_DELAY, LONGEST_GUARD, Order};
+use clino_gateway::{Bus, BusChange};
 
 use crate::host::BusState;
 use crate::job::{Job, Outcome, Told};
@@ -28,26 +28,27 @@ pub fn bus(job: &mut Job<'_, '_>) -> Outcome {
     let [baud, guard, pre, post, echo] = words;
     let bus: Bus = job.one_of("bus")?;
     job.end()?;
-    let Some(BusState { mut timing, mut line, health, .. }) = job.host.bus(bus) else { return Ok(()) };
     if words.iter().all(Option::is_none) {
-        table::bus(&mut job.reply, bus, &line, health.fault);
+        if let Some(BusState { line, health, .. }) = job.host.bus(bus) {
+            table::bus(&mut job.reply, bus, &line, health.fault);
+        }
         return Ok(());
     }
-    if let Some(word) = baud {
-        let serial = Serial { baud: job.up_to(word, "baud", u32::MAX)? };
-        timing = match bus {
-            Bus::T7 => Timing::t7(serial),
-            Bus::Isu => Timing { serial, ..Timing::isu() },
-        };
+    let change = BusChange {
+        baud: baud.map(|word| job.up_to(word, "baud", u32::MAX)).transpose()?,
+        guard: micros(job, guard, "guard_us", LONGEST_GUARD)?,
+        pre_delay: micros(job, pre, "pre_us", LONGEST_DELAY)?,
+        post_delay: micros(job, post, "post_us", LONGEST_DELAY)?,
+        echo: echo.map(|word| job.meaning(word)).transpose()?,
+    };
+    let result = job.host.order(Order::Bus { bus, change });
+    job.accepted(result)?;
+    // An exchange in hand goes on as it was begun.
+    match job.host.bus(bus) {
+        Some(BusState { in_force: false, .. }) => job.reply.accepted(),
+        _ => job.reply.done(),
     }
-    micros(job, guard, "guard_us", LONGEST_GUARD, &mut timing.guard)?;
-    line = line::Settings { serial: timing.serial, guard: timing.guard, ..line };
-    micros(job, pre, "pre_us", LONGEST_DELAY, &mut line.pre_delay)?;
-    micros(job, post, "post_us", LONGEST_DELAY, &mut line.post_delay)?;
-    if let Some(word) = echo {
-        line.echo = job.meaning(word)?;
-    }
-    job.order(Order::Bus { bus, timing, line })
+    Ok(())
 }
 
 #[inline(never)]
@@ -56,12 +57,10 @@ fn micros(
     word: Option<&str>,
     what: &'static str,
     most: Micros,
-    place: &mut Micros,
-) -> Result<(), Told> {
-    if let Some(word) = word {
-        *place = Micros(job.up_to(word, what, most.0 as u32)?.into());
-    }
-    Ok(())
+) -> Result<Option<Micros>, Told> {
+    let Some(word) = word else { return Ok(None) };
+    let us = job.up_to(word, what, most.0 as u32)?;
+    Ok(Some(Micros(us.into())))
 }
 
 /// `load`

@@ -75,10 +75,12 @@ pub trait Host {
 /// A bus as others see it.
 #[derive(Clone, Copy, Debug)]
 pub struct BusState {
-    /// Bit rate and waits.
+    /// Bit rate and waits, as set.
     pub timing: Timing,
-    /// Its line.
+    /// Its line, as set.
     pub line: line::Settings,
+    /// It runs as it is set. Otherwise it will as soon as no exchange is in hand.
+    pub in_force: bool,
     /// What happened since reset.
     pub counters: Counters,
     /// Whether it is out of order.

@@ -14,7 +14,7 @@ use crate::restraint::Restraint;
 use crate::settings::BusSettings;
 use crate::slot::{Sample, Slot};
 use crate::snapshot::Publisher;
-use crate::task::{self, News};
+use crate::task::News;
 use crate::trace::Trace;
 use crate::traffic::{Ended, Traffic};
 use crate::value::{Reading, Status};
@@ -153,38 +153,17 @@ impl Gateway {
     /// Carries out an order, whole or not at all.
     ///
     /// # Errors
-    /// The [check](Order::check) has something against it; or it is [restrained](Gateway::restrain); or [`Refusal::Busy`],
-    /// the bus has a task already.
+    /// The [check](Order::check) has something against it; or it is [restrained](Gateway::restrain); or [`Refusal::Busy`]:
+    /// the bus has a task already, or has one that works on what is to change.
     pub fn carry_out(&mut self, order: Order, asker: Asker) -> Result<(), Refusal> {
         order.check()?;
         self.restraint.check(&order)?;
         let accepted = match order {
-            Order::Slot { slot, config } => {
-                let index = usize::from(slot);
-                if let Some(place) = self.slots.get_mut(index) {
-                    place.set(config);
-                    self.reset(index);
-                }
-                self.revision = self.revision.wrapping_add(1);
-                true
-            }
-            Order::Bus { bus, timing, line } => {
-                match bus {
-                    Bus::T7 => self.t7.set(timing, line),
-                    Bus::Isu => self.isu.set(timing, line),
-                }
-                self.revision = self.revision.wrapping_add(1);
-                true
-            }
-            Order::T7(task) => {
-                let serial = self.t7.master().timing().serial;
-                let begin = |place: &mut _| task::t7::Work::begin(&task, serial, place).map_err(Refusal::T7);
-                self.t7.begin(begin, task.destination(), asker)?
-            }
-            Order::Isu(task) => {
-                let begin = |place: &mut _| task::isu::Work::begin(&task, place).map_err(Refusal::Isu);
-                self.isu.begin(begin, task.destination(), asker)?
-            }
+            Order::Slot { slot, config } => self.change_slot(slot.into(), &config),
+            Order::Bus { bus: Bus::T7, change } => self.t7.change(&change),
+            Order::Bus { bus: Bus::Isu, change } => self.isu.change(&change),
+            Order::T7(task) => self.t7.accept(&task, asker),
+            Order::Isu(task) => self.isu.accept(&task, asker),
             Order::Cancel(bus) => {
                 match bus {
                     Bus::T7 => self.t7.cancel(),
@@ -196,20 +175,37 @@ impl Gateway {
         if accepted { Ok(()) } else { Err(Refusal::Busy) }
     }
 
-    /// What a task of this asker has found, or how it ended. A task waits until this has been fetched.
-    pub fn news(&mut self, asker: Asker) -> Option<News> {
-        let news = self.t7.news(asker).or_else(|| self.isu.news(asker))?;
-        // The bus has changed its bit rate with the sensor.
-        if matches!(news, News::T7(task::t7::News::Baud(_))) {
-            self.revision = self.revision.wrapping_add(1);
+    /// The slot is to be like this. Returns whether it is: a task may work on what would change.
+    fn change_slot(&mut self, index: usize, config: &SlotConfig) -> bool {
+        let claims = [self.t7.claim(), self.isu.claim()];
+        let Some(slot) = self.slots.get_mut(index) else { return true };
+        if !claims.iter().all(|claim| claim.allows(&slot.config, config)) {
+            return false;
         }
+        slot.set(*config);
+        self.reset(index);
+        self.revision = self.revision.wrapping_add(1);
+        true
+    }
+
+    /// What a task that has ended has changed, the slots take over.
+    fn conclude(&mut self, bus: Bus) {
+        let ended = match bus {
+            Bus::T7 => self.t7.ended(),
+            Bus::Isu => self.isu.ended(),
+        };
+        let Some((claim, news)) = ended else { return };
         for index in 0..self.slots.len() {
-            if self.slots.get_mut(index).is_some_and(|slot| slot.follow(&news)) {
+            if self.slots.get_mut(index).is_some_and(|slot| slot.follow(claim, &news)) {
                 self.revision = self.revision.wrapping_add(1);
                 self.reset(index);
             }
         }
-        Some(news)
+    }
+
+    /// What a task of this asker has found, or how it ended. A task waits until this has been fetched.
+    pub fn news(&mut self, asker: Asker) -> Option<News> {
+        self.t7.news(asker).or_else(|| self.isu.news(asker))
     }
 
     /// Whether [`Gateway::news`] has something for this asker.
@@ -242,6 +238,7 @@ impl Gateway {
             Bus::Isu => self.isu.poll(now, &mut self.slots, port),
         };
         self.note(ended);
+        self.conclude(bus);
     }
 
     /// When [`Gateway::poll`] has something to do on `bus`, if ever.
@@ -296,17 +293,25 @@ impl Gateway {
         self.slots.get(slot).map(Slot::detail)
     }
 
-    /// How a bus is set, or will be as soon as nothing is under way there.
-    pub fn bus_settings(&self, bus: Bus) -> BusSettings {
+    /// How a bus is set. In force, or as soon as no exchange is in hand.
+    pub fn bus_settings(&self, bus: Bus) -> &BusSettings {
         match bus {
             Bus::T7 => self.t7.settings(),
             Bus::Isu => self.isu.settings(),
         }
     }
 
+    /// Whether the bus runs as it is set. A bit rate that a task has chosen for a while does not count.
+    pub fn is_in_force(&self, bus: Bus) -> bool {
+        match bus {
+            Bus::T7 => self.t7.is_in_force(),
+            Bus::Isu => self.isu.is_in_force(),
+        }
+    }
+
     /// Counts the changes of what it was told since it began; wraps.
     pub fn revision(&self) -> u32 {
-        self.revision
+        self.revision.wrapping_add(self.t7.revision()).wrapping_add(self.isu.revision())
     }
 
     /// Sets what was counted to zero, of all slots and of both buses.
@@ -339,19 +344,11 @@ impl Gateway {
         }
     }
 
-    /// How a bus is set.
+    /// How a bus runs now.
     pub fn timing(&self, bus: Bus) -> &Timing {
         match bus {
             Bus::T7 => self.t7.master().timing(),
             Bus::Isu => self.isu.master().timing(),
-        }
-    }
-
-    /// How a bus's line is set.
-    pub fn line_settings(&self, bus: Bus) -> &line::Settings {
-        match bus {
-            Bus::T7 => self.t7.line(),
-            Bus::Isu => self.isu.line(),
         }
     }
 

@@ -52,6 +52,6 @@ pub use health::Health;
 pub use outage::{BusFault, BusHealth};
 pub use reporter::Reporter;
 pub use restraint::{INTERNAL_OSCILLATOR_PPM, Restraint, UART_TOLERANCE_PPM};
-pub use settings::{BusSettings, Configuration, Settings};
+pub use settings::{BusChange, BusSettings, Configuration, Settings};
 pub use snapshot::{Publisher, Snapshot, Value, View};
 pub use value::{Glance, Published, Reading, Status};

@@ -3,11 +3,12 @@
 //! [`Order::check`] says what is wrong with an order, with the limit that it breaks; an order that passes is carried
 //! out whole.
 
-use clino_bus::{Micros, Serial, Timing, line};
+use clino_bus::Micros;
 use clino_codec::t7;
 
 use crate::config::{Bus, Filter, MAX_SLOTS, SlotConfig, Source, Span};
 use crate::restraint::Restraint;
+use crate::settings::BusChange;
 use crate::task;
 
 /// Something to be done by the bus level.
@@ -20,14 +21,13 @@ pub enum Order {
         /// What it reads.
         config: SlotConfig,
     },
-    /// As soon as no exchange is in hand, the bus runs like this.
+    /// These fields of a bus change, as soon as no exchange is in hand. A bit rate is refused as [`Refusal::Busy`] while a
+    /// task needs the present one.
     Bus {
         /// The bus.
         bus: Bus,
-        /// Bit rate and waits.
-        timing: Timing,
-        /// The line to go with them.
-        line: line::Settings,
+        /// What changes.
+        change: BusChange,
     },
     /// A task on the T7 bus.
     T7(task::t7::Task),
@@ -62,7 +62,7 @@ pub enum Refusal {
     T7(t7::EncodeError),
     /// An ISU cannot be told this.
     Isu(clino_commissioning::isu::Cause),
-    /// The bus has a task already, or the gateway more orders in hand than it can take; ask again.
+    /// A task under way does not leave room for it: another task, or a change of what the task works on. Ask again.
     Busy,
     /// It is right, but not done in times like these.
     Restrained(Restraint),
@@ -99,11 +99,14 @@ impl Order {
                 }
                 check(config)
             }
-            Order::Bus { bus, timing, line } => {
-                bit_rate(*bus, timing.serial)?;
-                range("guard_us", timing.guard.0, 0, LONGEST_GUARD.0)?;
-                range("pre_us", line.pre_delay.0, 0, LONGEST_DELAY.0)?;
-                range("post_us", line.post_delay.0, 0, LONGEST_DELAY.0)
+            Order::Bus { bus, change } => {
+                change.baud.map_or(Ok(()), |baud| bit_rate(*bus, baud))?;
+                let wait = |what, wait: Option<Micros>, most: Micros| {
+                    wait.map_or(Ok(()), |wait| range(what, wait.0, 0, most.0))
+                };
+                wait("guard_us", change.guard, LONGEST_GUARD)?;
+                wait("pre_us", change.pre_delay, LONGEST_DELAY)?;
+                wait("post_us", change.post_delay, LONGEST_DELAY)
             }
             Order::T7(task) => task::t7::Work::check(task).map_err(Refusal::T7),
             Order::Isu(task) => task::isu::Work::check(task).map_err(Refusal::Isu),
@@ -155,13 +158,13 @@ fn range(what: &'static str, value: u64, least: u64, most: u64) -> Result<(), Re
     }
 }
 
-fn bit_rate(bus: Bus, serial: Serial) -> Result<(), Refusal> {
+fn bit_rate(bus: Bus, baud: u32) -> Result<(), Refusal> {
     let allowed: &'static [u32] = match bus {
         Bus::T7 => &T7_BIT_RATES,
         Bus::Isu => &ISU_BIT_RATES,
     };
-    match allowed.contains(&serial.baud) {
+    match allowed.contains(&baud) {
         true => Ok(()),
-        false => Err(Refusal::BitRate { value: serial.baud, allowed }),
+        false => Err(Refusal::BitRate { value: baud, allowed }),
     }
 }

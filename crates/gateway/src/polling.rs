@@ -77,9 +77,15 @@ impl<P: Poll> Polling<P> {
         }
     }
 
-    /// The bus has another bit rate: the nodes may have taken what was sent at the last one for anything.
-    pub fn rate_has_changed(&mut self, slots: &[Slot]) {
-        self.agenda.doubt(slots);
+    /// The bus has another bit rate: the nodes may have taken what was sent until `since` for anything. Nobody is asked
+    /// until all hear again.
+    pub fn keep_silent(&mut self, since: Micros) {
+        self.agenda.keep_silent(since);
+    }
+
+    /// Nobody is asked before this.
+    pub fn silent_until(&self) -> Micros {
+        self.agenda.silent_until()
     }
 
     /// Somebody on the bus has answered.

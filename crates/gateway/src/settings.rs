@@ -6,6 +6,10 @@ use clino_bus::{Timing, line};
 
 use crate::config::{Bus, MAX_SLOTS, SlotConfig};
 
+mod change;
+
+pub use change::BusChange;
+
 /// How a bus runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BusSettings {

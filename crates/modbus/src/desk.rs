@@ -276,8 +276,8 @@ impl<S: Site> Host for Desk<'_, S> {
     }
 
     fn bus_config(&self, bus: Bus) -> BusConfig {
-        let settings = self.site.gateway(|gateway| gateway.bus_settings(bus.into()));
-        settings.map_or(BusConfig::NONE, |settings| bus::shown(&settings))
+        let shown = self.site.gateway(|gateway| bus::shown(gateway.bus_settings(bus.into())));
+        shown.unwrap_or(BusConfig::NONE)
     }
 
     fn write(&mut self, write: &Write) -> Result<(), Refusal> {
@@ -287,11 +287,7 @@ impl<S: Site> Host for Desk<'_, S> {
                 let config = slot::changed(&now, &config).ok_or(Refusal::Value)?;
                 self.order(Order::Slot { slot, config })
             }
-            Write::Bus { bus, config } => {
-                let settings = self.site.gateway(|gateway| gateway.bus_settings(bus.into()));
-                let settings = bus::changed(bus.into(), &settings.ok_or(Refusal::Failed)?, &config);
-                self.order(Order::Bus { bus: bus.into(), timing: settings.timing, line: settings.line })
-            }
+            Write::Bus { bus, change } => self.order(Order::Bus { bus: bus.into(), change }),
             Write::Port(_) => Ok(()),
             Write::Command { command, target, value } => {
                 if self.progress.outcome == Outcome::Running && command != Command::Cancel {

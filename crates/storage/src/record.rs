@@ -143,8 +143,7 @@ fn slots(configuration: &dyn Configuration) -> impl Iterator<Item = &SlotConfig>
 }
 
 fn bus_order(bus: Bus, settings: &BusSettings) -> Result<(), Reject> {
-    let BusSettings { timing, line } = *settings;
-    Order::Bus { bus, timing, line }.check().map_err(Reject::Refused)
+    Order::Bus { bus, change: settings.into() }.check().map_err(Reject::Refused)
 }
 
 fn slot_order(slot: u8, config: &SlotConfig) -> Result<(), Reject> {

@@ -72,8 +72,9 @@ impl Host for Rest {
         let driver = Default::default();
         let progress = self.gateway.progress(bus);
         Some(BusState {
-            timing: *self.gateway.timing(bus),
-            line: *self.gateway.line_settings(bus),
+            timing: self.gateway.bus_settings(bus).timing,
+            line: self.gateway.bus_settings(bus).line,
+            in_force: self.gateway.is_in_force(bus),
             counters: *self.gateway.counters(bus),
             health: self.gateway.health(bus),
             driver,
