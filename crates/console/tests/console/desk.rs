@@ -19,6 +19,13 @@ use embedded_io::{ErrorType, Write};
 #[derive(Clone, Default)]
 pub struct Port(Rc<RefCell<Vec<u8>>>);
 
+impl Port {
+    /// What has come since the last look.
+    pub fn take(&self) -> String {
+        String::from_utf8(std::mem::take(&mut *self.0.borrow_mut())).expect("text")
+    }
+}
+
 impl ErrorType for Port {
     type Error = Infallible;
 }
@@ -240,6 +247,6 @@ impl Desk {
 
     /// What was printed since the last look.
     pub fn printed(&mut self) -> String {
-        String::from_utf8(std::mem::take(&mut *self.port.0.borrow_mut())).expect("text")
+        self.port.take()
     }
 }
