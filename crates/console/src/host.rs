@@ -10,6 +10,8 @@ use clino_gateway::{Bus, BusHealth, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 use clino_recovery::Start;
 
+use crate::received::Received;
+
 /// The gateway as the console sees it. Each call is short: one slot, one transaction, one bus.
 pub trait Host {
     /// Time since reset.
@@ -40,6 +42,12 @@ pub trait Host {
 
     /// Has an order carried out, or refuses it.
     fn order(&mut self, order: Order) -> Result<(), Refusal>;
+
+    /// Waits until everything that was printed is out.
+    fn flush(&mut self);
+
+    /// The next character that was received, if there is one.
+    fn received(&mut self) -> Option<Received>;
 
     /// Typed characters that were lost since reset: spoilt, or faster than they could be taken.
     fn lost_characters(&self) -> u32;

@@ -41,7 +41,7 @@ extern crate std;
 
 pub mod command;
 pub mod config;
-mod crc;
+pub mod crc;
 pub mod desk;
 mod diagnostics;
 mod exception;
