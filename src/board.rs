@@ -15,6 +15,7 @@
 //! All pins used are 5 V tolerant (DS8626 table 7, "FT").
 
 use clino_bus::Event;
+use clino_console::Received;
 use clino_gateway::{Bus, Capture, Restraint};
 use clino_recovery::{Clock, Mode};
 use cortex_m::peripheral::{DWT, NVIC};
@@ -73,7 +74,7 @@ pub struct Board {
     /// How much of it is to run.
     pub mode: Mode,
     /// What is typed.
-    pub keys: Consumer<'static, u8>,
+    pub keys: Consumer<'static, Received>,
     /// Who stores the configuration.
     pub keeper: &'static mut Keeper,
 }

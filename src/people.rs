@@ -1,7 +1,7 @@
 //! The gateway as the console sees it.
 
 use clino_bus::Micros;
-use clino_console::{BusState, Host, Saved, StorageError};
+use clino_console::{BusState, Host, Received, Saved, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
@@ -11,13 +11,16 @@ use clino_modbus::Settings;
 use clino_modbus::desk::Wish;
 use clino_recovery::Start;
 use cortex_m::peripheral::SCB;
+use heapless::spsc::Consumer;
 
 use crate::keeper::Keeper;
 use crate::{bus, clock, console, modbus, shared, start};
 
-/// The gateway: all of it is shared, but for who stores its configuration.
+/// The gateway: all of it is shared, but for who stores its configuration, and what is typed.
 pub struct Gateway {
     pub keeper: &'static mut Keeper,
+    /// What is typed.
+    pub keys: Consumer<'static, Received>,
 }
 
 impl Gateway {
@@ -79,6 +82,14 @@ impl Host for Gateway {
         let result = bus::with(|gateway| gateway.carry_out(order, Asker::Console));
         bus::wake();
         result.unwrap_or(Err(Refusal::Busy))
+    }
+
+    fn flush(&mut self) {
+        console::drain();
+    }
+
+    fn received(&mut self) -> Option<Received> {
+        self.keys.dequeue()
     }
 
     fn lost_characters(&self) -> u32 {

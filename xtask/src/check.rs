@@ -1,8 +1,7 @@
 //! `cargo xtask check`: what no test can show of the reusable crates and of the image, one script each.
 
-use std::process::Command;
-
 use crate::command::{self, Failure, Outcome};
+use crate::steps::Steps;
 
 /// A script that shows something, prints its figure, and fails when the figure is not good enough.
 struct Check {
@@ -66,15 +65,13 @@ pub fn run(names: &[String]) -> Outcome {
         return Err(Failure { message, status: crate::BAD_USAGE });
     }
     let all = names.is_empty();
+    let mut steps = Steps::new("check");
     for check in CHECKS {
         let named = names.iter().any(|name| name == check.name);
         if named || all {
             let arguments = if named { &[] } else { check.among_all };
-            let mut script = Command::new("sh");
-            script.arg(check.script).args(arguments).current_dir(command::root());
-            script.env("CARGO_TARGET_DIR", command::target_dir());
-            command::run(script)?;
+            steps.run(check.name, command::script(check.script, arguments));
         }
     }
-    Ok(())
+    steps.end(Ok(()))
 }

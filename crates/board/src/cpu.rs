@@ -19,6 +19,7 @@
 
 mod clocks;
 mod device;
+mod fast;
 mod idle;
 mod plant;
 mod reset;

@@ -4,7 +4,7 @@ use clino_gateway::lint::Lint;
 use clino_gateway::order::Order;
 use clino_gateway::settings;
 use clino_gateway::settings::bus::id;
-use clino_gateway::{Bus, BusFault, BusSettings};
+use clino_gateway::{Bus, BusChange, BusFault, BusSettings};
 
 use crate::error::Error;
 use crate::host::BusState;
@@ -64,11 +64,16 @@ pub fn show(job: &mut Job<'_, '_>, bus: Bus) {
 
 #[inline(never)]
 fn change_bus(job: &mut Job<'_, '_>, bus: Bus, change: &Change) -> Outcome {
-    let Some(BusState { settings, .. }) = job.host.bus(bus) else { return Ok(()) };
-    match settings::bus::changed(bus, &settings, &|id| change.of(id)) {
-        Ok(BusSettings { timing, line }) => job.order(Order::Bus { bus, timing, line }),
-        Err(refusal) => Err(job.refuse(&Error::Refused(refusal))),
+    let change =
+        BusChange::named(bus, &|id| change.of(id)).map_err(|refusal| job.refuse(&Error::Refused(refusal)))?;
+    let result = job.host.order(Order::Bus { bus, change });
+    job.accepted(result)?;
+    // An exchange in hand goes on as it was begun.
+    match job.host.bus(bus) {
+        Some(BusState { in_force: false, .. }) => job.reply.accepted(),
+        _ => job.reply.done(),
     }
+    Ok(())
 }
 
 /// `load`

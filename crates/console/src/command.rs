@@ -1,8 +1,6 @@
 //! The command language: what can be typed, how, and what `help` says of it.
 
-use embedded_cli::autocomplete::{Autocompletion, Request};
-use embedded_cli::service::{Autocomplete, Help};
-
+use crate::line::Line;
 use crate::reply::Reply;
 use crate::settings;
 
@@ -139,17 +137,34 @@ pub fn describe_all(reply: &mut Reply<'_>) {
     }
 }
 
-/// What the line editor knows of the language: the names, to complete them.
-pub struct Names;
-
-impl Autocomplete for Names {
-    fn autocomplete(request: Request<'_>, completion: &mut Autocompletion<'_>) {
-        let Request::CommandName(begun) = request else { return };
-        for rest in COMMANDS.iter().filter_map(|command| command.name.strip_prefix(begun)) {
-            completion.merge_autocompletion(rest);
+/// Completes the word before the cursor as far as it is clear which is meant, with a blank behind it if it is whole.
+///
+/// Where nothing can be completed a blank is put behind the word: a tab in a text that is pasted keeps its words apart.
+pub fn complete(line: &mut Line) {
+    let before = line.before_cursor();
+    let begun = before.rsplit(' ').next().unwrap_or("");
+    let is_first = begun.len() == before.trim_start().len();
+    let mut found: Option<&'static str> = None;
+    let mut is_whole = !begun.is_empty();
+    for rest in COMMANDS.iter().filter_map(|command| command.name.strip_prefix(begun)) {
+        if !is_first {
+            break;
         }
+        // A name that is whole is meant, even if another begins with it.
+        is_whole = found.is_none() || rest.is_empty();
+        found = Some(if rest.is_empty() { rest } else { found.map_or(rest, |found| common(found, rest)) });
+        if rest.is_empty() {
+            break;
+        }
+    }
+    found.unwrap_or("").bytes().for_each(|byte| line.insert(byte));
+    if is_whole {
+        line.insert(b' ');
     }
 }
 
-/// `help` is a command like any other.
-impl Help for Names {}
+/// What both begin with.
+fn common(one: &'static str, other: &str) -> &'static str {
+    let same = one.bytes().zip(other.bytes()).take_while(|(one, other)| one == other).count();
+    one.get(..same).unwrap_or("")
+}

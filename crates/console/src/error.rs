@@ -10,6 +10,7 @@ use clino_gateway::{INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_P
 
 use crate::causes;
 use crate::host::StorageError;
+use crate::line::{Damage, ERROR, LONGEST_LINE, Reason};
 use crate::reply::Reply;
 use crate::value::{Label, Value};
 
@@ -35,8 +36,12 @@ pub enum Error<'a> {
     UnexpectedLetter(char),
     /// It asks for what cannot be.
     Refused(Refusal),
-    /// A program's line is longer than this many characters.
-    TooLong(usize),
+    /// The line is not what was typed, or cannot be known to be.
+    Damaged(Damage),
+    /// It came while a task works that a person waits for.
+    Working,
+    /// A quotation mark without its other one, or in the middle of a word.
+    Quotes,
     /// What is done cannot be undone, and a program has not said that it is meant.
     Unconfirmed,
     /// The slot has no value that could be taken.
@@ -52,7 +57,7 @@ impl Error<'_> {
     #[inline(never)]
     pub fn write(&self, reply: &mut Reply<'_>) {
         if reply.is_for_people() {
-            _ = writeln!(reply.out, "error: {self}");
+            _ = writeln!(reply.out, "{ERROR}{self}");
             return;
         }
         let (kind, names, values) = self.parts();
@@ -118,7 +123,15 @@ impl Error<'_> {
                 ("inexact_clock", "clock_off_percent most_percent why", [off, most, why, NONE])
             }
             Error::Refused(Refusal::Restrained(_)) => ("no_buses", "why", [why, NONE, NONE, NONE]),
-            Error::TooLong(most) => ("line_too_long", "most", [Value::from(most as u64), NONE, NONE, NONE]),
+            Error::Damaged(Damage { reason: Reason::TooLong, characters }) => {
+                let most = Value::from(LONGEST_LINE as u64);
+                ("line_too_long", "most characters", [most, characters.into(), NONE, NONE])
+            }
+            Error::Damaged(Damage { reason, characters }) => {
+                ("damaged_line", "reason characters", [reason.name().into(), characters.into(), NONE, NONE])
+            }
+            Error::Working => ("busy", "why", [why, NONE, NONE, NONE]),
+            Error::Quotes => ("bad_argument", "why", [why, NONE, NONE, NONE]),
             Error::Unconfirmed => ("unconfirmed", "why", [why, NONE, NONE, NONE]),
             Error::NoValue { slot, status } => {
                 ("no_value", "slot status", [slot.into(), status.name().into(), NONE, NONE])
@@ -217,7 +230,11 @@ impl Display for Error<'_> {
                 write!(out, "the clock may be off by {off} %, a UART takes {most} %: no sensor is written to")
             }
             Error::Refused(Refusal::Restrained(_)) => out.write_str("safe mode: the buses are not served"),
-            Error::TooLong(most) => write!(out, "more than {most} characters"),
+            Error::Damaged(Damage { reason, characters }) => {
+                write!(out, "line not carried out, {}: {characters}", reason.words())
+            }
+            Error::Working => out.write_str("line not carried out, a task is running: Ctrl-C stops it"),
+            Error::Quotes => out.write_str("a quotation mark that is not closed, or within a word"),
             Error::Unconfirmed => out.write_str("not to be undone, wants --yes"),
             Error::NoValue { slot, status } => write!(out, "slot {slot} is {}", status.name()),
             Error::Storage(error) => out.write_str(error.name()),

@@ -1,6 +1,6 @@
 //! What the console needs of the rest of the gateway.
 
-use clino_bus::{Counters, Micros, Timing, line};
+use clino_bus::{Counters, Micros};
 use clino_commissioning::Progress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
@@ -10,6 +10,8 @@ use clino_gateway::trace::Entry;
 use clino_gateway::{Bus, BusHealth, BusSettings, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 use clino_recovery::Start;
+
+use crate::received::Received;
 
 /// The gateway as the console sees it. Each call is short: one slot, one transaction, one bus.
 pub trait Host {
@@ -41,6 +43,12 @@ pub trait Host {
 
     /// Has an order carried out, or refuses it.
     fn order(&mut self, order: Order) -> Result<(), Refusal>;
+
+    /// Waits until everything that was printed is out.
+    fn flush(&mut self);
+
+    /// The next character that was received, if there is one.
+    fn received(&mut self) -> Option<Received>;
 
     /// Typed characters that were lost since reset: spoilt, or faster than they could be taken.
     fn lost_characters(&self) -> u32;
@@ -79,12 +87,10 @@ pub trait Host {
 /// A bus as others see it.
 #[derive(Clone, Copy, Debug)]
 pub struct BusState {
-    /// Bit rate and waits.
-    pub timing: Timing,
-    /// Its line.
-    pub line: line::Settings,
-    /// How it is set, or will be as soon as nothing is under way there.
+    /// How it is set.
     pub settings: BusSettings,
+    /// It runs as it is set. Otherwise it will as soon as no exchange is in hand.
+    pub in_force: bool,
     /// What happened since reset.
     pub counters: Counters,
     /// Whether it is out of order.

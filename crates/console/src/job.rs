@@ -11,6 +11,7 @@ use crate::host::Host;
 use crate::meter::Meter;
 use crate::number;
 use crate::pending::{Next, Pending};
+use crate::presence::Presence;
 use crate::reply::Reply;
 use crate::typed::{Opt, Typed};
 use crate::value::Label;
@@ -22,6 +23,7 @@ pub struct Job<'j, 'a> {
     pub reply: Reply<'j>,
     pub host: &'j mut dyn Host,
     pub meter: &'j Meter,
+    pub presence: &'j Presence,
     pub now: Micros,
     /// What the command leads to.
     pub next: &'j mut Next,

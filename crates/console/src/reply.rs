@@ -140,6 +140,12 @@ impl Reply<'_> {
         }
     }
 
+    /// What was ordered is not done yet, and will be.
+    #[inline(never)]
+    pub fn accepted(&mut self) {
+        self.say(if self.is_for_people() { "accepted\n" } else { "{\"accepted\":true}\n" });
+    }
+
     /// A setting has been taken.
     #[inline(never)]
     pub fn done(&mut self) {

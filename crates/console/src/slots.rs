@@ -5,7 +5,7 @@ use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
 use clino_gateway::settings::slot::{NAMES, SETTINGS, id, setting};
 use clino_gateway::settings::{self, Given, Named};
-use clino_gateway::{Bus, MAX_SLOTS, SlotConfig, json};
+use clino_gateway::{Bus, MAX_SLOTS, Published, SlotConfig, json};
 
 use crate::error::Error;
 use crate::job::{Job, Outcome, Told};
@@ -53,7 +53,7 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
         reading.angle(now).into(),
         reading.age(now).map(Micros::as_millis).into(),
         Value::Health(reading.health),
-        reading.raw(now).into(),
+        reading.raw(now).map(Published::of_sensor).into(),
         reading.rate(now).map(|rate| Value::Thousandths(rate.into())).into(),
         reading.turns().into(),
         reading.temperature().map(|c| Value::Thousandths(i64::from(c).saturating_mul(10))).into(),

@@ -40,7 +40,9 @@ impl Stream {
         let mut lines = BUSES.iter().flat_map(|&bus| Topic::ALL.map(|topic| (bus, topic)));
         let next = lines.nth(self.printed);
         let Some((bus, topic)) = next else {
-            self.statistics_due = self.statistics_due + STATISTICS_EVERY;
+            // While commands are typed nothing is printed: what was due meanwhile is not made up for.
+            let next = self.statistics_due + STATISTICS_EVERY;
+            self.statistics_due = if next > now { next } else { now + STATISTICS_EVERY };
             self.printed = 0;
             return false;
         };

@@ -14,10 +14,10 @@ use crate::value::Value;
 /// What a person is told who comes to the console, before the prompt.
 pub const fn greeting(mode: Mode) -> &'static str {
     match mode {
-        Mode::Normal => "\r\n",
-        Mode::Safe => "\r\nsafe mode after crashes: no bus is served, see reset-cause\r\n",
+        Mode::Normal => "\n",
+        Mode::Safe => "\nsafe mode after crashes: no bus is served, see reset-cause\n",
         Mode::Bare => {
-            "\r\nbare mode after crashes: no bus is served, nothing stored is read, see reset-cause\r\n"
+            "\nbare mode after crashes: no bus is served, nothing stored is read, see reset-cause\n"
         }
     }
 }

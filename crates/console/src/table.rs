@@ -37,7 +37,7 @@ fn columns(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
         address => write!(out, "{address:>4}")?,
     }
     match reading.angle(now) {
-        Some(angle) => write!(out, "  {:>9}", angle.text(DECIMALS).as_str())?,
+        Some(angle) => write!(out, "  {:>9}", angle.angle().text(DECIMALS).as_str())?,
         None => out.write_str("          -")?,
     }
     match reading.age(now) {

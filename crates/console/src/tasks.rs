@@ -110,7 +110,7 @@ fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Told> {
         Some(value) => Err(job.refuse(&Error::Word { value, expected: &["all", "nothing"] })),
         None => {
             let state = job.host.bus(Bus::T7);
-            let serial = state.map_or(Serial::T7_DEFAULT, |state| state.timing.serial);
+            let serial = state.map_or(Serial::T7_DEFAULT, |state| state.settings.timing.serial);
             Ok(Rates::NONE.and(bit_rate(job, serial.baud)?))
         }
     }

@@ -3,7 +3,7 @@
 use core::fmt::{self, Display, Write};
 
 use clino_codec::angle::Angle;
-use clino_gateway::Health;
+use clino_gateway::{Health, Published};
 
 use crate::reply::{Audience, Plain};
 
@@ -60,6 +60,12 @@ impl From<u64> for Value<'_> {
 impl From<Angle> for Value<'_> {
     fn from(angle: Angle) -> Self {
         Value::Angle(angle)
+    }
+}
+
+impl From<Published> for Value<'_> {
+    fn from(angle: Published) -> Self {
+        Value::Angle(angle.angle())
     }
 }
 

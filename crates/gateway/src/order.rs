@@ -3,13 +3,12 @@
 //! [`Order::check`] says what is wrong with an order, with the limit that it breaks; an order that passes is carried
 //! out whole.
 
-use clino_bus::{Timing, line};
 use clino_codec::t7;
 
 use crate::config::{Bus, Kind, MAX_SLOTS, SlotConfig};
 use crate::restraint::Restraint;
 use crate::settings::console::ConsoleSettings;
-use crate::settings::{self, BusSettings, Number};
+use crate::settings::{self, BusChange, BusSettings, Number};
 use crate::task;
 
 /// Something to be done by the bus level.
@@ -22,14 +21,13 @@ pub enum Order {
         /// What it reads.
         config: SlotConfig,
     },
-    /// As soon as no exchange is in hand, the bus runs like this.
+    /// These fields of a bus change, as soon as no exchange is in hand. A bit rate is refused as [`Refusal::Busy`] while a
+    /// task needs the present one.
     Bus {
         /// The bus.
         bus: Bus,
-        /// Bit rate and waits.
-        timing: Timing,
-        /// The line to go with them.
-        line: line::Settings,
+        /// What changes.
+        change: BusChange,
     },
     /// From now on the console behaves like this.
     Console(ConsoleSettings),
@@ -80,7 +78,7 @@ pub enum Refusal {
     T7(t7::EncodeError),
     /// An ISU cannot be told this.
     Isu(clino_commissioning::isu::Cause),
-    /// The bus has a task already, or the gateway more orders in hand than it can take; ask again.
+    /// A task under way does not leave room for it: another task, or a change of what the task works on. Ask again.
     Busy,
     /// It is right, but not done in times like these.
     Restrained(Restraint),
@@ -94,8 +92,8 @@ impl Order {
                 slot_number(*slot)?;
                 settings::slot::check(config)
             }
-            Order::Bus { bus, timing, line } => {
-                settings::bus::check(*bus, &BusSettings { timing: *timing, line: *line })
+            Order::Bus { bus, change } => {
+                settings::bus::check(*bus, &BusSettings::first(*bus).with(*bus, change))
             }
             Order::Console(console) => settings::console::check(console),
             Order::T7(task) => task::t7::Work::check(task).map_err(Refusal::T7),

@@ -21,6 +21,10 @@ mod tests;
 
 pub use setting::{Form, Given, NO_SLOT, Named, Number, Setting, fingerprint};
 
+mod change;
+
+pub use change::BusChange;
+
 /// How a bus runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BusSettings {

@@ -26,11 +26,13 @@ pub(crate) struct Sample {
     pub temperature: Option<i16>,
     /// Whether the accelerations add up to 1 g, if they were asked for.
     pub one_g: Option<bool>,
+    /// Serial number of the sensor, if it was asked for.
+    pub serial: Option<u32>,
 }
 
 impl Sample {
     pub fn new(angle: Angle) -> Sample {
-        Sample { angle, temperature: None, one_g: None }
+        Sample { angle, temperature: None, one_g: None, serial: None }
     }
 }
 
@@ -61,6 +63,8 @@ pub(crate) struct Slot {
     gap: bool,
     raw: Angle,
     temperature: i16,
+    /// Serial number of the sensor; [`UNKNOWN`] until it has said it.
+    serial: u32,
     /// When the last good value came; [`NEVER`] before the first.
     measured: Micros,
     sequence: u32,
@@ -79,6 +83,8 @@ fn first_status(config: &SlotConfig) -> Status {
 
 /// Nothing was measured yet.
 const NEVER: Micros = Micros(u64::MAX);
+/// No sensor has said its serial number.
+const UNKNOWN: u32 = 0;
 /// Nothing was said of the temperature: colder than anything.
 const NO_TEMPERATURE: i16 = i16::MIN;
 
@@ -110,6 +116,7 @@ impl Slot {
             gap: false,
             raw: Angle::ZERO,
             temperature: NO_TEMPERATURE,
+            serial: UNKNOWN,
             measured: NEVER,
             sequence: 0,
             window: Window::default(),
@@ -122,6 +129,42 @@ impl Slot {
         let same = config.source == self.config.source;
         let counters = if same { self.counters } else { SlotCounters::default() };
         *self = Slot { sequence: self.sequence.wrapping_add(1), counters, ..Slot::new(config) };
+    }
+
+    /// The sensor's number means something else now: what was kept of it is forgotten, and nothing was read yet. What was
+    /// counted goes on, and so does what is known of the node's answers.
+    pub fn restart(&mut self) {
+        let Slot { due, tried, silent, dead, pause_ms, counters, link, last_error, measured, serial, .. } =
+            *self;
+        let status = match self.status {
+            Status::Ok | Status::Suspect => Status::NeverRead,
+            other => other,
+        };
+        let sequence = self.sequence.wrapping_add(1);
+        let mut health = Health::WELL;
+        health.set(Health::NOISY, self.health.has(Health::NOISY));
+        *self = Slot {
+            due,
+            tried,
+            silent,
+            dead,
+            pause_ms,
+            counters,
+            health,
+            link,
+            last_error,
+            measured,
+            serial,
+            status,
+            sequence,
+            ..Slot::new(self.config)
+        };
+    }
+
+    /// Whether a sensor of this serial number is another one than the slot has read so far; from now on it is that.
+    pub fn is_replaced_by(&mut self, serial: u32) -> bool {
+        let before = core::mem::replace(&mut self.serial, serial);
+        before != UNKNOWN && before != serial
     }
 
     /// What is known besides the value.
@@ -273,7 +316,7 @@ impl Slot {
             Filter::Mean => self.window.mean(),
             Filter::Median => self.window.median(),
         };
-        self.motion.take(angle.normalised(config.range), self.measured, gap);
+        self.motion.take(angle, config.range, self.measured, gap);
     }
 
     /// The last value as the sensor said it, and its rate, if it is *ok* at `now`.
@@ -305,7 +348,7 @@ impl Slot {
             fresh: self.fresh,
             status: self.status,
             raw: self.raw,
-            angle: self.motion.angle,
+            angle: self.motion.published(self.config.range),
             rate: self.motion.rate,
             turns: self.motion.turns,
             temperature: (self.temperature != NO_TEMPERATURE).then_some(self.temperature),

@@ -15,11 +15,10 @@
 use core::sync::atomic::{AtomicU32, Ordering, fence};
 
 use clino_bus::Micros;
-use clino_codec::angle::Angle;
 
 use crate::bits::Bits;
 use crate::config::MAX_SLOTS;
-use crate::{Glance, Reading, Status};
+use crate::{Glance, Published, Reading, Status};
 
 mod words;
 
@@ -100,8 +99,8 @@ impl Default for Snapshot {
 pub struct Value {
     /// What the value is worth.
     pub status: Status,
-    /// The angle, if it is right and fresh.
-    pub angle: Option<Angle>,
+    /// The angle as it is published, if it is right and fresh.
+    pub angle: Option<Published>,
     /// Time since the last good value was received, if there was one.
     pub age: Option<Micros>,
 }

@@ -6,6 +6,10 @@ use clino_codec::angle::Angle;
 use crate::health::Health;
 use crate::{Source, Span};
 
+mod publication;
+
+pub use publication::Published;
+
 /// Status of a slot. Only [`Status::Ok`] comes with an angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -101,7 +105,7 @@ pub struct Reading {
     pub(crate) fresh: bool,
     pub(crate) status: Status,
     pub(crate) raw: Angle,
-    pub(crate) angle: Angle,
+    pub(crate) angle: Published,
     pub(crate) rate: i32,
     pub(crate) turns: i32,
     pub(crate) temperature: Option<i16>,
@@ -138,12 +142,12 @@ impl Reading {
         }
     }
 
-    /// The angle, if it is right and fresh at `now`.
-    pub fn angle(&self, now: Micros) -> Option<Angle> {
+    /// The angle as it is published, if it is right and fresh at `now`.
+    pub fn angle(&self, now: Micros) -> Option<Published> {
         (self.status(now) == Status::Ok).then_some(self.angle)
     }
 
-    /// The angle as the sensor said it, under the same condition.
+    /// The angle as the sensor said it, under the same condition: not rounded yet ([`Published::of_sensor`]).
     pub fn raw(&self, now: Micros) -> Option<Angle> {
         (self.status(now) == Status::Ok).then_some(self.raw)
     }
@@ -157,6 +161,11 @@ impl Reading {
     /// Whole turns since the first angle, to be added to [`Reading::angle`]; wraps.
     pub fn turns(&self) -> i32 {
         self.turns
+    }
+
+    /// The angle with its turns, in 0.001°, under the same condition; `None` where that does not fit, beyond 5 965 turns.
+    pub fn unwrapped(&self, now: Micros) -> Option<i32> {
+        self.angle(now)?.unwrapped(self.turns)
     }
 
     /// Temperature of a T7 that is asked for everything, with its last good value, in 0.01 °C.

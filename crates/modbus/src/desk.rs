@@ -6,7 +6,7 @@
 
 use clino_bus::{Counters, DriverEnable, Micros};
 use clino_gateway::order::{self, Order};
-use clino_gateway::{Asker, BusHealth, Gateway, Health, Reading, Snapshot, View};
+use clino_gateway::{Asker, BusHealth, Gateway, Health, Published, Reading, Snapshot, View};
 use clino_recovery::{Mode, Start};
 
 use crate::command::{Command, Outcome, Progress};
@@ -234,14 +234,11 @@ impl<S: Site> Host for Desk<'_, S> {
             (slot_bits::GRAVITY, row.health.has(Health::GRAVITY)),
             (slot_bits::NOISY, row.health.has(Health::NOISY)),
         ];
-        let turn = |angle: clino_codec::angle::Angle| {
-            row.turns().wrapping_mul(slot::TURN_MDEG).wrapping_add(angle.mdeg())
-        };
         let counters = &known.counters;
         SlotDetail {
             flags: flags.into_iter().filter(|&(_, on)| on).fold(0, |all, (bit, _)| all | bit),
-            raw: row.raw(self.now).map(|angle| angle.mdeg()),
-            unwrapped: row.angle(self.now).map(turn),
+            raw: row.raw(self.now).map(|angle| Published::of_sensor(angle).mdeg()),
+            unwrapped: row.unwrapped(self.now),
             temperature: row.temperature(),
             sequence: row.sequence as u16,
             last_error: known.last_error.map(slot::status),
@@ -279,8 +276,8 @@ impl<S: Site> Host for Desk<'_, S> {
     }
 
     fn bus_config(&self, bus: Bus) -> BusConfig {
-        let settings = self.site.gateway(|gateway| gateway.bus_settings(bus.into()));
-        settings.map_or(BusConfig::NONE, |settings| bus::shown(&settings))
+        let shown = self.site.gateway(|gateway| bus::shown(gateway.bus_settings(bus.into())));
+        shown.unwrap_or(BusConfig::NONE)
     }
 
     fn write(&mut self, write: &Write) -> Result<(), Refusal> {
@@ -290,12 +287,7 @@ impl<S: Site> Host for Desk<'_, S> {
                 let config = slot::changed(&now, &config).ok_or(Refusal::Value)?;
                 self.order(Order::Slot { slot, config })
             }
-            Write::Bus { bus, config } => {
-                let settings = self.site.gateway(|gateway| gateway.bus_settings(bus.into()));
-                let settings = bus::changed(bus.into(), &settings.ok_or(Refusal::Failed)?, &config)
-                    .ok_or(Refusal::Value)?;
-                self.order(Order::Bus { bus: bus.into(), timing: settings.timing, line: settings.line })
-            }
+            Write::Bus { bus, change } => self.order(Order::Bus { bus: bus.into(), change }),
             Write::Port(_) => Ok(()),
             Write::Command { command, target, value } => {
                 if self.progress.outcome == Outcome::Running && command != Command::Cancel {

@@ -1,7 +1,7 @@
 //! What the server needs of the rest of the gateway: what it reads from, and whom it asks for changes.
 
 use clino_bus::{Counters, DriverEnable, Micros};
-use clino_gateway::BusHealth;
+use clino_gateway::{BusChange, BusHealth};
 use clino_recovery::Start;
 
 use crate::command::{Command, Progress};
@@ -85,8 +85,8 @@ pub enum Write {
     Bus {
         /// Which one.
         bus: Bus,
-        /// All of it.
-        config: BusConfig,
+        /// The registers that are written.
+        change: BusChange,
     },
     /// How this server's port runs. Valid already; in force as soon as the answer is out.
     Port(Settings),

@@ -41,7 +41,7 @@ extern crate std;
 
 pub mod command;
 pub mod config;
-mod crc;
+pub mod crc;
 pub mod desk;
 mod diagnostics;
 mod exception;
@@ -53,6 +53,8 @@ pub mod map;
 pub mod number;
 mod read;
 mod receiver;
+mod repeat;
+mod request;
 mod server;
 pub mod settings;
 mod status;

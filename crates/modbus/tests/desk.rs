@@ -4,7 +4,7 @@ mod common;
 
 use clino_bus::Micros;
 use clino_codec::isu;
-use clino_gateway::{Bus as Line, Restraint, SlotConfig, Snapshot, Source, Span};
+use clino_gateway::{Bus as Line, BusChange, Restraint, SlotConfig, Snapshot, Source, Span};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::config::{self, Filter};
 use clino_modbus::desk::{Desk, Wish};
@@ -120,16 +120,16 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
         assert_eq!(desk.write(&write), Err(Refusal::Value), "{number}");
         assert_eq!(board.config(0), before, "{number}");
     }
-    let bus = config::BusConfig { baud: 19_200, ..desk.bus_config(Bus::Isu) };
-    assert_eq!(desk.write(&Write::Bus { bus: Bus::Isu, config: bus }), Err(Refusal::Value));
+    let change = BusChange { baud: Some(19_200), ..BusChange::NONE };
+    assert_eq!(desk.write(&Write::Bus { bus: Bus::Isu, change }), Err(Refusal::Value));
 }
 
 #[test]
 fn a_bus_is_told_as_it_will_be() {
     let (board, snapshot) = (Board::new(), Snapshot::new());
     let mut desk = Desk::new(&board, &snapshot);
-    let config = config::BusConfig { baud: 57_600, post_delay_us: 12, ..desk.bus_config(Bus::T7) };
-    desk.write(&Write::Bus { bus: Bus::T7, config }).unwrap();
+    let change = BusChange { baud: Some(57_600), post_delay: Some(Micros(12)), ..BusChange::NONE };
+    desk.write(&Write::Bus { bus: Bus::T7, change }).unwrap();
     let shown = desk.bus_config(Bus::T7);
     assert_eq!((shown.baud, shown.post_delay_us), (57_600, 12));
     // A character is 174 us now.

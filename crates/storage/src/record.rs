@@ -31,7 +31,6 @@ mod slot;
 mod tests;
 
 use clino_gateway::order::{Order, Refusal};
-use clino_gateway::settings::bus::{ISU_BIT_RATES, T7_BIT_RATES};
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::settings::{self, Setting};
 use clino_gateway::{Bus, BusSettings, Configuration, MAX_SLOTS, SlotConfig};
@@ -154,21 +153,11 @@ fn slots(configuration: &dyn Configuration) -> impl Iterator<Item = &SlotConfig>
 }
 
 fn bus_order(bus: Bus, settings: &BusSettings) -> Result<(), Reject> {
-    let BusSettings { timing, line } = *settings;
-    Order::Bus { bus, timing, line }.check().map_err(Reject::Refused)
+    Order::Bus { bus, change: settings.into() }.check().map_err(Reject::Refused)
 }
 
 fn slot_order(slot: u8, config: &SlotConfig) -> Result<(), Reject> {
     Order::Slot { slot, config: *config }.check().map_err(Reject::Refused)
-}
-
-/// What a bus is written as the difference to: its sensors' first bit rate. Part of the format, and as unchangeable.
-fn usual_bus(bus: Bus) -> BusSettings {
-    let rates = match bus {
-        Bus::T7 => T7_BIT_RATES,
-        Bus::Isu => ISU_BIT_RATES,
-    };
-    BusSettings::usual(bus, rates.first().copied().unwrap_or_default())
 }
 
 /// Writes what differs from the usual.
@@ -189,7 +178,7 @@ pub(crate) fn encode(content: Content<'_>, sink: &mut dyn Sink) {
                 let usual = BusSettings::usual(bus, settings.timing.serial.baud);
                 // The bit rate is a difference from the first one; the rest from what is usual at the bit rate.
                 let from = |setting: &Setting<BusSettings>| match setting.id {
-                    settings::bus::id::BAUD => usual_bus(bus),
+                    settings::bus::id::BAUD => BusSettings::first(bus),
                     _ => usual,
                 };
                 let differs =
@@ -244,7 +233,7 @@ fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -
         let settings = match is_old {
             true => old::bus(bus, reader)?,
             false => {
-                let mut settings = usual_bus(bus);
+                let mut settings = BusSettings::first(bus);
                 differences::decode(settings::bus::settings(bus), &mut settings, reader)?;
                 settings
             }

@@ -10,6 +10,7 @@ mod flood;
 mod full_load;
 mod hostile;
 mod main_job;
+mod orders;
 mod pwm;
 mod saving;
 mod throughput;

@@ -1,5 +1,6 @@
 //! What is typed, and what comes back.
 
+mod altered;
 mod desk;
 mod people;
 mod programs;

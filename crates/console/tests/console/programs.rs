@@ -112,8 +112,16 @@ fn what_is_wrong_is_said_with_its_limit() {
         ),
         ("trace 33", r#"{"error":{"kind":"out_of_range","what":"entries","value":33,"least":1,"most":32}}"#),
         (
-            "read \"a\\\"b\"",
-            r#"{"error":{"kind":"bad_argument","what":"slot","value":"ab","least":0,"most":47}}"#,
+            "read \"a b\"",
+            r#"{"error":{"kind":"bad_argument","what":"slot","value":"a b","least":0,"most":47}}"#,
+        ),
+        (
+            "read \"a",
+            r#"{"error":{"kind":"bad_argument","why":"a quotation mark that is not closed, or within a word"}}"#,
+        ),
+        (
+            "read a\"b\"",
+            r#"{"error":{"kind":"bad_argument","why":"a quotation mark that is not closed, or within a word"}}"#,
         ),
     ] {
         assert_eq!(desk.type_in(&format!("{line}\r")), format!("{answer}\r\n"), "{line}");
@@ -125,7 +133,10 @@ fn what_is_wrong_is_said_with_its_limit() {
 fn a_line_that_is_too_long_is_refused_whole() {
     let mut desk = Desk::new();
     let line = format!("slot 0 t7 5 {}-p 1000\r", " ".repeat(80));
-    assert_eq!(desk.type_in(&line), "{\"error\":{\"kind\":\"line_too_long\",\"most\":80}}\r\n");
+    assert_eq!(
+        desk.type_in(&line),
+        "{\"error\":{\"kind\":\"line_too_long\",\"most\":80,\"characters\":19}}\r\n"
+    );
     assert_eq!(desk.type_in("slot 0 off\r"), "{\"done\":true}\r\n");
     assert_eq!(desk.rest.orders.len(), 1);
 }

@@ -63,7 +63,7 @@ impl Configuration for Gateway {
     }
 
     fn bus(&self, bus: Bus) -> BusSettings {
-        self.bus_settings(bus)
+        *self.bus_settings(bus)
     }
 
     fn set_slot(&mut self, slot: usize, config: &SlotConfig) {

@@ -18,7 +18,7 @@ fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Read
         health: Health::WELL,
         fresh: true,
         raw: Angle::ZERO,
-        angle: Angle::ZERO,
+        angle: crate::Published::default(),
         rate: 0,
         turns: 0,
         temperature: None,

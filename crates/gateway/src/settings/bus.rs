@@ -1,12 +1,12 @@
-//! What can be set of a bus, and what comes of a change.
+//! What can be set of a bus.
 //!
-//! A bit rate brings its usual waits with it ([`BusSettings::usual`]). A guard that is not the usual one was set, and stays.
+//! A bit rate brings its usual waits with it ([`BusSettings::usual`]). What comes of a change is in `change.rs`.
 
 use clino_bus::line::EchoMode;
-use clino_bus::{Micros, Serial, Timing, line};
+use clino_bus::{Micros, Serial, Timing};
 
 use super::BusSettings;
-use super::setting::{Form, Named, Setting, change, names};
+use super::setting::{Form, Setting, names};
 use crate::config::Bus;
 use crate::order::Refusal;
 
@@ -40,8 +40,8 @@ pub const ECHO: &[&str] = &["off", "expected", "detect"];
 /// The table of a bus, for those who read it while they are compiled.
 pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
     let (rates, set, longest_post): (_, fn(&mut BusSettings, i64), _) = match bus {
-        Bus::T7 => (T7_BIT_RATES, |s, v| s.set_baud(Bus::T7, v as u32), LONGEST_T7_POST),
-        Bus::Isu => (ISU_BIT_RATES, |s, v| s.set_baud(Bus::Isu, v as u32), LONGEST_ISU_POST),
+        Bus::T7 => (T7_BIT_RATES, |s, v| *s = s.at(Bus::T7, Serial { baud: v as u32 }), LONGEST_T7_POST),
+        Bus::Isu => (ISU_BIT_RATES, |s, v| *s = s.at(Bus::Isu, Serial { baud: v as u32 }), LONGEST_ISU_POST),
     };
     [
         Setting {
@@ -113,16 +113,6 @@ pub fn settings(bus: Bus) -> &'static [Setting<BusSettings>] {
     }
 }
 
-/// The bus that comes of a change.
-///
-/// # Errors
-/// A value that its setting does not have.
-pub fn changed(bus: Bus, now: &BusSettings, named: Named<'_>) -> Result<BusSettings, Refusal> {
-    let mut changed = *now;
-    change(settings(bus), &mut changed, named)?;
-    Ok(changed)
-}
-
 /// Whether a bus can run like this.
 ///
 /// # Errors
@@ -141,15 +131,11 @@ impl BusSettings {
         })
     }
 
-    /// The same at another bit rate.
-    fn set_baud(&mut self, bus: Bus, baud: u32) {
-        let before = BusSettings::usual(bus, self.timing.serial.baud);
-        let guard = self.timing.guard;
-        let timing = BusSettings::usual(bus, baud).timing;
-        let line = line::Settings { serial: timing.serial, guard: timing.guard, ..self.line };
-        *self = BusSettings { timing, line };
-        if guard != before.timing.guard {
-            self.set_guard(guard);
+    /// A bus at the first bit rate of its sensors.
+    pub const fn first(bus: Bus) -> BusSettings {
+        match bus {
+            Bus::T7 => BusSettings::usual(bus, Serial::T7_DEFAULT.baud),
+            Bus::Isu => BusSettings::usual(bus, Serial::ISU.baud),
         }
     }
 

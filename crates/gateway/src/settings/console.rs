@@ -23,8 +23,8 @@ pub struct ConsoleSettings {
 const LONGEST_IDLE: i64 = 86_400;
 
 impl ConsoleSettings {
-    /// Ten minutes: longer than reading a page of the manual takes, and a logger misses no more.
-    pub const DEFAULT: ConsoleSettings = ConsoleSettings { idle_s: 600 };
+    /// A minute: a logger misses no more.
+    pub const DEFAULT: ConsoleSettings = ConsoleSettings { idle_s: 60 };
 
     /// Time at an empty prompt after which the stream goes on, if it ever does.
     pub fn idle(&self) -> Option<Micros> {

@@ -9,6 +9,7 @@
 //! - A stale limit that is not set follows period and timeout; one that is set has to fit them.
 //! - What the kind does not have ([`applies`]) is held without effect.
 
+use clino_bus::Micros;
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7;
 
@@ -41,10 +42,10 @@ pub mod id {
     pub const STALE_AUTO: u8 = 20;
 }
 
-/// Longest period: twenty minutes, µs.
-const LONGEST_PERIOD: i64 = 1_200_000_000;
-/// Longest age of a good value: an hour, three of the longest periods, µs.
-const LONGEST_STALE: i64 = 3_600_000_000;
+/// Longest period: twenty minutes.
+pub const LONGEST_PERIOD: Micros = Micros(1_200_000_000);
+/// Longest age of a good value: an hour, three of the longest periods.
+pub const LONGEST_STALE: Micros = Micros(3_600_000_000);
 /// Shortest age at which a value may be called stale: a slower T7 answers within 25 ms, µs.
 const SHORTEST_STALE: i64 = 10_000;
 /// Longest time allowed for an answer to begin: the only one an ISU's document knows, 400 ms (AN #201 section 4), and
@@ -128,7 +129,7 @@ pub const TABLE: [Setting<SlotConfig>; 20] = [
         id: id::PERIOD,
         name: "period",
         unit: "ms",
-        form: ms(0, LONGEST_PERIOD),
+        form: ms(0, LONGEST_PERIOD.0 as i64),
         get: |c| c.period.as_micros().into(),
         set: |c, v| c.period = Span::from_micros(v as u32),
         with: &["stale"],
@@ -158,7 +159,7 @@ pub const TABLE: [Setting<SlotConfig>; 20] = [
         id: id::STALE,
         name: "stale",
         unit: "ms",
-        form: ms(SHORTEST_STALE, LONGEST_STALE),
+        form: ms(SHORTEST_STALE, LONGEST_STALE.0 as i64),
         get: |c| c.stale_after().as_micros().into(),
         set: |c, v| c.stale = Span::from_micros(v as u32),
         with: &["period", "timeout", "stale_auto"],
@@ -178,7 +179,7 @@ pub const TABLE: [Setting<SlotConfig>; 20] = [
         id: id::REPORT,
         name: "report",
         unit: "ms",
-        form: ms(0, LONGEST_STALE),
+        form: ms(0, LONGEST_STALE.0 as i64),
         get: |c| c.report_every.as_micros().into(),
         set: |c, v| c.report_every = Span::from_micros(v as u32),
         with: &[],

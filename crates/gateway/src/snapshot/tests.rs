@@ -29,7 +29,7 @@ fn reading(slot: u8, n: u32) -> Reading {
         fresh: n.is_multiple_of(3),
         status: Status::ALL[n as usize % Status::ALL.len()],
         raw: Angle::from_udeg(-(n as i32)),
-        angle: Angle::from_udeg(n as i32),
+        angle: Published::from_mdeg(n as i32),
         rate: -3 * n as i32,
         turns: n as i32 / 7,
         temperature: (!n.is_multiple_of(7)).then_some(-(n as i16)),

@@ -5,7 +5,7 @@
 //!  0  status | flags << 8 | health << 16 | address << 24      6  temperature
 //!  1  sequence                                             7, 8  time of the last good value, low half first
 //!  2  angle of the sensor, µ°                                 9  stale after, µs
-//!  3  angle, µ°                                              10  period, µs
+//!  3  angle, 0.001°                                           10  period, µs
 //!  4  rate, 0.001°/s                                         11  reported every, µs
 //!  5  turns
 //! ```
@@ -19,7 +19,7 @@ use clino_codec::t7;
 use crate::config::{Kind, Source, Span};
 use crate::health::Health;
 use crate::snapshot::Value;
-use crate::{Glance, Reading, Status};
+use crate::{Glance, Published, Reading, Status};
 
 pub(super) const WORDS: usize = 12;
 
@@ -53,7 +53,7 @@ pub(super) fn words(reading: &Reading) -> [u32; WORDS] {
         u32::from_le_bytes([reading.status as u8, flags, reading.health.bits(), source.address()]),
         reading.sequence,
         reading.raw.udeg().cast_unsigned(),
-        reading.angle.udeg().cast_unsigned(),
+        reading.angle.mdeg().cast_unsigned(),
         reading.rate.cast_unsigned(),
         reading.turns.cast_unsigned(),
         u32::from(reading.temperature.unwrap_or(0).cast_unsigned()),
@@ -79,7 +79,7 @@ pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
         fresh: has(FRESH),
         status: Status::ALL.get(usize::from(status)).copied().unwrap_or_default(),
         raw: Angle::from_udeg(raw.cast_signed()),
-        angle: Angle::from_udeg(angle.cast_signed()),
+        angle: Published::from_mdeg(angle.cast_signed()),
         rate: rate.cast_signed(),
         turns: turns.cast_signed(),
         temperature: has(WARM).then_some((temperature as u16).cast_signed()),
@@ -93,7 +93,7 @@ pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
 pub(super) fn value(words: &[AtomicU32; WORDS], now: Micros) -> Value {
     let [_, _, _, angle, ..] = words;
     let (status, age) = worth(words, now);
-    let angle = (status == Status::Ok).then(|| Angle::from_udeg(load(angle).cast_signed()));
+    let angle = (status == Status::Ok).then(|| Published::from_mdeg(load(angle).cast_signed()));
     Value { status, angle, age }
 }
 

@@ -1,11 +1,9 @@
-//! A bus in the gateway's terms and in those of the map.
+//! A bus in the map's terms.
 
 use clino_bus::Micros;
-use clino_gateway::settings::Given;
-use clino_gateway::settings::bus::id;
-use clino_gateway::{Bus, BusSettings};
+use clino_gateway::BusSettings;
 
-use crate::config::{BusConfig, echo_code};
+use crate::config::BusConfig;
 
 /// A bus as the map tells it.
 pub fn shown(settings: &BusSettings) -> BusConfig {
@@ -17,21 +15,4 @@ pub fn shown(settings: &BusSettings) -> BusConfig {
         post_delay_us: us(settings.line.post_delay),
         echo: settings.line.echo,
     }
-}
-
-/// The bus that the map is to tell as `wanted`; `None` if it cannot be.
-pub fn changed(bus: Bus, now: &BusSettings, wanted: &BusConfig) -> Option<BusSettings> {
-    let before = shown(now);
-    let named = |id: u8| {
-        let (is, was): (i64, i64) = match id {
-            id::BAUD => (wanted.baud.into(), before.baud.into()),
-            id::GUARD => (wanted.guard_us.into(), before.guard_us.into()),
-            id::PRE => (wanted.pre_delay_us.into(), before.pre_delay_us.into()),
-            id::POST => (wanted.post_delay_us.into(), before.post_delay_us.into()),
-            id::ECHO => (echo_code(wanted.echo).into(), echo_code(before.echo).into()),
-            _ => return None,
-        };
-        (is != was).then_some(Given::exactly(is))
-    };
-    clino_gateway::settings::bus::changed(bus, now, &named).ok()
 }

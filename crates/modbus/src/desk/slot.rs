@@ -10,7 +10,6 @@ use crate::config;
 use crate::host::Kind;
 use crate::status::Status;
 
-pub const TURN_MDEG: i32 = 360_000;
 /// Microseconds of a millisecond.
 const MS: u32 = 1_000;
 /// Micro-degrees of a millidegree.

@@ -227,7 +227,7 @@ const FAST2: &[Entry] = &[
 
 const MIRRORS: &[Entry] = &[
     reading(0x00, Form::F32, R::Degrees, "angle_f32", "deg", ANGLE).times(0, ALL),
-    reading(0x60, Form::I16, R::Centidegrees, "angle_i16", "0.01 deg", "angle within −180.00° to 180.00°")
+    reading(0x60, Form::I16, R::Centidegrees, "angle_i16", "0.01 deg", "angle from −180.00° up to 179.99°")
         .times(0, ALL),
 ];
 
@@ -252,18 +252,25 @@ const SLOT: &[Entry] = &[
     detail(1, Form::U16, D::Flags, "flags", "bits", "see *flags of a slot*"),
     reading(2, Form::I32, R::Angle, "angle_mdeg", "mdeg", ANGLE),
     reading(4, Form::F32, R::Degrees, "angle_deg", "deg", ANGLE),
-    reading(6, Form::I16, R::Centidegrees, "angle_cdeg", "0.01 deg", "angle within −180.00° to 180.00°"),
+    reading(6, Form::I16, R::Centidegrees, "angle_cdeg", "0.01 deg", "angle from −180.00° up to 179.99°"),
     detail(7, Form::I16, D::Temperature, "temperature", "0.01 °C", "T7, if it is polled for it"),
     reading(8, Form::U16, R::Age, "age", "ms", AGE),
     detail(9, Form::U16, D::Sequence, "sequence", "", "counts the readings, good or bad; wraps"),
-    detail(10, Form::I32, D::Raw, "raw_mdeg", "mdeg", "angle as the sensor said it"),
+    detail(
+        10,
+        Form::I32,
+        D::Raw,
+        "raw_mdeg",
+        "mdeg",
+        "angle as the sensor said it; ISU and PWM: 0.000° up to 359.999°",
+    ),
     detail(
         12,
         Form::I32,
         D::Unwrapped,
         "unwrapped_mdeg",
         "mdeg",
-        "angle with the turns since the first value",
+        "angle with the turns since the first value; none beyond 5 965 turns",
     ),
     detail(14, Form::U16, D::LastError, "last_error", "code", "status of the last reading that failed"),
     detail(
@@ -350,7 +357,7 @@ const START: &[Entry] = &[
     start(4, Form::U32, T::Boots, "boots", "", "starts since power came, this one included; wraps"),
     start(6, Form::U32, T::Crashes, "crashes", "", "how many of the times before ended in a crash; wraps"),
     start(8, Form::U32, T::CrashBoot, "crash_boot", "", "the start in which it crashed, counted like *boots*"),
-    start(10, Form::U32, T::CrashUptime, "crash_uptime", "ms", "from that start to the crash"),
+    start(10, Form::U32, T::CrashUptime, "crash_uptime", "ms", "from that start to the crash; none from 49.7 days on"),
     start(
         12,
         Form::U32,

@@ -264,7 +264,17 @@ impl Host for Model {
         }
         match *write {
             Write::Slot { slot, config } => self.slots[usize::from(slot)] = config,
-            Write::Bus { bus, config } => self.buses[bus as usize] = config,
+            Write::Bus { bus, change } => {
+                let us = |wait: Option<Micros>, before| wait.map_or(before, |wait| wait.0 as u16);
+                let before = self.buses[bus as usize];
+                self.buses[bus as usize] = BusConfig {
+                    baud: change.baud.unwrap_or(before.baud),
+                    guard_us: us(change.guard, before.guard_us),
+                    pre_delay_us: us(change.pre_delay, before.pre_delay_us),
+                    post_delay_us: us(change.post_delay, before.post_delay_us),
+                    echo: change.echo.unwrap_or(before.echo),
+                };
+            }
             Write::Port(_) | Write::Command { .. } => {}
         }
         self.writes.push(*write);

@@ -46,7 +46,7 @@ use clino_codec::{isu, t7};
 use clino_gateway::config::{Ask, Direction, Filter, Kind};
 use clino_gateway::settings::port::{Parity, PortSettings, StopBits};
 use clino_gateway::settings::{self, Given};
-use clino_gateway::{Bus, BusSettings, PwmInput, SlotConfig, Source, Span};
+use clino_gateway::{Bus, BusChange, BusSettings, PwmInput, SlotConfig, Source, Span};
 
 use super::Reject;
 use super::base::base;
@@ -107,7 +107,8 @@ pub(crate) fn bus(bus: Bus, reader: &mut Reader<'_>) -> Result<BusSettings, Reje
         };
         Some(Given::exactly(value))
     };
-    settings::bus::changed(bus, &super::usual_bus(bus), &named).map_err(Reject::Refused)
+    let change = BusChange::named(bus, &named).map_err(Reject::Refused)?;
+    Ok(BusSettings::first(bus).with(bus, &change))
 }
 
 /// The Modbus port.

@@ -195,8 +195,8 @@ fn a_filter_a_zero_a_direction_and_a_range() {
     world.skip(SECOND);
     let now = Micros(world.now);
     let readings: Vec<Reading> = (0..4).map(|slot| world.gateway.reading(slot).unwrap()).collect();
-    let angles: Vec<i32> = readings.iter().map(|r| r.angle(now).unwrap().udeg()).collect();
-    assert_eq!(angles, [1_000_000, -3_000_000, 357_000_000, 4_000_000]);
+    let angles: Vec<i32> = readings.iter().map(|r| r.angle(now).unwrap().mdeg()).collect();
+    assert_eq!(angles, [1_000, -3_000, 357_000, 4_000]);
     let raw: Vec<i32> = readings.iter().map(|r| r.raw(now).unwrap().udeg()).collect();
     assert_eq!(raw, [1_000_000, 2_000_000, 3_000_000, 4_000_000]);
     assert_eq!((readings[0].temperature(), readings[3].temperature()), (None, Some(2_300)));
