@@ -7,7 +7,7 @@ use core::cell::Cell;
 
 use clino_bus::{DriverEnable, Micros};
 use clino_gateway::Gateway;
-use clino_modbus::desk::{Desk, Site, Wish};
+use clino_modbus::binding::{Binding, Site, Wish};
 use clino_modbus::{Identification, Refusal, Server, Settings};
 use clino_recovery::{Duty, Start};
 use cortex_m::peripheral::NVIC;
@@ -45,7 +45,7 @@ pub struct Lines {
 struct ModbusLevel {
     lines: Lines,
     server: Server,
-    desk: Desk<'static, Board>,
+    binding: Binding<'static, Board>,
 }
 
 /// What the people level is asked for, and whether it has done it.
@@ -65,7 +65,7 @@ pub fn start(lines: Lines, settings: Settings) {
         place.write(ModbusLevel {
             lines,
             server: Server::new(settings, &IDENTIFICATION, clock::now()),
-            desk: Desk::new(Board, &shared::SNAPSHOT),
+            binding: Binding::new(Board, &shared::SNAPSHOT),
         })
     });
     wake();
@@ -117,11 +117,11 @@ impl ModbusLevel {
                 Event::Sent { at } => self.server.sent(at.near(now)),
             }
         }
-        self.desk.poll();
+        self.binding.poll();
         if let Some(well) = critical_section::with(|cs| DONE.borrow(cs).take()) {
-            self.desk.done(well);
+            self.binding.done(well);
         }
-        if let Some(answer) = self.server.poll(now, &mut self.desk) {
+        if let Some(answer) = self.server.poll(now, &mut self.binding) {
             for &byte in answer {
                 // There is room for the longest frame, and the one before is out.
                 _ = self.lines.answer.enqueue(byte);

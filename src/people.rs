@@ -3,12 +3,13 @@
 use clino_bus::Micros;
 use clino_console::{BusState, Host, Received, Saved, StorageError};
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
-use clino_modbus::desk::Wish;
+use clino_modbus::binding::Wish;
 use clino_recovery::Start;
 use cortex_m::peripheral::SCB;
 use heapless::spsc::Consumer;
@@ -76,6 +77,12 @@ impl Host for Gateway {
             bus::wake();
         }
         news
+    }
+
+    fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal> {
+        let result = bus::with(|gateway| gateway.change(slot, named, Asker::Console));
+        bus::wake();
+        result.unwrap_or(Err(Refusal::Busy))
     }
 
     fn order(&mut self, order: Order) -> Result<(), Refusal> {

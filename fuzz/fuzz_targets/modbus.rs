@@ -11,7 +11,7 @@ mod common;
 use clino_bus::Micros;
 use clino_codec::character::LineErrors;
 use clino_gateway::{Bus, Publisher, Snapshot};
-use clino_modbus::desk::Desk;
+use clino_modbus::binding::Binding;
 use common::board::Board;
 use common::traffic::{BETWEEN, BROKEN, CHARACTER, Heard, WITHIN, check, frames, is_for_us, may_be_echo, play};
 use common::{ADDRESS, Bench, SETTINGS, sealed};
@@ -27,7 +27,7 @@ fuzz_target!(|input: &[u8]| {
     while !input.is_empty() && piece(&mut traffic, &mut input).is_ok() {}
     let (board, snapshot) = (Board::new(), Snapshot::new());
     let mut publisher = snapshot.publisher();
-    let mut bench = Bench::at(Desk::new(&board, &snapshot), SETTINGS, CHARACTER, BETWEEN);
+    let mut bench = Bench::at(Binding::new(&board, &snapshot), SETTINGS, CHARACTER, BETWEEN);
     let frames = frames(&traffic);
     for (index, frame) in frames.iter().enumerate() {
         let answers = play(frame, &mut bench);

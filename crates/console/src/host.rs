@@ -4,6 +4,7 @@ use clino_bus::{Counters, Micros};
 use clino_commissioning::Progress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
@@ -40,6 +41,9 @@ pub trait Host {
 
     /// What a task has found, or how it ended.
     fn news(&mut self) -> Option<News>;
+
+    /// Changes what is named of a slot, or refuses it. Nothing else can change between looking and changing.
+    fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal>;
 
     /// Has an order carried out, or refuses it.
     fn order(&mut self, order: Order) -> Result<(), Refusal>;

@@ -4,7 +4,7 @@ use clino_bus::Micros;
 use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
 use clino_gateway::settings::slot::{NAMES, SETTINGS, id, setting};
-use clino_gateway::settings::{self, Given, Named};
+use clino_gateway::settings::{self, Given};
 use clino_gateway::{Bus, MAX_SLOTS, Published, SlotConfig, json};
 
 use crate::error::Error;
@@ -99,7 +99,10 @@ pub fn slot(job: &mut Job<'_, '_>) -> Outcome {
         id::ADDRESS => address,
         id => options.of(id),
     };
-    change_slot(job, slot, &SlotConfig::OFF, &named)
+    match settings::slot::changed(&SlotConfig::OFF, &named) {
+        Ok(config) => set_slot(job, slot, config),
+        Err(refusal) => Err(job.refuse(&Error::Refused(refusal))),
+    }
 }
 
 /// A setting is only taken for a slot that has it.
@@ -109,14 +112,6 @@ fn applies(job: &mut Job<'_, '_>, id: u8, kind: Kind) -> Outcome {
             Err(job.refuse(&Error::NotOf { setting: setting.name, kind }))
         }
         _ => Ok(()),
-    }
-}
-
-#[inline(never)]
-fn change_slot(job: &mut Job<'_, '_>, slot: u8, now: &SlotConfig, named: Named<'_>) -> Outcome {
-    match settings::slot::changed(now, named) {
-        Ok(config) => set_slot(job, slot, config),
-        Err(refusal) => Err(job.refuse(&Error::Refused(refusal))),
     }
 }
 
@@ -160,7 +155,11 @@ fn set_settings(job: &mut Job<'_, '_>, slot: u8) -> Outcome {
     for setting in SETTINGS.iter().filter(|setting| change.of(setting.id).is_some()) {
         applies(job, setting.id, kind)?;
     }
-    change_slot(job, slot, &config, &|id| change.of(id))
+    job.end()?;
+    let result = job.host.change_slot(slot, &|id| change.of(id));
+    job.accepted(result)?;
+    job.reply.done();
+    Ok(())
 }
 
 /// The settings and values that follow. Behind `mean` and `median` stands how many angles they go over.
@@ -216,7 +215,12 @@ pub fn zero(job: &mut Job<'_, '_>) -> Outcome {
     let Some(soft_zero) = raw else {
         return Err(job.refuse(&Error::NoValue { slot, status: reading.status(job.now) }));
     };
-    set_slot(job, slot, SlotConfig { soft_zero, ..config })
+    job.end()?;
+    let zero = Given::exactly(soft_zero.udeg().into());
+    let result = job.host.change_slot(slot, &|id| (id == id::ZERO).then_some(zero));
+    job.accepted(result)?;
+    job.reply.done();
+    Ok(())
 }
 
 impl Job<'_, '_> {

@@ -22,10 +22,20 @@ pub const MAX_SLOTS: usize = 32 + 14 + 2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Bus {
-    /// US Digital T7.
-    T7,
-    /// STT ISU, binary mode.
-    Isu,
+    /// US Digital T7. Number 0 in every numeric interface.
+    T7 = 0,
+    /// STT ISU, binary mode. Number 1.
+    Isu = 1,
+}
+
+impl Bus {
+    /// Both, by their numbers.
+    pub const ALL: [Bus; 2] = [Bus::T7, Bus::Isu];
+
+    /// The bus with this number.
+    pub fn from_number(number: u16) -> Option<Bus> {
+        Bus::ALL.get(usize::from(number)).copied()
+    }
 }
 
 /// A timer input that captures an ISU's PWM output.
@@ -60,6 +70,16 @@ impl Kind {
 
     /// The names used in every text interface, by their codes.
     pub const NAMES: &'static [&'static str] = &["off", "t7", "isu", "pwm"];
+
+    /// What it means, for the documentation.
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Kind::Off => "the slot is unused",
+            Kind::T7 => "an axis of a US Digital T7",
+            Kind::Isu => "an STT ISU on its serial line",
+            Kind::Pwm => "the PWM output of an STT ISU",
+        }
+    }
 
     /// The kind with this code.
     pub fn from_code(code: u8) -> Option<Kind> {

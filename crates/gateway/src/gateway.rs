@@ -185,6 +185,16 @@ impl Gateway {
         if accepted { Ok(()) } else { Err(Refusal::Busy) }
     }
 
+    /// Changes what is named of a slot, whole or not at all. What is not named is read and kept in the same moment.
+    ///
+    /// # Errors
+    /// As of [`Gateway::carry_out`].
+    pub fn change(&mut self, slot: u8, named: settings::Named<'_>, asker: Asker) -> Result<(), Refusal> {
+        let now = self.config(slot.into()).copied().unwrap_or(SlotConfig::OFF);
+        let config = settings::slot::changed(&now, named)?;
+        self.carry_out(Order::Slot { slot, config }, asker)
+    }
+
     /// The slot is to be like this. Returns whether it is: a task may work on what would change.
     fn change_slot(&mut self, index: usize, config: SlotConfig) -> bool {
         let claims = [self.t7.claim(), self.isu.claim()];

@@ -67,6 +67,63 @@ impl Status {
         Status::ConfigFault,
     ];
 
+    /// The number in every numeric interface. It never changes its meaning.
+    pub const fn code(self) -> u8 {
+        match self {
+            Status::NeverRead => 0,
+            Status::Ok => 1,
+            Status::Stale => 2,
+            Status::NoAnswer => 3,
+            Status::BadAnswer => 4,
+            Status::DeviceError => 5,
+            Status::OutOfRange => 6,
+            Status::NotSent => 7,
+            Status::NoSignal => 8,
+            Status::StuckLow => 9,
+            Status::StuckHigh => 10,
+            Status::BadPeriod => 11,
+            Status::Suspect => 12,
+            Status::Disabled => 13,
+            Status::ConfigFault => 14,
+        }
+    }
+
+    /// What it means, for the documentation.
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Status::NeverRead => "nothing was read since reset",
+            Status::Ok => "the angle is right and fresh",
+            Status::Stale => "the last angle was right, but it is too old",
+            Status::NoAnswer => "the node did not answer in time",
+            Status::BadAnswer => "something came back that is not a valid answer",
+            Status::DeviceError => "the node answered that it cannot",
+            Status::OutOfRange => "the angle is outside its documented range",
+            Status::NotSent => "the gateway's own request did not get out",
+            Status::NoSignal => "a PWM input without a signal",
+            Status::StuckLow => "the PWM input sits at a low level",
+            Status::StuckHigh => "the PWM input sits at a high level",
+            Status::BadPeriod => "the PWM period is not that of an ISU",
+            Status::Suspect => "two values in a row disagree; neither is told",
+            Status::Disabled => "the slot is switched off, or unused",
+            Status::ConfigFault => {
+                "the slot cannot be read as it is set: no address of its kind, or an axis that its T7 lacks"
+            }
+        }
+    }
+
+    /// Whether the last attempt brought a sign of life from the sensor, be it a wrong one.
+    pub const fn is_online(self) -> bool {
+        matches!(
+            self,
+            Status::Ok
+                | Status::BadAnswer
+                | Status::DeviceError
+                | Status::OutOfRange
+                | Status::BadPeriod
+                | Status::Suspect
+        )
+    }
+
     /// The name used in every text interface.
     pub const fn name(self) -> &'static str {
         match self {

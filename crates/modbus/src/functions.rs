@@ -7,7 +7,6 @@ use crate::diagnostics;
 use crate::exception::Exception;
 use crate::frame::Frame;
 use crate::host::{Host, Write};
-use crate::read::Reader;
 use crate::request::{self, function};
 use crate::server::Inner;
 use crate::write;
@@ -73,7 +72,7 @@ pub fn execute<H: Host>(
                 host.snapshot();
                 frame.truncate(HEAD);
                 frame.byte(quantity.wrapping_mul(2) as u8);
-                Reader::new(host, inner.settings).read(first, quantity, frame)?;
+                host.read(&inner.settings, first, quantity, &mut |word| frame.word(word))?;
                 if host.held_still() {
                     return Ok(());
                 }
@@ -83,7 +82,7 @@ pub fn execute<H: Host>(
         function::DIAGNOSTICS => {
             let register = || {
                 host.snapshot();
-                host.gateway().status
+                host.status()
             };
             diagnostics::answer(&mut inner.counters, register, frame)
         }
@@ -94,7 +93,7 @@ pub fn execute<H: Host>(
 
 fn set<H: Host>(inner: &mut Inner, first: u16, words: &[[u8; 2]], host: &mut H) -> Result<(), Exception> {
     host.snapshot();
-    let change = write::change(host, inner.settings, first, words)?;
+    let change = write::change(&inner.settings, first, words)?;
     host.write(&change)?;
     if let Write::Port(settings) = change {
         inner.next = Some(settings);

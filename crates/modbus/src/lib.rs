@@ -2,7 +2,7 @@
 //!
 //! Sans-IO. [`Server`] takes characters with the receiver's error flags and the time; when the silence after a request is
 //! over, one call of [`Server::poll`] makes the answer, and [`Server::poll_at`] says when that is. What is read and whom
-//! changes are handed to is a [`Host`]; [`desk`] makes the gateway core one. The [`map`] is a table from which the server's
+//! changes are handed to is a [`Host`]; [`binding`] makes the gateway core one. The [`map`] is a table from which the server's
 //! lookups, `docs/modbus.md` and `docs/modbus.csv` are made.
 //!
 //! | function | |
@@ -39,10 +39,10 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod binding;
+mod bits;
 pub mod command;
-pub mod config;
 pub mod crc;
-pub mod desk;
 mod diagnostics;
 mod exception;
 mod frame;
@@ -51,23 +51,18 @@ mod host;
 mod identification;
 pub mod map;
 pub mod number;
-mod read;
 mod receiver;
 mod repeat;
 mod request;
 mod server;
 pub mod settings;
-mod status;
 mod write;
 
+pub use bits::{gateway_bits, slot_bits};
 pub use diagnostics::Counters;
 pub use exception::Exception;
 pub use frame::MAX_FRAME;
-pub use host::{
-    Bus, GatewayView, Host, Kind, Refusal, SLOTS, SlotCounters, SlotDetail, SlotReading, Write, gateway_bits,
-    slot_bits,
-};
+pub use host::{Host, Refusal, SLOTS, Values, Write};
 pub use identification::Identification;
 pub use server::Server;
 pub use settings::Settings;
-pub use status::Status;

@@ -11,10 +11,9 @@ mod items;
 pub(crate) mod lookup;
 mod table;
 
-pub use items::{
-    BusItem, BusSetting, CommandItem, DetailItem, GatewayItem, Item, PortSetting, ReadingItem, SlotSetting,
-    StartItem,
-};
+use clino_gateway::settings::{self, Setting};
+
+pub use items::{BusItem, CommandItem, DetailItem, GatewayItem, Item, ReadingItem, StartItem};
 pub use table::{BLOCKS, MAGIC, SLOT_BASE, SLOT_STRIDE, TEST_ANGLE, TEST_NUMBER, VERSION};
 
 /// Registers at equal distances.
@@ -49,12 +48,18 @@ pub struct Entry {
     pub count: u8,
     /// Number of the first of them.
     pub first: u8,
+    /// Of a setting: how much one of it is, in the unit of the gateway's table.
+    pub scale: u16,
     /// Smallest and largest value that can be written; `None` if it cannot be written.
     pub limits: Option<(i32, i32)>,
+    /// What stands before its name in the list, where another number has the same.
+    pub prefix: &'static str,
     /// Its name.
     pub name: &'static str,
     /// Its unit; empty if it has none.
     pub unit: &'static str,
+    /// What its values are called, if they are codes.
+    pub words: &'static [&'static str],
     /// What it is, in words.
     pub text: &'static str,
 }
@@ -113,7 +118,53 @@ impl Entry {
         unit: &'static str,
         text: &'static str,
     ) -> Entry {
-        Entry { offset, form, item, count: 1, first: 0, limits: None, name, unit, text }
+        Entry {
+            offset,
+            form,
+            item,
+            count: 1,
+            first: 0,
+            scale: 1,
+            limits: None,
+            prefix: "",
+            name,
+            unit,
+            words: &[],
+            text,
+        }
+    }
+
+    /// The setting with this id, in steps of `scale`: name, unit, limits and text are those of its table.
+    #[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects, reason = "runs in the compiler only")]
+    const fn of_table<T, const N: usize>(
+        offset: u16,
+        form: Form,
+        item: Item,
+        id: u8,
+        table: &'static [Setting<T>; N],
+        scale: u16,
+    ) -> Entry {
+        let mut at = 0;
+        while table[at].id != id {
+            at += 1;
+        }
+        let setting = &table[at];
+        let (least, most) = setting.form.limits();
+        let step = scale as i64;
+        let (least, most) = ((least + step - 1).div_euclid(step), most.div_euclid(step));
+        let words = if let settings::Form::Choice(words) = setting.form { words } else { &[] };
+        let entry = Entry::new(offset, form, item, setting.name, setting.unit, setting.text);
+        Entry { words, scale, ..entry.writable(least as i32, most as i32) }
+    }
+
+    /// In this unit.
+    const fn unit(self, unit: &'static str) -> Entry {
+        Entry { unit, ..self }
+    }
+
+    /// With this before its name: another number of the same thing is called like it.
+    const fn set(self) -> Entry {
+        Entry { prefix: "set_", ..self }
     }
 
     /// `count` of them, counted from `first`.

@@ -127,7 +127,7 @@ fn zeros_behind_a_write_stop_it() {
                 for pause in [0, 700, 1_900] {
                     let mut bench = Bench::new();
                     bench.ask(&[99]);
-                    let slots = bench.host.slots;
+                    let slots = bench.host.slots();
                     for &byte in &request {
                         bench.character(byte, LineErrors::NONE);
                     }
@@ -136,7 +136,7 @@ fn zeros_behind_a_write_stop_it() {
                         bench.character(0, LineErrors::NONE);
                     }
                     assert_eq!(bench.pause(bench.over()), None, "{zeros}: {pdu:02X?}");
-                    assert!(bench.host.writes.is_empty() && bench.host.slots == slots, "{pdu:02X?}");
+                    assert!(bench.host.writes.is_empty() && bench.host.slots() == slots, "{pdu:02X?}");
                     let counters = bench.server.counters();
                     assert_eq!((counters.exceptions, counters.unanswered, counters.requests), (1, 1, 2));
                     assert_eq!(bench.raw(&request).is_some(), address == ADDRESS);
@@ -187,7 +187,10 @@ fn checksums_that_end_with_zeros() {
             found[zeros.min(2) - 1] += 1;
             let mut bench = Bench::new();
             assert!(bench.raw(&request).is_some(), "{request:02X?}");
-            assert_eq!(bench.host.slots[0].period_ms, (u32::from(high) & 7) << 16 | u32::from(low));
+            assert_eq!(
+                bench.host.config(0).period.as_micros(),
+                1_000 * ((u32::from(high) & 7) << 16 | u32::from(low))
+            );
             // One more is one too many.
             let mut bench = Bench::new();
             assert_eq!(bench.raw(&[&request[..], &[0]].concat()), None);

@@ -11,7 +11,7 @@ use clino_bus::line::EchoMode;
 use clino_codec::character::Character;
 use clino_modbus::Server;
 use clino_modbus::settings::Settings;
-use common::model::Model;
+use common::real::Real;
 use common::{ADDRESS, IDENTIFICATION, SETTINGS, sealed, write_request};
 
 const MS: u64 = 1_000;
@@ -25,7 +25,7 @@ const DELAYS_US: [u64; 22] = [
 /// A server on a line that repeats what it says, in virtual time.
 struct Air {
     server: Server,
-    host: Model,
+    host: Real,
     now: u64,
     character: u64,
     /// Each character of the gateway comes back so much later, µs, so often.
@@ -45,7 +45,7 @@ impl Air {
     fn at(settings: Settings, character: u64, echoes: &[u64]) -> Air {
         let mut air = Air {
             server: Server::new(settings, IDENTIFICATION, Micros(0)),
-            host: Model::new(),
+            host: Real::new(),
             now: 0,
             character,
             echoes: echoes.to_vec(),
@@ -202,7 +202,11 @@ fn the_last_value_stays() {
                     .collect();
                 air.run(3_000 * MS);
                 let last = *answered.last().expect("some are answered");
-                assert_eq!(air.host.slots[0].address, last, "{mode:?}, {delay} us, every {pace} us");
+                assert_eq!(
+                    air.host.config(0).source.address(),
+                    last,
+                    "{mode:?}, {delay} us, every {pace} us"
+                );
                 assert_eq!(air.host.writes.len(), answered.len());
             }
         }

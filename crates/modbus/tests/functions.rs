@@ -2,6 +2,9 @@
 
 mod common;
 
+use clino_codec::t7::Axis;
+use clino_gateway::config::Kind;
+use clino_gateway::{SlotConfig, Source, Span};
 use clino_modbus::command::Command;
 use clino_modbus::{Refusal, Write};
 use common::{ADDRESS, Bench, crc, sealed, write_request};
@@ -111,7 +114,7 @@ fn halves_can_be_read() {
     let mut bench = Bench::new();
     assert_eq!(bench.read(0x000D, 1), Ok(vec![0x5678]));
     assert_eq!(bench.read(0x000C, 1), Ok(vec![0x1234]));
-    assert_eq!(bench.read(0x000B, 2), Ok(vec![0xBEEF, 0x1234]));
+    assert_eq!(bench.read(0x000B, 2), Ok(vec![1, 0x1234]));
     assert_eq!(bench.read(0x000D, 2), Ok(vec![0x5678, 0x42F6]));
 }
 
@@ -126,14 +129,14 @@ fn halves_cannot_be_written() {
     assert_eq!(bench.write(0x1005, &[10, 0, 100]), Err(2));
     assert!(bench.host.writes.is_empty());
     assert_eq!(bench.write(0x1004, &[0, 10]), Ok(()));
-    assert_eq!(bench.host.slots[0].period_ms, 10);
+    assert_eq!(bench.host.config(0).period.as_micros(), 10_000);
 }
 
 #[test]
 fn what_cannot_be_written() {
     let mut bench = Bench::new();
     // Header, angles, an unused register, the hole behind the settings of a slot, nothing at all, a result.
-    for address in [0x0000, 0x0020, 0x001F, 0x1012, 0x101F, 0x0F00, 0x1F09] {
+    for address in [0x0000, 0x0020, 0x001F, 0x1012, 0x1019, 0x101F, 0x0F00, 0x1F09] {
         assert_eq!(bench.write_one(address, 0), Err(2), "{address:04X}");
         assert_eq!(bench.write(address, &[0]), Err(2), "{address:04X}");
     }
@@ -148,26 +151,33 @@ fn what_cannot_be_written() {
 #[test]
 fn function_16_is_checked_whole() {
     let mut bench = Bench::new();
-    let before = bench.host.slots;
+    let before = bench.host.slots();
     // Enabled, kind, address, axis, period, stale, timeout, retries: 11 is one too many.
     let good = [0, 2, 3, 1, 0, 20, 0, 60, 5, 10];
     let mut bad = good;
     bad[9] = 11;
     assert_eq!(bench.write(0x1000, &bad), Err(3));
-    assert_eq!(bench.host.slots, before);
+    assert_eq!(bench.host.slots(), before);
     // An address fault behind a value fault is an address fault.
-    assert_eq!(bench.write(0x1010, &[2, 0]), Err(2));
+    assert_eq!(bench.write(0x1018, &[2, 0]), Err(2));
     assert_eq!(bench.write(0x1000, &good), Ok(()));
-    let slot = bench.host.slots[0];
-    assert_eq!((slot.enabled, slot.address, slot.axis), (false, 3, 1));
-    assert_eq!((slot.period_ms, slot.stale_ms, slot.timeout_ms, slot.retries), (20, 60, 5, 10));
-    // What was not written is as before.
-    assert_eq!((slot.zero_mdeg, slot.filter_length, slot.jump_mdeg_s), (-70_000, 3, 400_000));
+    // In slot 0, which has read a T7: another kind brings its own settings for what was not written.
+    let isu = Source::of(Kind::Isu, 3, Axis::Two);
+    let expected = SlotConfig {
+        enabled: false,
+        held_axis: Axis::One,
+        period: Span::from_millis(20),
+        timeout: Span::from_millis(5),
+        stale: Span::from_millis(60),
+        retries: 10,
+        ..SlotConfig::usual(isu)
+    };
+    assert_eq!(bench.host.config(0), expected);
     assert_eq!(bench.host.writes.len(), 1);
     // A number below zero where there is one.
     let [_, _, high, low] = (-360_000_i32).to_be_bytes().map(u16::from);
     assert_eq!(bench.write(0x100A, &[0xFFFA, high * 256 + low]), Ok(()));
-    assert_eq!(bench.host.slots[0].zero_mdeg, -360_000);
+    assert_eq!(bench.host.config(0).soft_zero.udeg(), -360_000_000);
     assert_eq!(bench.write(0x100A, &[0xFFFA, high * 256 + low - 1]), Err(3));
     // One beyond the largest positive one, where none is negative.
     assert_eq!(bench.write(0x1004, &[0x8000, 0]), Err(3));
@@ -233,7 +243,7 @@ fn the_port_changes_after_the_answer() {
     // 8N2 at 9600 bit/s: eleven bits take 1146 µs.
     (bench.character, bench.t3_5) = (1_146, 4_011);
     bench.pause(50_000);
-    assert_eq!(bench.raw(&sealed(&[18, 3, 0, 2, 0, 1])), Some(sealed(&[18, 3, 2, 0, 1])));
+    assert_eq!(bench.raw(&sealed(&[18, 3, 0, 2, 0, 1])), Some(sealed(&[18, 3, 2, 0, 2])));
 
     let mut bench = Bench::new();
     // A bit rate that is none; an address that is none.
@@ -256,9 +266,9 @@ fn the_port_changes_after_the_answer() {
 fn broadcasts() {
     let mut bench = Bench::new();
     assert_eq!(bench.raw(&sealed(&[&[0], &write_request(0x1004, &[0, 77])[..]].concat())), None);
-    assert_eq!(bench.host.slots[0].period_ms, 77);
+    assert_eq!(bench.host.config(0).period.as_micros(), 77_000);
     assert_eq!(bench.raw(&sealed(&[0, 6, 0x10, 0x00, 0, 0])), None);
-    assert!(!bench.host.slots[0].enabled);
+    assert!(!bench.host.config(0).enabled);
     let (writes, snapshots) = (bench.host.writes.len(), bench.host.snapshots);
     for pdu in [vec![3, 0, 0, 0, 1], vec![8, 0, 0, 1, 2], vec![8, 0, 10, 0, 0], vec![43, 14, 1, 0], vec![99]]
     {
@@ -295,7 +305,7 @@ fn diagnostic_counters() {
         u16::from(answer[3]) * 256 + u16::from(answer[4])
     };
     // Diagnostic register: the status of the gateway.
-    assert_eq!(counter(&mut bench, 2), 0xA55A);
+    assert_eq!(counter(&mut bench, 2), 0x000B);
     assert_eq!(bench.ask(&[8, 0, 10, 0, 0]), [8, 0, 10, 0, 0]);
     bench.raw(&sealed(&[ADDRESS + 1, 3, 0, 0, 0, 1])); // for another: a message
     bench.raw(&[ADDRESS, 3, 0, 0, 0, 1, 0, 0]); // wrong checksum

@@ -7,10 +7,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use clino_gateway::BusFault;
+use clino_gateway::config::Kind;
+use clino_gateway::{BusFault, Status};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::map::{BLOCKS, Block, Entry, Form, Item};
-use clino_modbus::{Kind, SLOTS, Status, gateway_bits, slot_bits};
+use clino_modbus::{SLOTS, gateway_bits, slot_bits};
 use clino_recovery::{Cause, Clock, Duty, Mode};
 
 const UPDATE: &str = "UPDATE=1 cargo test -p clino-modbus --test map";
@@ -90,9 +91,10 @@ fn no_write_reaches_the_next_instance() {
 fn limits_fit_their_numbers() {
     for (_, entry) in entries() {
         let Some((least, most)) = entry.limits else { continue };
-        assert!(least < most, "{}", entry.name);
+        assert!(least <= most, "{}", entry.name);
         match entry.form {
             Form::U16 => assert!(least >= 0 && most <= 0xFFFF, "{}", entry.name),
+            Form::I16 => assert!(least >= -0x8000 && most <= 0x7FFF, "{}", entry.name),
             Form::U32 => assert!(least >= 0, "{}", entry.name),
             Form::I32 => {}
             other => panic!("{}: {other:?} is not for writing", entry.name),
@@ -127,9 +129,9 @@ fn addresses_that_never_move() {
 #[test]
 fn codes_are_distinct() {
     let distinct = |codes: Vec<u16>| codes.len() == codes.iter().collect::<BTreeSet<_>>().len();
-    assert!(distinct(Status::ALL.iter().map(|row| row.0 as u16).collect()));
+    assert!(distinct(Status::ALL.iter().map(|status| status.code().into()).collect()));
     assert!(distinct(BusFault::ALL.iter().map(|row| row.0 as u16).collect()));
-    assert!(distinct(Kind::ALL.iter().map(|row| row.0 as u16).collect()));
+    assert!(distinct(Kind::ALL.iter().map(|&kind| kind as u16).collect()));
     assert!(distinct(Outcome::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Command::ALL.iter().map(|&command| command as u16).collect()));
     assert!(distinct(gateway_bits::ALL.iter().map(|row| row.0).collect()));
@@ -186,8 +188,10 @@ fn list() -> String {
                     match block.prefix {
                         "slot" => write!(name, "slot{instance:02}_").expect("a string"),
                         "" => {}
+                        prefix if block.count == 1 => write!(name, "{prefix}_").expect("a string"),
                         prefix => write!(name, "{prefix}{instance}_").expect("a string"),
                     }
+                    name.push_str(entry.prefix);
                     name.push_str(entry.name);
                     if entry.count > 1 {
                         write!(name, "_{:02}", u16::from(entry.first) + element).expect("a string");
@@ -196,7 +200,7 @@ fn list() -> String {
                         Some((least, most)) => ("rw", least.to_string(), most.to_string()),
                         None => ("r", String::new(), String::new()),
                     };
-                    let text = entry.text.replace('"', "'").replace('*', "");
+                    let text = text(entry).replace('"', "'").replace('*', "");
                     writeln!(
                         list,
                         "{address:04X},{},{name},{},{},{},{access},{},{least},{most},{},\"{text}\"",
@@ -213,6 +217,15 @@ fn list() -> String {
         }
     }
     list
+}
+
+/// What a number is, in words, with the codes it has.
+fn text(entry: &Entry) -> String {
+    let codes = entry.words.iter().enumerate().map(|(code, word)| format!("{code}: {word}"));
+    match codes.collect::<Vec<_>>().join(", ") {
+        codes if codes.is_empty() => entry.text.into(),
+        codes => format!("{}. {codes}", entry.text),
+    }
 }
 
 fn type_name(form: Form) -> &'static str {
@@ -300,10 +313,10 @@ fn sections() -> BTreeMap<&'static str, String> {
                 blocks,
                 "| 0x{address:04X} | {} | {} | {}{order}{times} | {} |{limits} {}{numbers} |",
                 address + 1,
-                entry.name,
+                format_args!("{}{}", entry.prefix, entry.name),
                 type_name(entry.form),
                 entry.unit,
-                entry.text
+                text(entry)
             )
             .expect("a string");
         }
@@ -326,11 +339,13 @@ fn sections() -> BTreeMap<&'static str, String> {
             },
         )
     };
-    sections.insert("status", codes(&Status::ALL.map(|(code, name, text)| (code as u16, name, text))));
+    let mut statuses = Status::ALL.map(|status| (status.code().into(), status.name(), status.meaning()));
+    statuses.sort_unstable();
+    sections.insert("status", codes(&statuses));
     let faults = BusFault::ALL.map(|(fault, text)| (fault as u16, fault.name(), text));
     let well = (0, "none", "somebody answers, or nobody is asked");
     sections.insert("bus faults", codes(&[&[well][..], &faults].concat()));
-    sections.insert("kinds", codes(&Kind::ALL.map(|(code, name, text)| (code as u16, name, text))));
+    sections.insert("kinds", codes(&Kind::ALL.map(|kind| (kind as u16, kind.name(), kind.meaning()))));
     sections.insert("outcomes", codes(&Outcome::ALL.map(|(code, name, text)| (code as u16, name, text))));
     sections.insert("causes", codes(&Cause::ALL.map(|(code, name, text)| (code as u16, name, text))));
     sections.insert("modes", codes(&Mode::ALL.map(|(code, text)| (code as u16, code.name(), text))));

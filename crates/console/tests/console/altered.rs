@@ -16,6 +16,7 @@ use clino_bus::Micros;
 use clino_codec::character::LineErrors;
 use clino_console::{BusState, Host, LONGEST_LINE, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
@@ -107,6 +108,12 @@ impl Host for Notes {
 
     fn news(&mut self) -> Option<News> {
         None
+    }
+
+    fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal> {
+        let named: Vec<_> = (0..=u8::MAX).filter_map(|id| Some((id, named(id)?))).collect();
+        write!(self.noted, "{slot}: {named:?} ").expect("memory");
+        Ok(())
     }
 
     fn order(&mut self, order: Order) -> Result<(), Refusal> {

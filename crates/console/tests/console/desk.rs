@@ -9,6 +9,7 @@ use clino_bus::{Micros, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
 use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
@@ -93,6 +94,12 @@ impl Host for Rest {
 
     fn news(&mut self) -> Option<News> {
         self.gateway.news(Asker::Console)
+    }
+
+    fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal> {
+        let now = self.gateway.config(slot.into()).expect("a slot");
+        let config = clino_gateway::settings::slot::changed(now, named)?;
+        self.order(Order::Slot { slot, config })
     }
 
     fn order(&mut self, order: Order) -> Result<(), Refusal> {

@@ -13,12 +13,14 @@ pub enum Item {
     Bus(BusItem),
     /// Of how the gateway has started.
     Start(StartItem),
-    /// Of how a slot is set.
-    SlotSetting(SlotSetting),
-    /// Of how a bus is set.
-    BusSetting(BusSetting),
-    /// Of how this server's port runs.
-    Port(PortSetting),
+    /// The setting of a slot with this id, in [`clino_gateway::settings::slot`].
+    SlotSetting(u8),
+    /// The setting of a bus with this id.
+    BusSetting(u8),
+    /// The setting of this server's port with this id.
+    Port(u8),
+    /// The setting of the console with this id.
+    Console(u8),
     /// Of the command block.
     Command(CommandItem),
 }
@@ -220,69 +222,6 @@ pub enum StartItem {
     Address,
     /// Two characters of the name of a file.
     File,
-}
-
-/// Of how a slot is set; see [`SlotConfig`](crate::config::SlotConfig).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SlotSetting {
-    /// Whether it is read.
-    Enabled,
-    /// Kind of source.
-    Kind,
-    /// Address.
-    Address,
-    /// Axis.
-    Axis,
-    /// Period.
-    Period,
-    /// Age at which a value is stale.
-    Stale,
-    /// Longest wait.
-    Timeout,
-    /// Further tries.
-    Retries,
-    /// Soft zero.
-    Zero,
-    /// Direction.
-    Reversed,
-    /// Output range.
-    Unidirectional,
-    /// Filter.
-    Filter,
-    /// Its length.
-    FilterLength,
-    /// Confirmation by a second reading.
-    Confirm,
-    /// What is a jump.
-    Jump,
-}
-
-/// Of how a bus is set; see [`BusConfig`](crate::config::BusConfig).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BusSetting {
-    /// Bit rate.
-    Baud,
-    /// Guard.
-    Guard,
-    /// Delay after DE rises.
-    PreDelay,
-    /// Delay before DE falls.
-    PostDelay,
-    /// Echo mode.
-    Echo,
-}
-
-/// Of how this server's port runs; see [`Settings`](crate::settings::Settings).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PortSetting {
-    /// Address.
-    Address,
-    /// Bit rate.
-    Baud,
-    /// Parity.
-    Parity,
-    /// Stop bits.
-    StopBits,
 }
 
 /// Of the command block.

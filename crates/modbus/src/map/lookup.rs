@@ -1,5 +1,7 @@
 //! The table without its words, and how a register is found in it.
 
+use clino_gateway::Bus;
+
 use super::{BLOCKS, Block, Entry, Form, Item};
 
 /// An [`Entry`] without its words.
@@ -10,6 +12,7 @@ struct Row {
     first: u8,
     form: Form,
     item: Item,
+    scale: u16,
     /// Which of [`LIMITS`] tells what can be written.
     limits: u8,
 }
@@ -38,6 +41,8 @@ pub struct Number {
     pub item: Item,
     /// How it is told.
     pub form: Form,
+    /// How much one of it is, in the setting's own unit.
+    pub scale: u16,
     /// Which one: of the instances of its block, or of its array.
     pub index: usize,
     /// Which of its registers was looked for; the first is 0.
@@ -53,6 +58,11 @@ impl Number {
     pub fn next(&self) -> Option<Number> {
         let more = self.more.checked_sub(1)?;
         Some(Number { index: self.index.wrapping_add(1), word: 0, more, ..*self })
+    }
+
+    /// The bus that it is about, if it is about one.
+    pub fn bus(&self) -> Bus {
+        if self.index == 0 { Bus::T7 } else { Bus::Isu }
     }
 
     /// Smallest and largest value that can be written; `None` if it cannot be written.
@@ -83,7 +93,15 @@ pub fn find(address: u16) -> Option<Register> {
     };
     // A number is one of its block's instances, or one of its array: never both.
     let index = usize::from(instance).wrapping_add(usize::from(element)).wrapping_add(usize::from(row.first));
-    Some(Register::Of(Number { item: row.item, form: row.form, index, word, more, limits: row.limits }))
+    Some(Register::Of(Number {
+        item: row.item,
+        form: row.form,
+        scale: row.scale,
+        index,
+        word,
+        more,
+        limits: row.limits,
+    }))
 }
 
 /// In place of the number of its limits: it cannot be written.
@@ -154,8 +172,8 @@ const fn table() -> Table {
 
 impl Row {
     const fn of(entry: &Entry, limits: u8) -> Row {
-        let Entry { offset, count, first, form, item, .. } = *entry;
+        let Entry { offset, count, first, form, item, scale, .. } = *entry;
         let limits = if entry.limits.is_some() { limits } else { NOT_WRITABLE };
-        Row { offset, count, first, form, item, limits }
+        Row { offset, count, first, form, item, scale, limits }
     }
 }

@@ -1,17 +1,19 @@
 //! The table. Addresses as on the wire.
 
+use clino_gateway::settings::{self, Setting, slot};
+use clino_gateway::{Bus, BusSettings};
 use clino_recovery::PLACE;
 
 use super::{
-    Block, BusItem as B, BusSetting as P, CommandItem as C, DetailItem as D, Entry, Form, GatewayItem as G,
-    Item, PortSetting as M, ReadingItem as R, SlotSetting as S, StartItem as T,
+    Block, BusItem as B, CommandItem as C, DetailItem as D, Entry, Form, GatewayItem as G, Item,
+    ReadingItem as R, StartItem as T,
 };
 use crate::host::SLOTS;
 
 /// What the first four bytes say: "INCL".
 pub const MAGIC: u32 = 0x494E_434C;
 /// Version of the map. Whatever changes the meaning of a register changes it.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// A number to find out with in which order a client takes bytes and words.
 pub const TEST_NUMBER: u32 = 0x1234_5678;
 /// The same for floating point, in millidegrees: 123.456.
@@ -111,22 +113,40 @@ pub const BLOCKS: &[Block] = &[
         text: "How a slot is set. In force at once; kept over a reset by the command *save*.",
     },
     Block {
-        name: "bus settings",
-        prefix: "bus",
+        name: "T7 bus settings",
+        prefix: "bus0",
         base: 0x1800,
         stride: 0x10,
-        count: 2,
-        entries: BUS_SETTINGS,
-        text: "How a bus is set. In force as soon as no exchange is under way.",
+        count: 1,
+        entries: T7_SETTINGS,
+        text: "How the T7 bus is set. In force as soon as no exchange is under way.",
+    },
+    Block {
+        name: "ISU bus settings",
+        prefix: "bus1",
+        base: 0x1810,
+        stride: 0x10,
+        count: 1,
+        entries: ISU_SETTINGS,
+        text: "How the ISU bus is set.",
     },
     Block {
         name: "port settings",
-        prefix: "",
+        prefix: "port",
         base: 0x1840,
         stride: 0x10,
         count: 1,
         entries: PORT_SETTINGS,
         text: "How this Modbus port runs. The answer still comes as before; what follows runs like this.",
+    },
+    Block {
+        name: "console settings",
+        prefix: "console",
+        base: 0x1850,
+        stride: 0x10,
+        count: 1,
+        entries: CONSOLE_SETTINGS,
+        text: "How the console is set.",
     },
     Block {
         name: "command",
@@ -152,7 +172,7 @@ const fn gateway(
 
 const GATEWAY: &[Entry] = &[
     gateway(0, Form::U32, G::Magic, "magic", "", "\"INCL\" in ASCII: 0x494E434C"),
-    gateway(2, Form::U16, G::MapVersion, "map_version", "", "version of this map: 1"),
+    gateway(2, Form::U16, G::MapVersion, "map_version", "", "version of this map: 2"),
     gateway(3, Form::U16, G::SlotCount, "slot_count", "", "slots of the map: 48"),
     gateway(4, Form::U16, G::SlotBase, "slot_base", "", "address of the block of slot 0: 0x0100"),
     gateway(5, Form::U16, G::SlotStride, "slot_stride", "", "from one slot's block to the next: 0x20"),
@@ -387,121 +407,81 @@ const START: &[Entry] = &[
 /// Registers for the name of a file.
 const FILE: u8 = (PLACE / 2) as u8;
 
-const fn setting(
-    offset: u16,
-    form: Form,
-    item: S,
-    name: &'static str,
-    unit: &'static str,
-    text: &'static str,
-) -> Entry {
-    Entry::new(offset, form, Item::SlotSetting(item), name, unit, text)
+const fn setting(offset: u16, form: Form, id: u8, scale: u16) -> Entry {
+    Entry::of_table(offset, form, Item::SlotSetting(id), id, &slot::TABLE, scale)
 }
 
 const SLOT_SETTINGS: &[Entry] = &[
-    setting(0, Form::U16, S::Enabled, "enabled", "", "1: the slot is read").writable(0, 1),
-    setting(1, Form::U16, S::Kind, "set_kind", "code", "what it reads; see *kinds*").writable(0, 3),
-    setting(
-        2,
-        Form::U16,
-        S::Address,
-        "set_address",
-        "",
-        "T7: 1 to 100, 127; ISU: 1 to 14, 0 if it is alone; PWM: input 1 or 2",
-    )
-    .writable(0, 127),
-    setting(3, Form::U16, S::Axis, "axis", "", "T7: a single-axis device measures axis 2").writable(0, 2),
-    setting(
-        4,
-        Form::U32,
-        S::Period,
-        "period",
-        "ms",
-        "from one reading to the next; 0: as often as the bus can",
-    )
-    .writable(0, 1_200_000),
-    setting(6, Form::U32, S::Stale, "stale", "ms", "a value older than this is stale")
-        .writable(10, 3_600_000),
-    setting(
-        8,
-        Form::U16,
-        S::Timeout,
-        "timeout",
-        "ms",
-        "longest wait for an answer; 0: as the sensor's document says",
-    )
-    .writable(0, 500),
-    setting(9, Form::U16, S::Retries, "set_retries", "", "further tries within one reading").writable(0, 10),
-    setting(10, Form::I32, S::Zero, "zero", "mdeg", "soft zero: subtracted from what the sensor says")
-        .writable(-360_000, 360_000),
-    setting(12, Form::U16, S::Reversed, "reversed", "", "1: the angle counts the other way").writable(0, 1),
-    setting(13, Form::U16, S::Unidirectional, "unidirectional", "", "0: −180° to 180°; 1: 0° to 360°")
-        .writable(0, 1),
-    setting(14, Form::U16, S::Filter, "filter", "code", "0: none; 1: circular mean; 2: circular median")
-        .writable(0, 2),
-    setting(15, Form::U16, S::FilterLength, "filter_length", "", "readings it goes over").writable(1, 8),
-    setting(
-        16,
-        Form::U16,
-        S::Confirm,
-        "confirm",
-        "",
-        "1: the first value, a value after an error and a jump are read twice",
-    )
-    .writable(0, 1),
-    setting(18, Form::U32, S::Jump, "jump", "mdeg/s", "faster than this is a jump; 0: nothing is")
-        .writable(0, 36_000_000),
+    setting(0, Form::U16, slot::id::ENABLED, 1),
+    setting(1, Form::U16, slot::id::KIND, 1).set(),
+    setting(2, Form::U16, slot::id::ADDRESS, 1).set(),
+    setting(3, Form::U16, slot::id::AXIS, 1),
+    setting(4, Form::U32, slot::id::PERIOD, MILLI),
+    setting(6, Form::U32, slot::id::STALE, MILLI),
+    setting(8, Form::U16, slot::id::TIMEOUT, MILLI),
+    setting(9, Form::U16, slot::id::RETRIES, 1).set(),
+    setting(10, Form::I32, slot::id::ZERO, MILLI).unit("mdeg"),
+    setting(12, Form::U16, slot::id::DIRECTION, 1),
+    setting(13, Form::U16, slot::id::RANGE, 1),
+    setting(14, Form::U16, slot::id::FILTER, 1),
+    setting(15, Form::U16, slot::id::SAMPLES, 1),
+    setting(16, Form::U16, slot::id::CONFIRM, 1),
+    setting(17, Form::U16, slot::id::ASK, 1),
+    setting(18, Form::U32, slot::id::RATE, 1).unit("mdeg/s"),
+    setting(20, Form::U32, slot::id::REPORT, MILLI),
+    setting(22, Form::I16, slot::id::PARTNER, 1),
+    setting(23, Form::U16, slot::id::TOLERANCE, 1).unit("0.001"),
+    setting(24, Form::U16, slot::id::STALE_AUTO, 1),
 ];
+
+/// Registers in thousandths of the setting's own unit: milliseconds of microseconds, millidegrees of micro-degrees.
+const MILLI: u16 = 1_000;
+
+const T7_BUS: &[Setting<BusSettings>; 5] = &settings::bus::table(Bus::T7);
+const ISU_BUS: &[Setting<BusSettings>; 5] = &settings::bus::table(Bus::Isu);
 
 const fn bus_setting(
+    bus: Bus,
     offset: u16,
     form: Form,
-    item: P,
-    name: &'static str,
-    unit: &'static str,
-    text: &'static str,
+    id: u8,
+    table: &'static [Setting<BusSettings>; 5],
 ) -> Entry {
-    Entry::new(offset, form, Item::BusSetting(item), name, unit, text)
+    Entry::of_table(offset, form, Item::BusSetting(id), id, table, 1).times(bus as u8, 1)
 }
 
-const BUS_SETTINGS: &[Entry] = &[
-    bus_setting(0, Form::U32, P::Baud, "baud", "bit/s", "T7: 9600, 19200, 38400, 57600, 115200; ISU: 9600")
-        .writable(9_600, 115_200),
-    bus_setting(2, Form::U16, P::Guard, "guard", "us", "silence before our driver is switched on")
-        .writable(0, 20_000),
-    bus_setting(3, Form::U16, P::PreDelay, "pre_delay", "us", "from DE high to our first start bit")
-        .writable(0, 5_000),
-    bus_setting(4, Form::U16, P::PostDelay, "post_delay", "us", "from our last stop bit to DE low")
-        .writable(0, 5_000),
-    bus_setting(
-        5,
-        Form::U16,
-        P::Echo,
-        "echo_mode",
-        "code",
-        "own characters come back. 0: no; 1: yes; 2: find out",
-    )
-    .writable(0, 2),
-];
+const fn bus_settings(bus: Bus, table: &'static [Setting<BusSettings>; 5]) -> [Entry; 5] {
+    [
+        bus_setting(bus, 0, Form::U32, settings::bus::id::BAUD, table),
+        bus_setting(bus, 2, Form::U16, settings::bus::id::GUARD, table),
+        bus_setting(bus, 3, Form::U16, settings::bus::id::PRE, table),
+        bus_setting(bus, 4, Form::U16, settings::bus::id::POST, table),
+        bus_setting(bus, 5, Form::U16, settings::bus::id::ECHO, table).set(),
+    ]
+}
 
-const fn port(
-    offset: u16,
-    form: Form,
-    item: M,
-    name: &'static str,
-    unit: &'static str,
-    text: &'static str,
-) -> Entry {
-    Entry::new(offset, form, Item::Port(item), name, unit, text)
+const T7_SETTINGS: &[Entry] = &bus_settings(Bus::T7, T7_BUS);
+const ISU_SETTINGS: &[Entry] = &bus_settings(Bus::Isu, ISU_BUS);
+
+const fn port(offset: u16, form: Form, id: u8) -> Entry {
+    Entry::of_table(offset, form, Item::Port(id), id, &settings::port::TABLE, 1)
 }
 
 const PORT_SETTINGS: &[Entry] = &[
-    port(0, Form::U16, M::Address, "port_address", "", "address of this server").writable(1, 247),
-    port(1, Form::U16, M::Parity, "port_parity", "code", "0: none; 1: even; 2: odd").writable(0, 2),
-    port(2, Form::U32, M::Baud, "port_baud", "bit/s", "2400, 4800, 9600, 19200, 38400, 57600 or 115200")
-        .writable(2_400, 115_200),
-    port(4, Form::U16, M::StopBits, "port_stop_bits", "", "stop bits").writable(1, 2),
+    port(0, Form::U16, settings::port::id::ADDRESS),
+    port(1, Form::U16, settings::port::id::PARITY),
+    port(2, Form::U32, settings::port::id::BAUD),
+    port(4, Form::U16, settings::port::id::STOP_BITS),
+    port(5, Form::U16, settings::port::id::ECHO),
+    port(6, Form::U16, settings::port::id::PAUSES),
+    port(7, Form::U16, settings::port::id::LOCKED),
 ];
+
+const fn console(offset: u16, form: Form, id: u8) -> Entry {
+    Entry::of_table(offset, form, Item::Console(id), id, &settings::console::TABLE, 1)
+}
+
+const CONSOLE_SETTINGS: &[Entry] = &[console(0, Form::U32, settings::console::id::IDLE)];
 
 const fn command(
     offset: u16,

@@ -7,7 +7,7 @@ use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::{isu, t7};
 use clino_gateway::{Bus as Line, Capture, Gateway, Publisher, PwmInput, Settings, SlotConfig, Source};
 use clino_modbus::Refusal;
-use clino_modbus::desk::{Site, Wish};
+use clino_modbus::binding::{Site, Wish};
 use clino_recovery::Start;
 
 /// Timer ticks in a second.
@@ -59,7 +59,12 @@ impl Board {
         let t7 = Source::T7 { address: t7::Address::new(5).unwrap(), axis: t7::Axis::Two };
         let isu = Source::Isu { address: isu::Address::new(3).unwrap() };
         let table = [t7, isu, Source::Pwm { input: PwmInput::Pwm1 }].map(SlotConfig::usual);
-        let settings = Settings::new(&table, Timing::t7(Serial::T7_DEFAULT), Timing::isu());
+        Board::with(&table)
+    }
+
+    /// These slots, beginning with the first.
+    pub fn with(table: &[SlotConfig]) -> Board {
+        let settings = Settings::new(table, Timing::t7(Serial::T7_DEFAULT), Timing::isu());
         Board {
             gateway: RefCell::new(Gateway::new(&settings, Limits::new(CLOCK))),
             now: Cell::new(Micros(1_000_000)),

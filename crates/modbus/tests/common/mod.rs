@@ -2,14 +2,14 @@
 #![allow(dead_code, reason = "every test uses its own part of it")]
 
 pub mod board;
-pub mod model;
+pub mod real;
 pub mod traffic;
 
 use clino_bus::Micros;
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::settings::{Parity, Settings, StopBits};
 use clino_modbus::{Host, Identification, Server};
-use model::Model;
+use real::Real;
 
 pub const ADDRESS: u8 = 17;
 
@@ -55,7 +55,7 @@ pub fn opened(frame: &[u8]) -> &[u8] {
 }
 
 /// A server, its gateway and its clock.
-pub struct Bench<H = Model> {
+pub struct Bench<H = Real> {
     pub server: Server,
     pub host: H,
     pub now: u64,
@@ -72,7 +72,7 @@ impl Bench {
 
     /// With the times of a character and of t3.5 as the test knows them, µs.
     pub fn with(settings: Settings, character: u64, t3_5: u64) -> Bench {
-        Bench::at(Model::new(), settings, character, t3_5)
+        Bench::at(Real::new(), settings, character, t3_5)
     }
 }
 

@@ -20,7 +20,7 @@ def header_describes_itself():
     registers = master.read(0, 32)
     assert bytes(byte for word in registers[:2] for byte in word.to_bytes(2, "big")) == b"INCL", registers
     version, count, base, stride = registers[2:6]
-    assert (version, count, base, stride) == (1, 48, 0x100, 0x20), registers
+    assert (version, count, base, stride) == (2, 48, 0x100, 0x20), registers
     assert registers[12:16] == [0x1234, 0x5678, 0x42F6, 0xE979], registers
     # The same by the client's own conversions, which know nothing of our list.
     convert, types = master.client.convert_from_registers, master.client.DATATYPE

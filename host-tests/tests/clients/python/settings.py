@@ -54,10 +54,10 @@ def a_soft_zero_and_a_sense():
     wait(lambda: shows(0, slots[0][0]))
     master.put("slot00_zero", 2_345)
     wait(lambda: shows(0, slots[0][0] - 2.345))
-    master.put("slot00_reversed", 1)
+    master.put("slot00_direction", 1)
     wait(lambda: shows(0, 2.345 - slots[0][0]))
     # Several settings in one request, one of them beyond its limit: none is changed.
-    address = master.address("slot00_reversed")
+    address = master.address("slot00_direction")
     assert refusal(lambda: master.write(address, [0, 0, 9])) == ILLEGAL_VALUE
     assert shows(0, 2.345 - slots[0][0])
     master.write(address, [0, 0, 0])

@@ -1,0 +1,262 @@
+//! What binds the register map to the gateway: the server's [`Host`].
+//!
+//! Values come from the [`Snapshot`], all of one generation. How slots and buses are set, their counters and all changes
+//! come from and go to the [`Gateway`] itself, which a [`Site`] lends for one short look at a time. Settings are bound by
+//! their ids: what they are, the gateway's tables say. What only a level that may wait can do, the site is asked for
+//! ([`Wish`]).
+
+use clino_bus::{DriverEnable, Micros};
+use clino_gateway::order::Order;
+use clino_gateway::settings::{Given, console, slot};
+use clino_gateway::{
+    Asker, Bus, BusChange, Detail, Gateway, Reading, SlotConfig, Snapshot, Source, Value, View,
+};
+use clino_recovery::{Mode, Start};
+
+use crate::bits::gateway_bits;
+use crate::command::{Command, Outcome, Progress};
+use crate::exception::Exception;
+use crate::host::{Host, Refusal, SLOTS, Write};
+use crate::settings::Settings;
+
+mod read;
+mod sensor;
+mod task;
+
+/// Where the gateway runs.
+pub trait Site {
+    /// Time since reset.
+    fn now(&self) -> Micros;
+
+    /// Lends the gateway; `None` while there is none. The bus level waits meanwhile.
+    fn gateway<R>(&self, look: impl FnOnce(&mut Gateway) -> R) -> Option<R>;
+
+    /// Something was ordered, or fetched: the bus level has to look.
+    fn wake(&self);
+
+    /// How a bus's line driver behaved since reset.
+    fn driver_enable(&self, bus: Bus) -> DriverEnable;
+
+    /// Version of the firmware: major, minor, patch.
+    fn version(&self) -> (u8, u8, u16);
+
+    /// Why, how often and how the gateway has started.
+    fn start(&self) -> Start;
+
+    /// Has this done soon; [`Binding::done`] is told what has come of it.
+    ///
+    /// # Errors
+    /// [`Refusal::Failed`] where it cannot be done, [`Refusal::Busy`] while something else is.
+    fn ask(&self, wish: Wish) -> Result<(), Refusal>;
+
+    /// Whether the configuration in force is not the one that is stored.
+    fn is_unsaved(&self) -> bool;
+}
+
+/// What takes longer than a Modbus master waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Wish {
+    /// The configuration in force is to be stored.
+    Save,
+    /// From the next start on, the configuration is to be as delivered.
+    FactoryReset,
+}
+
+/// The [`Host`].
+pub struct Binding<'a, S> {
+    site: S,
+    snapshot: &'a Snapshot,
+    view: View<'a>,
+    now: Micros,
+    progress: Progress,
+    /// Where the last command is under way as a task.
+    task: Option<Bus>,
+}
+
+impl<'a, S: Site> Binding<'a, S> {
+    /// A binding of the gateway at this site.
+    pub fn new(site: S, snapshot: &'a Snapshot) -> Binding<'a, S> {
+        let view = snapshot.view();
+        Binding { site, snapshot, view, now: Micros::ZERO, progress: Progress::default(), task: None }
+    }
+
+    /// Hears what has become of a task. To be called when the bus level has run.
+    pub fn poll(&mut self) {
+        while let Some(news) = self.site.gateway(|gateway| gateway.news(Asker::Modbus)).flatten() {
+            self.site.wake();
+            if let Some(outcome) = task::outcome(&news) {
+                self.end(outcome);
+            }
+        }
+    }
+
+    /// What the site was asked for is done, or has failed.
+    pub fn done(&mut self, well: bool) {
+        self.end(if well { Outcome::Done } else { Outcome::Failed });
+    }
+
+    fn end(&mut self, outcome: Outcome) {
+        self.task = None;
+        self.progress.outcome = outcome;
+    }
+
+    fn row(&self, slot: usize) -> Option<Reading> {
+        self.view.reading(slot)
+    }
+
+    /// Asks the gateway for a change.
+    fn ask(
+        &self,
+        ask: impl FnOnce(&mut Gateway) -> Result<(), clino_gateway::order::Refusal>,
+    ) -> Result<(), Refusal> {
+        let result = self.site.gateway(ask);
+        self.site.wake();
+        result.ok_or(Refusal::Failed)?.map_err(Refusal::from)
+    }
+
+    fn order(&self, order: Order) -> Result<(), Refusal> {
+        self.ask(|gateway| gateway.carry_out(order, Asker::Modbus))
+    }
+
+    fn config(&self, slot: usize) -> SlotConfig {
+        let config = self.site.gateway(|gateway| gateway.config(slot).copied()).flatten();
+        config.unwrap_or(SlotConfig::OFF)
+    }
+
+    fn value(&self, slot: usize) -> Option<Value> {
+        self.view.value(slot, self.now)
+    }
+
+    /// What is known of a slot, if it is in use.
+    fn detail(&self, slot: usize) -> Option<(Reading, Detail)> {
+        let detail = self.site.gateway(|gateway| gateway.detail(slot)).flatten()?;
+        Some((self.row(slot).filter(|row| row.source != Source::Off)?, detail))
+    }
+
+    /// Begins a command; says whether it goes on as a task or a wish.
+    fn command(&mut self, command: Command, target: u16, value: i32) -> Result<Outcome, Refusal> {
+        let slot = usize::from(target);
+        match command {
+            Command::Save => self.site.ask(Wish::Save)?,
+            Command::FactoryReset => self.site.ask(Wish::FactoryReset)?,
+            Command::ClearCounters => {
+                self.site.gateway(Gateway::clear_counters);
+                return Ok(Outcome::Done);
+            }
+            Command::SoftZero => {
+                self.zero(target)?;
+                return Ok(Outcome::Done);
+            }
+            Command::Cancel => {
+                let bus = Bus::from_number(target).ok_or(Refusal::Value)?;
+                self.order(Order::Cancel(bus))?;
+                return Ok(Outcome::Done);
+            }
+            _ => {
+                let order = sensor::order(command, self.config(slot).source, value).ok_or(Refusal::Value)?;
+                self.order(order)?;
+                self.task = self.config(slot).source.bus();
+            }
+        }
+        Ok(Outcome::Running)
+    }
+
+    /// The slot says zero as it stands.
+    fn zero(&self, target: u16) -> Result<(), Refusal> {
+        let number = u8::try_from(target).map_err(|_| Refusal::Value)?;
+        let row = self.row(usize::from(target)).ok_or(Refusal::Value)?;
+        let soft_zero = row.raw(self.now).ok_or(Refusal::Failed)?;
+        let zero = Given::exactly(soft_zero.udeg().into());
+        let named = |id: u8| (id == slot::id::ZERO).then_some(zero);
+        self.ask(|gateway| gateway.change(number, &named, Asker::Modbus))
+    }
+
+    /// What has become of the last command.
+    fn progress(&self) -> Progress {
+        let mut progress = self.progress;
+        if let Some(task) = self.task
+            && let Some(steps) = self.site.gateway(|gateway| gateway.progress(task)).flatten()
+        {
+            let short = |n: u32| u16::try_from(n).unwrap_or(u16::MAX);
+            (progress.done, progress.of) = (short(steps.done.into()), short(steps.of.into()));
+        }
+        progress
+    }
+
+    fn status_bits(&self) -> u16 {
+        let dead = |bus: Bus| {
+            let rows = (0..SLOTS).filter_map(|slot| self.row(slot));
+            let mut mine = rows.filter(|row| row.enabled && row.source.bus() == Some(bus)).peekable();
+            mine.peek().is_some() && mine.all(|row| !row.status(self.now).is_online())
+        };
+        let start = self.site.start();
+        let forced = |bus| self.site.gateway(|gateway| gateway.counters(bus).forced > 0).unwrap_or(false);
+        let bits = [
+            (gateway_bits::T7_BUS_DEAD, dead(Bus::T7)),
+            (gateway_bits::ISU_BUS_DEAD, dead(Bus::Isu)),
+            (gateway_bits::DRIVER_FORCED, forced(Bus::T7) || forced(Bus::Isu)),
+            (gateway_bits::UNSAVED, self.site.is_unsaved()),
+            (gateway_bits::COMMAND, self.progress.outcome == Outcome::Running),
+            (gateway_bits::SAFE_MODE, start.mode != Mode::Normal),
+            (gateway_bits::INTERNAL_CLOCK, !start.clock.is_exact()),
+            (gateway_bits::CRASHED, start.cause.is_crash()),
+        ];
+        bits.into_iter().filter(|&(_, on)| on).fold(0, |all, (bit, _)| all | bit)
+    }
+}
+
+impl<S: Site> Host for Binding<'_, S> {
+    fn snapshot(&mut self) {
+        self.view = self.snapshot.view();
+        self.now = self.site.now();
+    }
+
+    fn held_still(&self) -> bool {
+        self.view.holds()
+    }
+
+    fn status(&self) -> u16 {
+        self.status_bits()
+    }
+
+    fn read(
+        &self,
+        port: &Settings,
+        first: u16,
+        quantity: u16,
+        take: &mut dyn FnMut(u16),
+    ) -> Result<(), Exception> {
+        read::Reader::new(self, port).read(first, quantity, take)
+    }
+
+    fn write(&mut self, write: &Write) -> Result<(), Refusal> {
+        match write {
+            Write::Slot(slot, values) => {
+                self.ask(|gateway| gateway.change(*slot, &|id| values.of(id), Asker::Modbus))
+            }
+            Write::Bus(bus, values) => {
+                let change = BusChange::named(*bus, &|id| values.of(id))?;
+                self.order(Order::Bus { bus: *bus, change })
+            }
+            Write::Console(values) => self.ask(|gateway| {
+                let settings = console::changed(&gateway.console_settings(), &|id| values.of(id))?;
+                gateway.carry_out(Order::Console(settings), Asker::Modbus)
+            }),
+            Write::Port(_) => Ok(()),
+            Write::Command { command, target, value } => {
+                let command = *command;
+                if self.progress.outcome == Outcome::Running && command != Command::Cancel {
+                    return Err(Refusal::Busy);
+                }
+                let outcome = self.command(command, *target, *value)?;
+                // What is cancelled has its own end to tell.
+                if command != Command::Cancel {
+                    let sequence = self.progress.sequence.wrapping_add(1);
+                    self.progress = Progress { command: Some(command), outcome, sequence, done: 0, of: 0 };
+                }
+                Ok(())
+            }
+        }
+    }
+}

@@ -1,0 +1,315 @@
+//! What the registers of the map say.
+
+use clino_bus::{Counters, DriverEnable, Micros};
+use clino_gateway::settings::{self, Setting, console, port, slot};
+use clino_gateway::{Bus, BusHealth, Detail, Health, Published, Reading, SlotConfig, Status, Value};
+
+use super::{Binding, Site};
+use crate::bits::slot_bits;
+use crate::command::Progress;
+use crate::exception::Exception;
+use crate::host::SLOTS;
+use crate::map::lookup::{self, Number, Register};
+use crate::map::{
+    BusItem, CommandItem, DetailItem, GatewayItem, Item, MAGIC, ReadingItem, SLOT_BASE, SLOT_STRIDE,
+    TEST_ANGLE, TEST_NUMBER, VERSION,
+};
+use crate::number;
+use crate::settings::Settings;
+
+mod start;
+
+/// Ages from here on are told as "none".
+const LONGEST_AGE_MS: u32 = 0xFFFF;
+const MICROS_PER_SECOND: u64 = 1_000_000;
+/// Unit of response times of slots, µs.
+const RESPONSE_UNIT: u32 = 10;
+/// Longer ones are told as this, in that unit.
+const LONGEST_RESPONSE: u32 = 0xFFFF;
+
+/// Reads registers for one request. Remembers what was asked of the gateway for the register before.
+pub struct Reader<'r, 's, S> {
+    binding: &'r Binding<'s, S>,
+    port: &'r Settings,
+    progress: Option<Progress>,
+    detail: Option<(usize, Option<(Reading, Detail)>)>,
+    config: Option<(usize, SlotConfig)>,
+    bus: Option<(Bus, Counters, BusHealth, DriverEnable)>,
+    summary: Option<Summary>,
+}
+
+/// All slots in a few numbers.
+#[derive(Clone, Copy, Default)]
+struct Summary {
+    online: u64,
+    valid: u64,
+    enabled: u32,
+    good: u32,
+    oldest: u32,
+}
+
+impl<'r, 's, S: Site> Reader<'r, 's, S> {
+    pub fn new(binding: &'r Binding<'s, S>, port: &'r Settings) -> Reader<'r, 's, S> {
+        Reader { binding, port, progress: None, detail: None, config: None, bus: None, summary: None }
+    }
+
+    /// Hands out `quantity` registers, beginning with `first`.
+    pub fn read(&mut self, first: u16, quantity: u16, take: &mut dyn FnMut(u16)) -> Result<(), Exception> {
+        let end = u32::from(first).saturating_add(u32::from(quantity));
+        let mut next = u32::from(first);
+        let mut following: Option<Number> = None;
+        while next < end {
+            let address = u16::try_from(next).map_err(|_| Exception::IllegalDataAddress)?;
+            let register = match following {
+                Some(number) => Register::Of(number),
+                None => lookup::find(address).ok_or(Exception::IllegalDataAddress)?,
+            };
+            let Register::Of(number) = register else {
+                take(0);
+                next = next.wrapping_add(1);
+                continue;
+            };
+            following = number.next();
+            let value = self.value(&number).unwrap_or(number.form.sentinel());
+            let value = if number.form.is_swapped() { value.rotate_left(16) } else { value };
+            // The high word, if it is asked for; the low one, if the request does not end before it.
+            if number.form.registers() == 2 && number.word == 0 {
+                take((value >> 16) as u16);
+                next = next.wrapping_add(1);
+            }
+            if next < end {
+                take(value as u16);
+                next = next.wrapping_add(1);
+            }
+        }
+        Ok(())
+    }
+
+    /// A number of the map, as its bits; `None` if there is none.
+    fn value(&mut self, number: &Number) -> Option<u32> {
+        let Number { index, .. } = *number;
+        match number.item {
+            Item::Gateway(item) => self.gateway(item, index),
+            Item::Reading(item) => reading(self.binding.value(index), item),
+            Item::Detail(item) => self.detail(item, index),
+            Item::Bus(item) => Some(self.bus(item, number.bus())),
+            Item::Start(item) => start::number(&self.binding.site.start(), item, index),
+            Item::SlotSetting(id) => Some(self.slot_setting(id, index, number.scale)),
+            Item::BusSetting(id) => {
+                let table = settings::bus::settings(number.bus());
+                let look = |settings: &_| setting(table, id, settings, number.scale);
+                self.binding.site.gateway(|gateway| look(gateway.bus_settings(number.bus())))
+            }
+            Item::Port(id) => Some(setting(&port::SETTINGS, id, self.port, number.scale)),
+            Item::Console(id) => {
+                let settings = self.binding.site.gateway(|gateway| gateway.console_settings())?;
+                Some(setting(&console::SETTINGS, id, &settings, number.scale))
+            }
+            Item::Command(item) => Some(self.command(item)),
+        }
+    }
+
+    fn gateway(&mut self, item: GatewayItem, index: usize) -> Option<u32> {
+        let bits = |set: u64| (set >> (index & 63)) as u32;
+        Some(match item {
+            GatewayItem::Magic => MAGIC,
+            GatewayItem::MapVersion => u32::from(VERSION),
+            GatewayItem::SlotCount => SLOTS as u32,
+            GatewayItem::SlotBase => u32::from(SLOT_BASE),
+            GatewayItem::SlotStride => u32::from(SLOT_STRIDE),
+            GatewayItem::TestNumber => TEST_NUMBER,
+            GatewayItem::TestAngle => number::degrees(TEST_ANGLE),
+            GatewayItem::Version => {
+                let (major, minor, _) = self.binding.site.version();
+                u32::from(u16::from_be_bytes([major, minor]))
+            }
+            GatewayItem::Patch => u32::from(self.binding.site.version().2),
+            GatewayItem::Uptime => (self.binding.now.0 / MICROS_PER_SECOND) as u32,
+            GatewayItem::Status => u32::from(self.binding.status_bits()),
+            GatewayItem::Sequence => u32::from(self.binding.view.generation() as u16),
+            GatewayItem::Online => bits(self.summary().online),
+            GatewayItem::Valid => bits(self.summary().valid),
+            GatewayItem::Enabled => self.summary().enabled,
+            GatewayItem::Good => self.summary().good,
+            GatewayItem::OldestAge => self.summary().oldest,
+        })
+    }
+
+    fn summary(&mut self) -> Summary {
+        let binding = self.binding;
+        *self.summary.get_or_insert_with(|| {
+            let mut all = Summary::default();
+            for slot in 0..SLOTS {
+                let Some(value) = binding.value(slot).filter(|value| value.status != Status::Disabled) else {
+                    continue;
+                };
+                let bit = 1_u64.wrapping_shl(slot as u32);
+                all.enabled = all.enabled.wrapping_add(1);
+                all.oldest = all.oldest.max(age(value.age).unwrap_or(LONGEST_AGE_MS));
+                if value.status.is_online() {
+                    all.online |= bit;
+                }
+                if angle(&value).is_some() {
+                    all.valid |= bit;
+                    all.good = all.good.wrapping_add(1);
+                }
+            }
+            all
+        })
+    }
+
+    fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
+        let known = match self.detail {
+            Some((known, detail)) if known == slot => detail,
+            _ => self.detail.insert((slot, self.binding.detail(slot))).1,
+        };
+        let Some((reading, detail)) = known else {
+            // Nothing is counted of a slot that nothing is known of.
+            let is_none = matches!(
+                item,
+                DetailItem::Temperature | DetailItem::Raw | DetailItem::Unwrapped | DetailItem::LastError
+            );
+            return (!is_none).then_some(0);
+        };
+        let now = self.binding.now;
+        let counters = &detail.counters;
+        let short = |count: u32| u32::from(count as u16);
+        Some(match item {
+            DetailItem::Flags => u32::from(flags(&reading, &detail, now)),
+            DetailItem::Temperature => return reading.temperature().map(|value| value as u16 as u32),
+            DetailItem::Sequence => short(reading.sequence),
+            DetailItem::Raw => return reading.raw(now).map(|raw| Published::of_sensor(raw).mdeg() as u32),
+            DetailItem::Unwrapped => return reading.unwrapped(now).map(|mdeg| mdeg as u32),
+            DetailItem::LastError => return detail.last_error.map(|status| status.code().into()),
+            DetailItem::Kind => reading.source.kind() as u32,
+            DetailItem::Address => reading.source.address().into(),
+            DetailItem::Requests => counters.requests,
+            DetailItem::FirstTry => counters.first_try,
+            DetailItem::Retries => short(counters.retries),
+            DetailItem::Timeouts => short(counters.no_answer),
+            DetailItem::Checksum => counters.checksum.into(),
+            DetailItem::Length => counters.length.wrapping_add(counters.foreign).into(),
+            DetailItem::Late => counters.late.into(),
+            DetailItem::Writes => counters.writes.into(),
+            DetailItem::ResponseLast => response(counters.response_last()),
+            DetailItem::ResponseMax => response(counters.response_max()),
+        })
+    }
+
+    fn slot_setting(&mut self, id: u8, slot: usize, scale: u16) -> u32 {
+        let config = match self.config {
+            Some((known, config)) if known == slot => config,
+            _ => self.config.insert((slot, self.binding.config(slot))).1,
+        };
+        setting(&slot::SETTINGS, id, &config, scale)
+    }
+
+    fn bus(&mut self, item: BusItem, bus: Bus) -> u32 {
+        let (_, counters, health, driver) = match self.bus {
+            Some(known) if known.0 == bus => known,
+            _ => {
+                let site = &self.binding.site;
+                let look =
+                    |gateway: &mut clino_gateway::Gateway| (*gateway.counters(bus), gateway.health(bus));
+                let (counters, health) = site.gateway(look).unwrap_or_default();
+                *self.bus.insert((bus, counters, health, site.driver_enable(bus)))
+            }
+        };
+        match item {
+            BusItem::Requests => counters.requests,
+            BusItem::Retries => counters.retries,
+            BusItem::Writes => counters.writes,
+            BusItem::Good => counters.good,
+            BusItem::FirstTry => counters.first_try,
+            BusItem::NoAnswer => counters.no_answer,
+            BusItem::BadAnswer => counters.bad_answer,
+            BusItem::Checksum => counters.checksum,
+            BusItem::Length => counters.length,
+            BusItem::Foreign => counters.foreign,
+            BusItem::Late => counters.late,
+            BusItem::Forced => counters.forced,
+            BusItem::LineBusy => counters.line_busy,
+            BusItem::Contention => counters.contention,
+            BusItem::Echo => counters.echo,
+            BusItem::Junk => counters.junk,
+            BusItem::Framing => counters.framing,
+            BusItem::Noise => counters.noise,
+            BusItem::Overrun => counters.overrun,
+            BusItem::Parity => counters.parity,
+            BusItem::ResponseLast => micros(counters.response_last),
+            BusItem::ResponseMin => micros(counters.response_min),
+            BusItem::ResponseMax => micros(counters.response_max),
+            BusItem::ReleaseMax => driver.release_max_ns,
+            BusItem::HighMax => driver.high_max_us,
+            BusItem::Unasked => counters.unasked,
+            BusItem::Breaks => counters.breaks,
+            BusItem::Fault => health.fault.map_or(0, |fault| fault as u32),
+            BusItem::Faults => health.faults,
+            BusItem::InVain => health.in_vain,
+        }
+    }
+
+    fn command(&mut self, item: CommandItem) -> u32 {
+        let binding = self.binding;
+        let progress = *self.progress.get_or_insert_with(|| binding.progress());
+        match item {
+            CommandItem::Command | CommandItem::Target | CommandItem::Value | CommandItem::Key => 0,
+            CommandItem::Last => progress.command.map_or(0, |command| command as u32),
+            CommandItem::Outcome => progress.outcome as u32,
+            CommandItem::Sequence => u32::from(progress.sequence),
+            CommandItem::Done => u32::from(progress.done),
+            CommandItem::Of => u32::from(progress.of),
+        }
+    }
+}
+
+fn reading(value: Option<Value>, item: ReadingItem) -> Option<u32> {
+    let Some(value) = value else {
+        return (item == ReadingItem::Status).then_some(Status::Disabled.code().into());
+    };
+    match item {
+        ReadingItem::Status => Some(value.status.code().into()),
+        ReadingItem::Angle => angle(&value).map(|mdeg| mdeg as u32),
+        ReadingItem::Degrees => angle(&value).map(number::degrees),
+        ReadingItem::Centidegrees => angle(&value).map(|mdeg| number::centidegrees(mdeg) as u16 as u32),
+        ReadingItem::Age => age(value.age),
+    }
+}
+
+/// An angle that is not right and fresh is none.
+fn angle(value: &Value) -> Option<i32> {
+    value.angle.filter(|_| value.status == Status::Ok).map(|angle| angle.mdeg())
+}
+
+/// Milliseconds; `None` if that does not fit.
+fn age(age: Option<Micros>) -> Option<u32> {
+    let ms = micros(age?) / 1_000;
+    (ms < LONGEST_AGE_MS).then_some(ms)
+}
+
+fn flags(reading: &Reading, detail: &Detail, now: Micros) -> u16 {
+    let flags = [
+        (slot_bits::REPEATED, reading.angle(now).is_some() && !reading.is_fresh()),
+        (slot_bits::UNCONFIRMED, detail.awaits_confirmation),
+        (slot_bits::CROSS_CHECK, reading.health.has(Health::DISAGREES)),
+        (slot_bits::QUARANTINE, detail.is_dead),
+        (slot_bits::GRAVITY, reading.health.has(Health::GRAVITY)),
+        (slot_bits::NOISY, reading.health.has(Health::NOISY)),
+    ];
+    flags.into_iter().filter(|&(_, on)| on).fold(0, |all, (bit, _)| all | bit)
+}
+
+/// A setting in steps of `scale`.
+fn setting<T>(table: &[Setting<T>], id: u8, of: &T, scale: u16) -> u32 {
+    let setting = table.iter().find(|setting| setting.id == id);
+    setting.map_or(0, |setting| setting.scaled(of, scale.into()) as u32)
+}
+
+fn response(time: Micros) -> u32 {
+    (micros(time) / RESPONSE_UNIT).min(LONGEST_RESPONSE)
+}
+
+/// 32 bits of microseconds; more is told as the most.
+fn micros(time: Micros) -> u32 {
+    u32::try_from(time.0).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,98 @@
+//! A real gateway behind the server, with a note of what was asked of it.
+
+use std::cell::Cell;
+
+use clino_gateway::{Publisher, SlotConfig, Snapshot};
+use clino_modbus::binding::Binding;
+use clino_modbus::settings::Settings;
+use clino_modbus::{Exception, Host, Refusal, Write};
+
+use super::board::Board;
+
+/// Slots and buses are set for real; commands are noted, and not carried out.
+pub struct Real {
+    pub board: &'static Board,
+    pub snapshot: &'static Snapshot,
+    pub publisher: Publisher<'static>,
+    pub binding: Binding<'static, &'static Board>,
+    /// Requests for which a state was turned to.
+    pub snapshots: u32,
+    /// What was accepted.
+    pub writes: Vec<Write>,
+    /// What the next change is answered with.
+    pub refusal: Option<Refusal>,
+    /// Reads so far.
+    pub reads: Cell<u32>,
+}
+
+impl Real {
+    /// Of a board of its own, which lives as long as the test.
+    pub fn new() -> Real {
+        Real::on(Board::new())
+    }
+
+    pub fn on(board: Board) -> Real {
+        let board: &'static Board = Box::leak(Box::new(board));
+        let snapshot: &'static Snapshot = Box::leak(Box::default());
+        let mut publisher = snapshot.publisher();
+        board.gateway.borrow_mut().publish(&mut publisher);
+        let binding = Binding::new(board, snapshot);
+        Real {
+            board,
+            snapshot,
+            publisher,
+            binding,
+            snapshots: 0,
+            writes: Vec::new(),
+            refusal: None,
+            reads: Cell::new(0),
+        }
+    }
+
+    /// How a slot is set.
+    pub fn config(&self, slot: usize) -> SlotConfig {
+        self.board.config(slot)
+    }
+
+    /// How all slots are set.
+    pub fn slots(&self) -> Vec<SlotConfig> {
+        (0..48).map(|slot| self.config(slot)).collect()
+    }
+}
+
+impl Host for Real {
+    fn snapshot(&mut self) {
+        self.snapshots += 1;
+        self.binding.snapshot();
+    }
+
+    fn held_still(&self) -> bool {
+        self.binding.held_still()
+    }
+
+    fn status(&self) -> u16 {
+        self.binding.status()
+    }
+
+    fn read(
+        &self,
+        port: &Settings,
+        first: u16,
+        quantity: u16,
+        take: &mut dyn FnMut(u16),
+    ) -> Result<(), Exception> {
+        self.reads.set(self.reads.get() + 1);
+        self.binding.read(port, first, quantity, take)
+    }
+
+    fn write(&mut self, write: &Write) -> Result<(), Refusal> {
+        if let Some(refusal) = self.refusal {
+            return Err(refusal);
+        }
+        if !matches!(write, Write::Command { .. }) {
+            self.binding.write(write)?;
+        }
+        self.writes.push(write.clone());
+        Ok(())
+    }
+}
