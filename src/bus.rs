@@ -85,8 +85,7 @@ pub fn timing(bus: Bus) -> Timing {
 /// What happened on a bus since reset, and how it is set.
 pub fn state(bus: Bus) -> Option<BusState> {
     with(|gateway| BusState {
-        timing: gateway.bus_settings(bus).timing,
-        line: gateway.bus_settings(bus).line,
+        settings: *gateway.bus_settings(bus),
         in_force: gateway.is_in_force(bus),
         counters: *gateway.counters(bus),
         health: gateway.health(bus),

@@ -61,7 +61,7 @@ fn main() -> ! {
 
 /// The people level. The console is on its stack for good: 1.4 KB.
 fn serve(mode: Mode, mut host: Gateway) -> ! {
-    let mut shell = Shell::new(Console, params::CONSOLE_IDLE);
+    let mut shell = Shell::new(Console);
     loop {
         if mode != Mode::Normal && clock::now() >= params::SAFE_MODE {
             start::retry();

@@ -63,9 +63,6 @@ pub const CONSOLE_LOW_WATER: usize = 16;
 /// adapter makes between two frames of 1 ms.
 pub const CONSOLE_START: Micros = Micros::from_millis(3);
 
-/// How long nothing is typed at the prompt before the stream of readings resumes.
-pub const CONSOLE_IDLE: Micros = Micros::from_millis(60_000);
-
 /// A PWM input without a cycle for this long has no signal: two and a half nominal periods, so that one lost
 /// cycle is not yet a fault.
 pub const PWM_NO_SIGNAL: Micros = Micros(PWM_PERIOD.as_micros() as u64 * 5 / 2);

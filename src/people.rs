@@ -3,6 +3,7 @@
 use clino_bus::Micros;
 use clino_console::{BusState, Host, Received, Saved, StorageError};
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
@@ -114,6 +115,10 @@ impl Host for Gateway {
     fn reboot(&mut self) {
         console::drain();
         SCB::sys_reset()
+    }
+
+    fn console(&self) -> ConsoleSettings {
+        bus::with(|gateway| gateway.console_settings()).unwrap_or(ConsoleSettings::DEFAULT)
     }
 
     fn modbus(&self) -> Option<Settings> {

@@ -188,7 +188,8 @@ impl World {
                 let config = SlotConfig {
                     ask: if c & 1 == 0 { Ask::Angle } else { Ask::Everything },
                     confirm: c & 2 != 0,
-                    filter: if c & 4 == 0 { Filter::Off } else { Filter::Median(c >> 4) },
+                    filter: if c & 4 == 0 { Filter::Off } else { Filter::Median },
+                    samples: c >> 4,
                     partner: (c & 8 != 0).then_some(c >> 4),
                     ..SlotConfig::usual(source(kind >> 4, b))
                 };
@@ -254,7 +255,7 @@ impl World {
             let Some(raw) = reading.raw(self.now) else { continue };
             assert_eq!(reading.status(self.now), Status::Ok);
             let said = match reading.source {
-                Source::Off => false,
+                Source::Off | Source::Incomplete { .. } => false,
                 Source::T7 { address, axis } => self.wires[0].t7_said(address.get(), axis, raw.udeg()),
                 Source::Isu { address } => self.wires[1].isu_said(address.get(), raw.udeg()),
                 Source::Pwm { input } => self.cycles[usize::from(input != PwmInput::Pwm1)],

@@ -2,6 +2,7 @@
 
 use crate::line::Line;
 use crate::reply::Reply;
+use crate::settings;
 
 /// What can be done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,14 +56,12 @@ static COMMANDS: [Command; 22] = [
          [-p PERIOD_MS] [-r RETRIES] [-s STALE_MS]",
         "what a slot reads; the rest as usual",
     ),
-    command(Verb::Show, "show", "SLOT", "how a slot is set"),
+    command(Verb::Show, "show", "SLOT|t7|isu|modbus|console", "how it is set"),
     command(
         Verb::Set,
         "set",
-        "SLOT enabled|confirm on|off, ask angle|everything, filter off|mean N|median N, \
-         direction normal|reversed, range bidirectional|unidirectional, period|timeout|stale|report MS, \
-         retries N, zero DEG, rate DEG_S, partner SLOT|none, tolerance G|DEG",
-        "change one thing of a slot",
+        "SLOT|t7|isu|modbus|console SETTING VALUE ...",
+        "change settings, up to five at once",
     ),
     command(Verb::Zero, "zero", "SLOT", "the slot reads zero as it stands; nothing is written to the sensor"),
     command(
@@ -88,12 +87,7 @@ static COMMANDS: [Command; 22] = [
     command(Verb::Counters, "counters", "[SLOT]", "what happened since reset"),
     command(Verb::Trace, "trace", "[N]", "the last transactions, newest first"),
     command(Verb::Load, "load", "", "load and polls of each bus, and what is not wise"),
-    command(
-        Verb::Modbus,
-        "modbus",
-        "[address N | baud RATE | parity none|even|odd | stop_bits 1|2]",
-        "show or set the Modbus port",
-    ),
+    command(Verb::Modbus, "modbus", "[SETTING VALUE ...]", "show or set the Modbus port"),
     command(Verb::Save, "save", "", "keep all settings over a reset"),
     command(
         Verb::FactoryReset,
@@ -114,9 +108,16 @@ impl Command {
         COMMANDS.iter().find(|command| command.name == name)
     }
 
-    /// Tells how to use it.
+    /// Tells how to use it, and what it can set.
     #[inline(never)]
     pub fn describe(&self, reply: &mut Reply<'_>) {
+        self.usage(reply);
+        if matches!(self.verb, Verb::Set | Verb::Modbus) {
+            settings::describe(reply, self.verb == Verb::Set);
+        }
+    }
+
+    fn usage(&self, reply: &mut Reply<'_>) {
         if reply.is_for_people() {
             _ = writeln!(reply.out, "{} {}\n{}", self.name, self.usage, self.help);
         } else {
@@ -131,7 +132,7 @@ pub fn describe_all(reply: &mut Reply<'_>) {
         if reply.is_for_people() {
             _ = writeln!(reply.out, "  {:<14} {}", command.name, command.help);
         } else {
-            command.describe(reply);
+            command.usage(reply);
         }
     }
 }

@@ -1,12 +1,13 @@
 //! What the console needs of the rest of the gateway.
 
-use clino_bus::{Counters, Micros, Timing, line};
+use clino_bus::{Counters, Micros};
 use clino_commissioning::Progress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, BusHealth, Glance, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{Bus, BusHealth, BusSettings, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 use clino_recovery::Start;
 
@@ -73,6 +74,9 @@ pub trait Host {
     /// Starts again, when what was printed is out. Returns on a desk only.
     fn reboot(&mut self);
 
+    /// How the console is set.
+    fn console(&self) -> ConsoleSettings;
+
     /// How the Modbus port is set; `None` if there is none.
     fn modbus(&self) -> Option<Settings>;
 
@@ -83,10 +87,8 @@ pub trait Host {
 /// A bus as others see it.
 #[derive(Clone, Copy, Debug)]
 pub struct BusState {
-    /// Bit rate and waits, as set.
-    pub timing: Timing,
-    /// Its line, as set.
-    pub line: line::Settings,
+    /// How it is set.
+    pub settings: BusSettings,
     /// It runs as it is set. Otherwise it will as soon as no exchange is in hand.
     pub in_force: bool,
     /// What happened since reset.

@@ -18,7 +18,6 @@ const ECHO_DELAY: Micros = Micros::from_millis(1_000);
 
 /// Whether somebody is there.
 pub struct Presence {
-    idle: Micros,
     heard: Micros,
     /// An empty line is an echo until then.
     echo_until: Micros,
@@ -29,9 +28,9 @@ pub struct Presence {
 }
 
 impl Presence {
-    /// A prompt is left alone after so long.
-    pub const fn new(idle: Micros) -> Presence {
-        Presence { idle, heard: Micros::ZERO, echo_until: Micros::ZERO, damaged: 0, own: 0 }
+    /// Nothing was typed yet.
+    pub const fn new() -> Presence {
+        Presence { heard: Micros::ZERO, echo_until: Micros::ZERO, damaged: 0, own: 0 }
     }
 
     /// Something is typed, or printed for somebody.
@@ -39,9 +38,9 @@ impl Presence {
         self.heard = now;
     }
 
-    /// Whether a prompt is left alone. `begun`: a line stands at it.
-    pub fn is_gone(&self, now: Micros, begun: bool) -> bool {
-        now.since(self.heard) >= if begun { self.idle.times(BEGUN) } else { self.idle }
+    /// Whether a prompt is left alone for the idle time, if there is one. `begun`: a line stands at it.
+    pub fn is_gone(&self, now: Micros, idle: Option<Micros>, begun: bool) -> bool {
+        idle.is_some_and(|idle| now.since(self.heard) >= if begun { idle.times(BEGUN) } else { idle })
     }
 
     /// A line of the gateway's own has come back.

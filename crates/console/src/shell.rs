@@ -50,14 +50,23 @@ const MOST_WAITING: usize = 1_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     /// Readings as they come, for `audience`; then commands of `back`.
-    Stream { audience: Audience, back: Audience },
+    Stream {
+        audience: Audience,
+        back: Audience,
+    },
     Commands(Audience),
     /// A person waits for the end of a task.
     Task(Bus),
     /// A person is asked whether this is meant.
-    Question { pending: Pending, until: Micros },
+    Question {
+        pending: Pending,
+        until: Micros,
+    },
     /// What was typed too early is dropped until then, or until some time after the last of it.
-    Settling { until: Micros, dropped: u16 },
+    Settling {
+        until: Micros,
+        dropped: u16,
+    },
 }
 
 impl Mode {
@@ -115,16 +124,16 @@ pub struct Shell<W: Write<Error = Infallible> + Clone> {
 
 impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     /// A console that streams JSON lines, as it does after power-up: a logger needs to type nothing. A prompt at which nothing
-    /// is typed for `idle` gives way to the stream.
+    /// is typed for the idle time of the settings gives way to the stream.
     #[inline(never)]
-    pub fn new(out: W, idle: Micros) -> Shell<W> {
+    pub fn new(out: W) -> Shell<W> {
         Shell {
             editor: Editor::new(),
             out,
             mode: Mode::Stream { audience: Audience::Programs, back: Audience::People },
             stream: Stream::new(),
             meter: Meter::new(),
-            presence: Presence::new(idle),
+            presence: Presence::new(),
             check: Check::None,
         }
     }
@@ -143,7 +152,10 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         let manner = self.mode.manner();
         let line = &mut self.editor.line;
-        if line.length() > 0 && manner == Manner::PROGRAM && self.presence.is_gone(now, false) {
+        if line.length() > 0
+            && manner == Manner::PROGRAM
+            && self.presence.is_gone(now, host.console().idle(), false)
+        {
             line.spoil(Reason::Left, line.length() as u16);
         }
         self.presence.is_here(now);
@@ -223,8 +235,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                     Verdict::Whole("y", Check::None) if now < until => Some(pending),
                     _ => None,
                 };
-                let is_answer =
-                    matches!(verdict, Verdict::Empty | Verdict::Whole("y" | "n" | "N" | "no", _));
+                let is_answer = matches!(verdict, Verdict::Empty | Verdict::Whole("y" | "n" | "N" | "no", _));
                 self.editor.begin();
                 match answer {
                     Some(pending) => self.carry_out(pending, Audience::People, host),
@@ -266,9 +277,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 execute(text, reply, host, &self.meter, &self.presence, &mut next);
                 None
             }
-            Verdict::Whole(text, _) => {
-                Some(Damage { reason: Reason::Check, characters: text.len() as u16 })
-            }
+            Verdict::Whole(text, _) => Some(Damage { reason: Reason::Check, characters: text.len() as u16 }),
             Verdict::Damaged(damage) => Some(damage),
             Verdict::Empty | Verdict::Own => None,
         };
@@ -303,10 +312,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             if at_prompt {
                 self.say("\n");
             }
-            news::write(
-                &mut Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) },
-                &news,
-            );
+            news::write(&mut Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) }, &news);
             if at_prompt || matches!(self.mode, Mode::Task(_)) && news.is_end() {
                 self.speak(Audience::People);
             }
@@ -334,7 +340,11 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 true
             }
             Mode::Commands(Audience::People)
-                if self.presence.is_gone(host.now(), !self.editor.line.is_untouched()) =>
+                if self.presence.is_gone(
+                    host.now(),
+                    host.console().idle(),
+                    !self.editor.line.is_untouched(),
+                ) =>
             {
                 self.resume(Resumed::Idle);
                 true

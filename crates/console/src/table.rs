@@ -2,8 +2,8 @@
 
 use core::fmt::{self, Write};
 
-use clino_bus::{Micros, line};
-use clino_gateway::json::{self, Topic, echo_name, name};
+use clino_bus::Micros;
+use clino_gateway::json::{self, Topic, name};
 use clino_gateway::{Bus, BusFault, Reading, Source};
 
 use crate::host::BusState;
@@ -47,19 +47,6 @@ fn columns(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
     write!(out, "  {}", reading.status(now).name())?;
     reading.health.names().try_for_each(|name| write!(out, " {name}"))?;
     out.write_str("\n")
-}
-
-/// How a bus is set, and whether it is out of order.
-pub fn bus(reply: &mut Reply<'_>, bus: Bus, line: &line::Settings, fault: Option<BusFault>) {
-    let values = [
-        line.serial.baud.into(),
-        line.guard.0.into(),
-        line.pre_delay.0.into(),
-        line.post_delay.0.into(),
-        echo_name(line.echo).into(),
-        fault.map(BusFault::name).into(),
-    ];
-    reply.list("bus", bus.name().into(), "baud guard_us pre_us post_us echo fault", &values);
 }
 
 /// What happened on a bus since reset.

@@ -78,6 +78,11 @@ impl<'a> Typed<'a> {
         })
     }
 
+    /// Whether words follow.
+    pub fn has_more(&self) -> bool {
+        self.parts.iter().any(|part| matches!(part, Some(Part::Word(_))))
+    }
+
     /// The value of an option. To be called before the words are fetched, or the value is taken for one of them.
     pub fn option(&mut self, Opt(letter, name): Opt) -> Result<Option<&'a str>, Error<'a>> {
         let mut parts = self.parts.iter_mut();

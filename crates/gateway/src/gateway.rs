@@ -11,7 +11,8 @@ use crate::counters::SlotCounters;
 use crate::order::{Order, Refusal};
 use crate::outage::BusHealth;
 use crate::restraint::Restraint;
-use crate::settings::BusSettings;
+use crate::settings::console::ConsoleSettings;
+use crate::settings::{self, BusSettings};
 use crate::slot::{Sample, Slot};
 use crate::snapshot::Publisher;
 use crate::task::News;
@@ -80,10 +81,15 @@ pub struct Gateway {
     /// Slots that read a PWM input.
     listening: Bits,
     trace: Trace,
-    /// Counts the changes of what it was told.
-    revision: u32,
+    /// Of all slots' settings together.
+    fingerprint: u32,
     restraint: Restraint,
+    console: ConsoleSettings,
 }
+
+/// What tells the fingerprints of things apart; buses have 0 and 1.
+const SLOT_SEED: u8 = 2;
+const CONSOLE_SEED: u8 = u8::MAX;
 
 /// Two PWM cycles this close are the same, in µ°: two steps of 4.34 µs.
 const PWM_RESOLUTION: u32 = 180_000;
@@ -162,6 +168,10 @@ impl Gateway {
             Order::Slot { slot, config } => self.change_slot(slot.into(), &config),
             Order::Bus { bus: Bus::T7, change } => self.t7.change(&change),
             Order::Bus { bus: Bus::Isu, change } => self.isu.change(&change),
+            Order::Console(console) => {
+                self.console = console;
+                true
+            }
             Order::T7(task) => self.t7.accept(&task, asker),
             Order::Isu(task) => self.isu.accept(&task, asker),
             Order::Cancel(bus) => {
@@ -178,13 +188,12 @@ impl Gateway {
     /// The slot is to be like this. Returns whether it is: a task may work on what would change.
     fn change_slot(&mut self, index: usize, config: &SlotConfig) -> bool {
         let claims = [self.t7.claim(), self.isu.claim()];
-        let Some(slot) = self.slots.get_mut(index) else { return true };
-        if !claims.iter().all(|claim| claim.allows(&slot.config, config)) {
+        // What changes nothing interrupts nothing.
+        let Some(now) = self.config(index).filter(|now| *now != config) else { return true };
+        if !claims.iter().all(|claim| claim.allows(now, config)) {
             return false;
         }
-        slot.set(*config);
-        self.reset(index);
-        self.revision = self.revision.wrapping_add(1);
+        self.configure(index, *config);
         true
     }
 
@@ -196,9 +205,8 @@ impl Gateway {
         };
         let Some((claim, news)) = ended else { return };
         for index in 0..self.slots.len() {
-            if self.slots.get_mut(index).is_some_and(|slot| slot.follow(claim, &news)) {
-                self.revision = self.revision.wrapping_add(1);
-                self.reset(index);
+            if let Some(config) = self.slots.get(index).and_then(|slot| slot.follow(claim, &news)) {
+                self.configure(index, config);
             }
         }
     }
@@ -211,6 +219,16 @@ impl Gateway {
     /// Whether [`Gateway::news`] has something for this asker.
     pub fn has_news(&self, asker: Asker) -> bool {
         self.t7.has_news(asker) || self.isu.has_news(asker)
+    }
+
+    /// From now on the slot reads this.
+    fn configure(&mut self, index: usize, config: SlotConfig) {
+        self.note_settings(index);
+        if let Some(slot) = self.slots.get_mut(index) {
+            slot.set(config);
+        }
+        self.note_settings(index);
+        self.reset(index);
     }
 
     /// A slot means something else now.
@@ -309,9 +327,24 @@ impl Gateway {
         }
     }
 
-    /// Counts the changes of what it was told since it began; wraps.
-    pub fn revision(&self) -> u32 {
-        self.revision.wrapping_add(self.t7.revision()).wrapping_add(self.isu.revision())
+    /// How the console behaves.
+    pub fn console_settings(&self) -> ConsoleSettings {
+        self.console
+    }
+
+    /// A number that is the same whenever all settings are the same, and hardly ever otherwise.
+    pub fn fingerprint(&self) -> u32 {
+        let bus =
+            |bus| settings::fingerprint(settings::bus::settings(bus), self.bus_settings(bus), bus as u8);
+        let console = settings::fingerprint(&settings::console::SETTINGS, &self.console, CONSOLE_SEED);
+        self.fingerprint ^ bus(Bus::T7) ^ bus(Bus::Isu) ^ console
+    }
+
+    /// To be called before a slot's settings change, and again when they have.
+    fn note_settings(&mut self, index: usize) {
+        let Some(slot) = self.slots.get(index) else { return };
+        let seed = SLOT_SEED.wrapping_add(index as u8);
+        self.fingerprint ^= settings::fingerprint(&settings::slot::SETTINGS, &slot.config, seed);
     }
 
     /// Sets what was counted to zero, of all slots and of both buses.

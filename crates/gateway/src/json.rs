@@ -19,7 +19,7 @@ pub use clino_bus::DriverEnable;
 use clino_bus::line::{self, EchoMode};
 use clino_bus::{Counters, Micros};
 
-use crate::config::{Bus, PwmInput, Source};
+use crate::config::{Bus, Kind, PwmInput, Source};
 use crate::outage::{BusFault, BusHealth};
 use crate::value::Reading;
 
@@ -136,7 +136,8 @@ pub const fn echo_name(echo: EchoMode) -> &'static str {
 /// Kind, bus and address of what a slot reads.
 pub fn name(source: &Source) -> (&'static str, &'static str, u8) {
     match source {
-        Source::Off => ("off", "none", 0),
+        Source::Off => (Kind::Off.name(), "none", 0),
+        Source::Incomplete { kind, address } => (kind.name(), "none", *address),
         Source::T7 { address, .. } => ("t7", bus_name(Bus::T7), address.get()),
         Source::Isu { address } => ("isu", bus_name(Bus::Isu), address.get()),
         Source::Pwm { input: PwmInput::Pwm1 } => ("pwm", "pwm1", 0),

@@ -72,6 +72,15 @@ pub(crate) struct Slot {
     motion: Motion,
 }
 
+/// What a slot says before it is read.
+fn first_status(config: &SlotConfig) -> Status {
+    match config.enabled {
+        true if config.source.is_faulty() => Status::ConfigFault,
+        true if config.is_on() => Status::NeverRead,
+        _ => Status::Disabled,
+    }
+}
+
 /// Nothing was measured yet.
 const NEVER: Micros = Micros(u64::MAX);
 /// No sensor has said its serial number.
@@ -100,7 +109,7 @@ impl Slot {
             phase: Phase::default(),
             gate: Gate::NEW,
             link: Link::default(),
-            status: if config.is_on() { Status::NeverRead } else { Status::Disabled },
+            status: first_status(&config),
             last_error: None,
             fresh: false,
             pending: false,
@@ -125,7 +134,8 @@ impl Slot {
     /// The sensor's number means something else now: what was kept of it is forgotten, and nothing was read yet. What was
     /// counted goes on, and so does what is known of the node's answers.
     pub fn restart(&mut self) {
-        let Slot { due, tried, silent, dead, pause_ms, counters, link, last_error, measured, serial, .. } = *self;
+        let Slot { due, tried, silent, dead, pause_ms, counters, link, last_error, measured, serial, .. } =
+            *self;
         let status = match self.status {
             Status::Ok | Status::Suspect => Status::NeverRead,
             other => other,
@@ -265,7 +275,7 @@ impl Slot {
             return Some(Status::Ok);
         }
         let last = self.measured().map(|measured| (self.raw, measured));
-        let life = LEAST_LIFE.max(self.config.stale_after.into());
+        let life = LEAST_LIFE.max(self.config.stale_after().into());
         let demands = Demands { resolution, max_rate: self.config.max_rate, life };
         match self.gate.judge(raw, at, last, &demands) {
             Verdict::Publish => Some(Status::Ok),
@@ -299,12 +309,12 @@ impl Slot {
             self.window.clear();
         }
         if config.filter != Filter::Off {
-            self.window.push(angle, config.filter.samples());
+            self.window.push(angle, config.samples);
         }
         let angle = match config.filter {
             Filter::Off => angle,
-            Filter::Mean(_) => self.window.mean(),
-            Filter::Median(_) => self.window.median(),
+            Filter::Mean => self.window.mean(),
+            Filter::Median => self.window.median(),
         };
         self.motion.take(angle, config.range, self.measured, gap);
     }
@@ -316,7 +326,7 @@ impl Slot {
 
     /// Whether there was no good value for so long that the last one is stale.
     pub fn is_stale(&self, now: Micros) -> bool {
-        self.measured().is_none_or(|at| now.since(at) > self.config.stale_after.into())
+        self.measured().is_none_or(|at| now.since(at) > self.config.stale_after().into())
     }
 
     /// When the last good value came.
@@ -343,7 +353,7 @@ impl Slot {
             turns: self.motion.turns,
             temperature: (self.temperature != NO_TEMPERATURE).then_some(self.temperature),
             measured: self.measured(),
-            stale_after: self.config.stale_after,
+            stale_after: self.config.stale_after(),
             period: self.config.period,
             report_every: self.config.report_every,
         }

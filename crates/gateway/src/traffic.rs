@@ -17,8 +17,8 @@ use clino_commissioning::{Commissionable, Progress};
 use crate::Bus;
 use crate::Status;
 use crate::agenda::Asked;
-use crate::counters::bump16;
 use crate::bits::Bits;
+use crate::counters::bump16;
 use crate::gateway::{Action, Asker};
 use crate::meaning::{Nodes, Settling, readers};
 use crate::outage::BusHealth;
@@ -78,8 +78,6 @@ pub(crate) struct Traffic<P: Serve> {
     news: Option<News>,
     /// How the bus is to run.
     settings: BusSettings,
-    /// Counts the changes of these; wraps.
-    revision: u32,
     /// The line does not run like this yet.
     pending: bool,
     /// The task has changed the bit rate: what went over the line since ended then.
@@ -105,7 +103,6 @@ impl<P: Serve> Traffic<P> {
             asker: Asker::Console,
             news: None,
             settings: BusSettings::new(timing),
-            revision: 0,
             pending: false,
             disturbed: None,
             task_is_next: false,
@@ -137,7 +134,6 @@ impl<P: Serve> Traffic<P> {
         }
         if settings != self.settings {
             self.settings = settings;
-            self.revision = self.revision.wrapping_add(1);
             self.pending = true;
         }
         true
@@ -197,11 +193,6 @@ impl<P: Serve> Traffic<P> {
     /// Whether the line runs like this, but for the bit rate of a task.
     pub fn is_in_force(&self) -> bool {
         !self.pending
-    }
-
-    /// Counts the changes of the settings; wraps.
-    pub fn revision(&self) -> u32 {
-        self.revision
     }
 
     /// The numbers of these nodes mean something else from now on, by `until` at the latest: what was kept of them is
@@ -454,21 +445,11 @@ impl<P: Serve> Traffic<P> {
         if let Some(since) = self.disturbed.take() {
             self.polling.keep_silent(since);
         }
-        let settings = self.settings.at(P::BUS, self.master.timing().serial);
-        if settings != self.settings {
-            self.settings = settings;
-            self.revision = self.revision.wrapping_add(1);
-        }
+        self.settings = self.settings.at(P::BUS, self.master.timing().serial);
     }
 
     /// The bus runs as it is set, at this bit rate.
-    fn run(
-        &mut self,
-        serial: Serial,
-        now: Micros,
-        slots: &mut [Slot],
-        port: &mut impl FnMut(Action<'_>),
-    ) {
+    fn run(&mut self, serial: Serial, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
         if serial != self.master.timing().serial {
             // Others may answer at another bit rate.
             self.meaning_changed(Nodes::ALL, now, now, slots);

@@ -43,11 +43,13 @@ pub enum Status {
     StuckHigh,
     /// The PWM period is not that of an ISU.
     BadPeriod,
+    /// The slot cannot be read as it is set: its source has no address, or its T7 does not measure the axis.
+    ConfigFault,
 }
 
 impl Status {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Status; 14] = [
+    pub const ALL: [Status; 15] = [
         Status::Disabled,
         Status::NeverRead,
         Status::Ok,
@@ -62,6 +64,7 @@ impl Status {
         Status::StuckLow,
         Status::StuckHigh,
         Status::BadPeriod,
+        Status::ConfigFault,
     ];
 
     /// The name used in every text interface.
@@ -80,6 +83,7 @@ impl Status {
             Status::StuckLow => "stuck_low",
             Status::StuckHigh => "stuck_high",
             Status::BadPeriod => "bad_period",
+            Status::ConfigFault => "config_fault",
             Status::Disabled => "disabled",
         }
     }

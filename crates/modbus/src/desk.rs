@@ -222,7 +222,7 @@ impl<S: Site> Host for Desk<'_, S> {
     fn detail(&self, slot: usize) -> SlotDetail {
         let known = self.site.gateway(|gateway| gateway.detail(slot)).flatten();
         let (Some(row), Some(known)) = (self.row(slot), known) else { return SlotDetail::default() };
-        let (kind, address, _) = slot::place(row.source);
+        let (kind, address) = slot::place(row.source);
         if kind == Kind::None {
             return SlotDetail { sequence: row.sequence as u16, ..SlotDetail::default() };
         }

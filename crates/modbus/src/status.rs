@@ -34,11 +34,13 @@ pub enum Status {
     /// The slot is switched off, or there is none.
     #[default]
     Disabled = 13,
+    /// The slot cannot be read as it is set.
+    ConfigFault = 14,
 }
 
 impl Status {
     /// The codes with names and meanings, for the documentation.
-    pub const ALL: [(Status, &str, &str); 14] = [
+    pub const ALL: [(Status, &str, &str); 15] = [
         (Status::NeverRead, "never_read", "nothing was read since reset"),
         (Status::Ok, "ok", "the angle is right and fresh"),
         (Status::Stale, "stale", "the last angle was right, but it is too old"),
@@ -53,6 +55,7 @@ impl Status {
         (Status::BadPeriod, "bad_period", "the PWM period is not that of an ISU"),
         (Status::Suspect, "suspect", "two values in a row disagree; neither is told"),
         (Status::Disabled, "disabled", "the slot is switched off, or there is none"),
+        (Status::ConfigFault, "config_fault", "the slot cannot be read as it is set"),
     ];
 
     /// Whether the last attempt brought a sign of life from the sensor, be it a wrong one.

@@ -76,9 +76,9 @@ fn what_is_not_written_stays_as_it_is() {
     .unwrap();
     let config = board.config(0);
     assert_eq!(config.soft_zero.mdeg(), -1_234);
-    assert_eq!(config.filter, clino_gateway::config::Filter::Median(5));
+    assert_eq!((config.filter, config.samples), (clino_gateway::config::Filter::Median, 5));
     assert_eq!(config.direction, clino_gateway::config::Direction::Reversed);
-    assert_eq!(config.stale_after, Span::from_millis(250));
+    assert_eq!(config.stale, Span::from_millis(250));
     assert_eq!(config.period, Span::from_millis(20));
 }
 

@@ -150,6 +150,10 @@ impl Host for Notes {
         self.rest.modbus()
     }
 
+    fn console(&self) -> clino_gateway::settings::console::ConsoleSettings {
+        self.rest.console()
+    }
+
     fn set_modbus(&mut self, settings: clino_modbus::Settings) {
         write!(self.noted, "{settings:?} ").expect("memory");
     }
@@ -179,7 +183,7 @@ impl Bench {
     fn new(person: bool, sent: &[String]) -> Bench {
         let port = Port::default();
         let host = Notes { rest: Desk::new().rest, noted: String::new(), now: Micros::from_millis(10) };
-        let shell = Shell::new(port.clone(), IDLE);
+        let shell = Shell::new(port.clone());
         let mut bench = Bench { shell, port, host, known: HashMap::new() };
         bench.type_in(if person { "\r" } else { "json on\r" });
         for (number, line) in sent.iter().enumerate() {
@@ -385,11 +389,12 @@ fn run(bench: &mut Bench, way: &[Way], lines: &[String], (person, traceless): (b
         }
         let number = segment.first().or(Some(&way)).and_then(|way| way.from).map(|(number, _)| number);
         let places = segment.iter().chain([&way]).map(|way| way.from);
-        let is_whole = number.is_some_and(|number| {
-            places.eq((0..=lines[number].len()).map(|place| Some((number, place))))
-        }) && segment.iter().chain([&way]).all(|way| {
-            way.received.lost == 0 && way.received.errors.is_none()
-        });
+        let is_whole = number
+            .is_some_and(|number| places.eq((0..=lines[number].len()).map(|place| Some((number, place)))))
+            && segment
+                .iter()
+                .chain([&way])
+                .all(|way| way.received.lost == 0 && way.received.errors.is_none());
         let text = || segment.iter().map(|way| char::from(way.received.byte)).collect::<String>();
         match bench.line_end(way.received) {
             Done::Line(line) if is_whole && number == Some(line) => outcome.carried_out += 1,
@@ -403,9 +408,7 @@ fn run(bench: &mut Bench, way: &[Way], lines: &[String], (person, traceless): (b
                 }
             }
             Done::Nothing => {
-                let is_blank = segment.iter().all(|way| {
-                    way.received == Received::clean(b' ')
-                }) && lost == 0;
+                let is_blank = segment.iter().all(|way| way.received == Received::clean(b' ')) && lost == 0;
                 if !is_blank {
                     outcome.silent.push(text());
                 }
@@ -543,7 +546,8 @@ fn with_a_line_check_of_sixteen_bits_nothing_is_altered() {
 
 #[test]
 fn every_single_change_of_a_checked_line_is_refused() {
-    let lines: Vec<String> = [xor, crc].iter().flat_map(|check| SCRIPT.iter().map(move |line| check(line))).collect();
+    let lines: Vec<String> =
+        [xor, crc].iter().flat_map(|check| SCRIPT.iter().map(move |line| check(line))).collect();
     let mut bench = Bench::new(false, &plain());
     for line in &lines {
         assert!(bench.feed_line(line), "{line} is right");

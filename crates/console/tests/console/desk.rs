@@ -9,6 +9,7 @@ use clino_bus::{Micros, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
 use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
@@ -81,8 +82,7 @@ impl Host for Rest {
         let driver = Default::default();
         let progress = self.gateway.progress(bus);
         Some(BusState {
-            timing: self.gateway.bus_settings(bus).timing,
-            line: self.gateway.bus_settings(bus).line,
+            settings: *self.gateway.bus_settings(bus),
             in_force: self.gateway.is_in_force(bus),
             counters: *self.gateway.counters(bus),
             health: self.gateway.health(bus),
@@ -144,6 +144,10 @@ impl Host for Rest {
         self.done.push("reboot");
     }
 
+    fn console(&self) -> ConsoleSettings {
+        self.gateway.console_settings()
+    }
+
     fn modbus(&self) -> Option<clino_modbus::Settings> {
         self.modbus
     }
@@ -193,7 +197,7 @@ impl Desk {
         };
         rest.publish();
         let port = Port::default();
-        Desk { shell: Shell::new(port.clone(), IDLE), port, rest }
+        Desk { shell: Shell::new(port.clone()), port, rest }
     }
 
     /// A console with a person at it.

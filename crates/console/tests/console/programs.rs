@@ -16,7 +16,7 @@ fn a_program_may_speak_into_the_stream() {
     assert_eq!(desk.rest.orders.len(), 48);
     let Order::Slot { slot: 47, config } = desk.rest.orders[47] else { panic!("{:?}", desk.rest.orders[47]) };
     assert!(matches!(config.source, Source::T7 { address, .. } if address.get() == 48));
-    assert_eq!((config.period, config.stale_after), (Span::ZERO, Span::from_millis(1_000)));
+    assert_eq!((config.period, config.stale_after()), (Span::ZERO, Span::from_millis(1_000)));
 }
 
 #[test]
@@ -38,20 +38,20 @@ fn what_is_wrong_is_said_with_its_limit() {
         ("read x", r#"{"error":{"kind":"bad_argument","what":"slot","value":"x","least":0,"most":47}}"#),
         (
             "slot 1 t7 101",
-            r#"{"error":{"kind":"out_of_range","what":"t7_address","value":101,"least":1,"most":127}}"#,
+            r#"{"error":{"kind":"out_of_range","what":"address","value":101,"allowed":"1 to 100 or 127"}}"#,
         ),
         (
             "slot 1 isu 15",
-            r#"{"error":{"kind":"out_of_range","what":"isu_address","value":15,"least":1,"most":14}}"#,
+            r#"{"error":{"kind":"out_of_range","what":"address","value":15,"allowed":"1 to 14, or 0 if it is alone"}}"#,
         ),
         (
-            "slot 1 isu 0",
-            r#"{"error":{"kind":"out_of_range","what":"isu_address","value":0,"least":1,"most":14}}"#,
+            "slot 1 pwm 3",
+            r#"{"error":{"kind":"out_of_range","what":"address","value":3,"allowed":"1 or 2"}}"#,
         ),
         ("slot 1 isu", r#"{"error":{"kind":"missing_argument","what":"address"}}"#),
         (
             "slot 1 tape 1",
-            r#"{"error":{"kind":"bad_argument","value":"tape","expected":"t7, isu, pwm or off"}}"#,
+            r#"{"error":{"kind":"bad_argument","value":"tape","expected":"off, t7, isu or pwm"}}"#,
         ),
         (
             "slot 1 t7 5 -r 11",
@@ -89,8 +89,9 @@ fn what_is_wrong_is_said_with_its_limit() {
         (
             "set 1 speed 5",
             concat!(
-                r#"{"error":{"kind":"bad_argument","value":"speed","expected":"enabled, ask, period, timeout, "#,
-                r#"retries, stale, report, confirm, filter, zero, direction, range, rate, partner or tolerance"}}"#
+                r#"{"error":{"kind":"bad_argument","value":"speed","expected":"kind, address, axis, enabled, "#,
+                r#"ask, period, timeout, retries, stale, stale_auto, report, confirm, filter, samples, zero, "#,
+                r#"direction, range, rate, partner or tolerance"}}"#
             ),
         ),
         (
@@ -100,7 +101,7 @@ fn what_is_wrong_is_said_with_its_limit() {
         ("zero 0", r#"{"error":{"kind":"no_value","slot":0,"status":"never_read"}}"#),
         (
             "modbus address 248",
-            r#"{"error":{"kind":"out_of_range","what":"modbus_address","value":248,"least":1,"most":247}}"#,
+            r#"{"error":{"kind":"out_of_range","what":"address","value":248,"least":1,"most":247}}"#,
         ),
         (
             "modbus baud 1200",
@@ -132,7 +133,10 @@ fn what_is_wrong_is_said_with_its_limit() {
 fn a_line_that_is_too_long_is_refused_whole() {
     let mut desk = Desk::new();
     let line = format!("slot 0 t7 5 {}-p 1000\r", " ".repeat(80));
-    assert_eq!(desk.type_in(&line), "{\"error\":{\"kind\":\"line_too_long\",\"most\":80,\"characters\":19}}\r\n");
+    assert_eq!(
+        desk.type_in(&line),
+        "{\"error\":{\"kind\":\"line_too_long\",\"most\":80,\"characters\":19}}\r\n"
+    );
     assert_eq!(desk.type_in("slot 0 off\r"), "{\"done\":true}\r\n");
     assert_eq!(desk.rest.orders.len(), 1);
 }
@@ -198,12 +202,17 @@ fn the_storage_is_asked_and_its_errors_are_told() {
 fn the_modbus_port_is_shown_and_set() {
     let mut desk = Desk::new();
     let shown = |desk: &mut Desk| desk.type_in("modbus\r");
-    let start = r#"{"what":"modbus","address":1,"baud":19200,"parity":"even","stop_bits":1}"#;
+    let start = r#"{"what":"modbus","address":1,"baud":19200,"parity":"even","stop_bits":1,"echo":"off","pauses":"tolerant","locked":false}"#;
     assert_eq!(shown(&mut desk), format!("{start}\r\n"));
-    for line in ["modbus address 17", "modbus baud 115200", "modbus parity none", "modbus stop_bits 2"] {
+    for line in [
+        "modbus address 17",
+        "modbus baud 115200 parity none",
+        "modbus stop_bits 2",
+        "set modbus echo detect pauses strict locked on",
+    ] {
         assert_eq!(desk.type_in(&format!("{line}\r")), "{\"done\":true}\r\n", "{line}");
     }
-    let end = r#"{"what":"modbus","address":17,"baud":115200,"parity":"none","stop_bits":2}"#;
+    let end = r#"{"what":"modbus","address":17,"baud":115200,"parity":"none","stop_bits":2,"echo":"detect","pauses":"strict","locked":true}"#;
     assert_eq!(shown(&mut desk), format!("{end}\r\n"));
     desk.rest.modbus = None;
     assert_eq!(shown(&mut desk), "{\"error\":{\"kind\":\"absent\",\"what\":\"modbus\"}}\r\n");

@@ -14,9 +14,7 @@ use crate::maths::step;
 
 /// PWM cycles of 33 ms: 1.6 s, three refreshes.
 const STRIKES: u8 = 48;
-/// Micro-degrees of a hundredth of a degree, of which tolerances are made.
-const UDEG_PER_CENTIDEG: u32 = 10_000;
-/// Micro-degrees of 0.001°/s, in a second.
+/// Micro-degrees of a thousandth of a degree, of which tolerances and, in a second, rates are made.
 const UDEG_PER_MDEG: u32 = 1_000;
 
 impl Gateway {
@@ -60,7 +58,7 @@ impl Gateway {
         else {
             return;
         };
-        let tolerance = u32::from(slot.config.tolerance).saturating_mul(UDEG_PER_CENTIDEG);
+        let tolerance = u32::from(slot.config.tolerance).saturating_mul(UDEG_PER_MDEG);
         // Within a second it would turn by more than may differ.
         let turns = |rate: i32| rate.unsigned_abs().saturating_mul(UDEG_PER_MDEG) > tolerance;
         if turns(rate) || turns(other_rate) {

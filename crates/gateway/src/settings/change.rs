@@ -49,6 +49,19 @@ impl From<&BusSettings> for BusChange {
 }
 
 impl BusSettings {
+    /// A bus at this bit rate, as its sensors' documents say.
+    pub const fn usual(bus: Bus, baud: u32) -> BusSettings {
+        BusSettings::new(usual(bus, Serial { baud }))
+    }
+
+    /// A bus at the bit rate that its sensors are delivered with.
+    pub(crate) const fn delivered(bus: Bus) -> BusSettings {
+        BusSettings::new(match bus {
+            Bus::T7 => Timing::t7(Serial::T7_DEFAULT),
+            Bus::Isu => Timing::isu(),
+        })
+    }
+
     /// The bus at another bit rate, with the usual waits of that rate. The line, and a guard set by hand, stay.
     #[must_use]
     pub fn at(&self, bus: Bus, serial: Serial) -> BusSettings {
@@ -74,8 +87,16 @@ impl BusSettings {
         line.pre_delay = change.pre_delay.unwrap_or(line.pre_delay);
         line.post_delay = change.post_delay.unwrap_or(line.post_delay);
         line.echo = change.echo.unwrap_or(line.echo);
-        let guard = change.guard.unwrap_or(settings.timing.guard);
-        settings.timed(Timing { guard, ..settings.timing })
+        match change.guard {
+            Some(guard) => settings.guarded(guard),
+            None => settings,
+        }
+    }
+
+    /// The bus with this guard.
+    #[must_use]
+    pub(super) fn guarded(&self, guard: Micros) -> BusSettings {
+        self.timed(Timing { guard, ..self.timing })
     }
 
     fn timed(&self, timing: Timing) -> BusSettings {

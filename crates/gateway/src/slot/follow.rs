@@ -12,11 +12,9 @@ use crate::task::{Claim, News, isu, t7};
 use crate::{SlotConfig, Source};
 
 impl Slot {
-    /// Takes over how a task has ended. Returns whether the slot means something else now.
-    pub fn follow(&mut self, claim: Claim, news: &News) -> bool {
-        let Some(config) = followed(&self.config, claim, news) else { return false };
-        self.set(config);
-        true
+    /// How the slot is to be set after a task that has ended like this, if otherwise than now.
+    pub fn follow(&self, claim: Claim, news: &News) -> Option<SlotConfig> {
+        followed(&self.config, claim, news)
     }
 }
 

@@ -14,9 +14,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
-use clino_codec::{isu, t7};
+use clino_codec::t7;
 
-use crate::config::{PwmInput, Source, Span};
+use crate::config::{Kind, Source, Span};
 use crate::health::Health;
 use crate::snapshot::Value;
 use crate::{Glance, Published, Reading, Status};
@@ -31,28 +31,26 @@ const MEASURED: u8 = 1 << 3;
 const KIND: u8 = 4;
 const PART: u8 = 6;
 const TWO_BITS: u8 = 0b11;
-
-const T7: u8 = 1;
-const ISU: u8 = 2;
-const PWM: u8 = 3;
+/// In place of an axis.
+const INCOMPLETE: u8 = 3;
 
 pub(super) fn words(reading: &Reading) -> [u32; WORDS] {
-    let (kind, part, address) = match reading.source {
-        Source::Off => (0, 0, 0),
-        Source::T7 { address, axis } => (T7, axis.get(), address.get()),
-        Source::Isu { address } => (ISU, 0, address.get()),
-        Source::Pwm { input } => (PWM, u8::from(input == PwmInput::Pwm2), 0),
+    let source = reading.source;
+    let part = match source {
+        Source::T7 { axis, .. } => axis.get(),
+        Source::Incomplete { .. } => INCOMPLETE,
+        Source::Off | Source::Isu { .. } | Source::Pwm { .. } => 0,
     };
     let flag = |bit, on: bool| if on { bit } else { 0 };
     let flags = flag(FRESH, reading.fresh)
         | flag(ENABLED, reading.enabled)
         | flag(WARM, reading.temperature.is_some())
         | flag(MEASURED, reading.measured.is_some())
-        | kind << KIND
+        | (source.kind() as u8) << KIND
         | part << PART;
     let measured = reading.measured.unwrap_or(Micros::ZERO).0;
     [
-        u32::from_le_bytes([reading.status as u8, flags, reading.health.bits(), address]),
+        u32::from_le_bytes([reading.status as u8, flags, reading.health.bits(), source.address()]),
         reading.sequence,
         reading.raw.udeg().cast_unsigned(),
         reading.angle.mdeg().cast_unsigned(),
@@ -131,18 +129,9 @@ fn load(word: &AtomicU32) -> u32 {
 }
 
 fn source(kind: u8, part: u8, address: u8) -> Source {
-    let source = match kind {
-        T7 => t7_axis(part)
-            .zip(t7::Address::of_request(address))
-            .map(|(axis, address)| Source::T7 { address, axis }),
-        ISU => isu::Address::new(address).map(|address| Source::Isu { address }),
-        PWM if part == 0 => Some(Source::Pwm { input: PwmInput::Pwm1 }),
-        PWM => Some(Source::Pwm { input: PwmInput::Pwm2 }),
-        _ => None,
-    };
-    source.unwrap_or(Source::Off)
-}
-
-fn t7_axis(number: u8) -> Option<t7::Axis> {
-    t7::Axis::new(number)
+    let kind = Kind::from_code(kind).unwrap_or_default();
+    match t7::Axis::new(part) {
+        Some(axis) => Source::of(kind, address, axis),
+        None => Source::Incomplete { kind, address },
+    }
 }

@@ -255,17 +255,17 @@ fn the_revision_counts_what_a_task_has_changed_when_it_has() {
         let mut site = Site::new(vec![t7(1, 0, STILL)]);
         site.prompt = false;
         site.run(Micros(200_000));
-        let before = site.gateway.revision();
+        let before = site.gateway.fingerprint();
         site.order(Order::T7(task)).unwrap();
         site.run(Micros(5_000));
-        assert_eq!(site.gateway.revision(), before, "not yet");
+        assert_eq!(site.gateway.fingerprint(), before, "not yet");
         site.run(Micros(2_000_000));
         assert!(site.gateway.has_news(Asker::Console));
         let changes = !matches!(task, Task::Set(..));
-        assert_eq!(site.gateway.revision() != before, changes, "{task:?}");
-        let after = site.gateway.revision();
+        assert_eq!(site.gateway.fingerprint() != before, changes, "{task:?}");
+        let after = site.gateway.fingerprint();
         site.fetch();
-        assert_eq!(site.gateway.revision(), after);
+        assert_eq!(site.gateway.fingerprint(), after);
     }
 }
 

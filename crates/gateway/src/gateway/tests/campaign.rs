@@ -124,7 +124,7 @@ fn run(seed: u64, span: u64) -> u64 {
     let mut table: Vec<SlotConfig> = (1..=T7S).map(|node| t7_slot(node, Span::from_millis(100))).collect();
     table.extend((1..=ISUS).map(|node| isu_slot(node, Span::from_millis(266))));
     // A fault is no reason to doubt the value before it.
-    table.iter_mut().for_each(|slot| slot.stale_after = Span::from_millis(1_000));
+    table.iter_mut().for_each(|slot| slot.stale = Span::from_millis(1_000));
     let mut world = World::new(&table, Plant::new(seed));
     world.run(span, Plant::watch);
     let (t7, isu) = (world.gateway.counters(Bus::T7), world.gateway.counters(Bus::Isu));

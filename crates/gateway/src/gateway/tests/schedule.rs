@@ -189,7 +189,7 @@ fn a_filter_a_zero_a_direction_and_a_range() {
     table[1].soft_zero = Angle::from_udeg(5_000_000);
     table[2].direction = crate::config::Direction::Reversed;
     table[2].range = clino_codec::angle::Range::Unidirectional;
-    table[3].filter = Filter::Median(5);
+    (table[3].filter, table[3].samples) = (Filter::Median, 5);
     table[3].ask = crate::config::Ask::Everything;
     let mut world = world(&table, |_, _, _| true);
     world.skip(SECOND);
