@@ -15,11 +15,11 @@ pub struct Decoded {
     pub is_wide: bool,
 }
 
-/// What has been decoded so far, by page.
+/// What has been decoded so far, by page; instructions begin at halfwords.
 #[derive(Default)]
 pub struct Code {
     start: u32,
-    pages: Vec<Option<Box<[Option<Decoded>]>>>,
+    pages: Vec<Option<Box<[Option<Decoded>; PAGE]>>>,
 }
 
 impl Code {
@@ -30,20 +30,27 @@ impl Code {
         Code { start, pages: (0..pages).map(|_| None).collect() }
     }
 
-    /// The instruction at `address`, if that is in flash.
+    /// The instruction at `address`, if that was decoded.
     #[inline]
-    pub fn at(&mut self, address: u32, memory: &Memory) -> Option<Decoded> {
-        let index = address.wrapping_sub(self.start) as usize / 2;
-        let page = self.pages.get_mut(index / PAGE)?;
-        if let Some(Some(decoded)) = page.as_ref().and_then(|page| page.get(index % PAGE)) {
-            return Some(*decoded);
-        }
-        let (first, second) = memory.code(address)?;
-        let decoded = Decoded { instruction: decode(first, second), is_wide: is_32bit(first) };
-        let page = page.get_or_insert_with(|| vec![None; PAGE].into_boxed_slice());
-        if let Some(place) = page.get_mut(index % PAGE) {
-            *place = Some(decoded);
-        }
-        Some(decoded)
+    pub fn known(&self, address: u32) -> Option<&Decoded> {
+        let index = self.index(address);
+        self.pages.get(index / PAGE)?.as_ref()?[index % PAGE].as_ref()
+    }
+
+    /// Decodes the instruction at `address`; returns whether there is one in flash.
+    #[cold]
+    pub fn learn(&mut self, address: u32, memory: &Memory) -> bool {
+        let index = self.index(address);
+        let (Some((first, second)), Some(page)) = (memory.code(address), self.pages.get_mut(index / PAGE)) else {
+            return false;
+        };
+        let page = page.get_or_insert_with(|| Box::new([None; PAGE]));
+        page[index % PAGE] = Some(Decoded { instruction: decode(first, second), is_wide: is_32bit(first) });
+        true
+    }
+
+    #[inline]
+    fn index(&self, address: u32) -> usize {
+        address.wrapping_sub(self.start) as usize / 2
     }
 }

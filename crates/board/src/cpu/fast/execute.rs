@@ -17,11 +17,21 @@ const LR: usize = 14;
 /// The upper sixteenth of the address space: a branch there is an exception return.
 const MAGIC: u32 = 0xf000_0000;
 
+/// Numbers of special registers in MRS and MSR (ARM DDI 0403 table B5-1).
+const PRIMASK: u8 = 16;
+const BASEPRI: u8 = 17;
+const BASEPRI_MAX: u8 = 18;
+
 /// The registers that instructions of a level work on.
 pub struct State {
     /// R0 to R15; R15 is the address of the next instruction.
     pub r: [u32; 16],
     pub xpsr: u32,
+    /// The masks.
+    pub primask: bool,
+    pub basepri: u8,
+    /// No enabled exception is pending: whatever the masks are, none is entered.
+    pub is_undisturbed: bool,
 }
 
 /// Not for here.
@@ -32,7 +42,7 @@ type Cycles = Result<u64, Refused>;
 impl State {
     /// Executes `decoded`, which is at R15; returns the cycles.
     #[inline]
-    pub fn execute(&mut self, decoded: Decoded, memory: &Memory) -> Cycles {
+    pub fn execute(&mut self, decoded: &Decoded, memory: &Memory) -> Cycles {
         let Decoded { instruction, is_wide } = decoded;
         let here = self.r[15];
         let in_block = self.xpsr & xpsr::IT_MASK != 0;
@@ -42,7 +52,7 @@ impl State {
         let holds = !in_block || Cond(self.it_state() >> 4).passes(self.xpsr);
         // It reads as four bytes ahead; what is left of it that way was not branched.
         self.r[15] = here.wrapping_add(4);
-        let mut next = here.wrapping_add(if is_wide { 4 } else { 2 });
+        let mut next = here.wrapping_add(if *is_wide { 4 } else { 2 });
         let done = if holds {
             // Instructions of two bytes leave the flags alone in an IT block.
             self.perform(instruction, in_block && !is_wide, here, memory, &mut next)
@@ -59,13 +69,13 @@ impl State {
     #[inline]
     fn perform(
         &mut self,
-        instruction: Insn,
+        instruction: &Insn,
         quiet: bool,
         here: u32,
         memory: &Memory,
         next: &mut u32,
     ) -> Cycles {
-        match instruction {
+        match *instruction {
             Insn::DataProc { op, s, rd, rn, operand } => {
                 let carry = self.has(xpsr::C);
                 let (b, shifted) = match operand {
@@ -142,6 +152,9 @@ impl State {
             Insn::TableBranch { rn, rm, half } => {
                 let (scale, width) = if half { (2, Width::U16) } else { (1, Width::U8) };
                 let entry = self.get(rn).wrapping_add(self.get(rm).wrapping_mul(scale));
+                if half && entry & 1 != 0 {
+                    return Err(Refused);
+                }
                 let distance = read(memory, entry, width)?;
                 *next = self.r[15].wrapping_add(distance.wrapping_mul(2)) & !1;
                 Ok(4)
@@ -194,7 +207,7 @@ impl State {
                 let base = if rn == PC { self.r[15] & !3 } else { self.get(rn) };
                 let moved = offset(base, imm, add);
                 let address = if index { moved } else { base };
-                if !memory.has(address, 8, !load) {
+                if !address.is_multiple_of(4) || !memory.has(address, 8, !load) {
                     return Err(Refused);
                 }
                 if load {
@@ -288,6 +301,34 @@ impl State {
                     BitfieldOp::Bfc => hole,
                 };
                 self.set(rd, result);
+                Ok(1)
+            }
+            Insn::Mrs { rd, sysm: PRIMASK } => {
+                self.set(rd, u32::from(self.primask));
+                Ok(1)
+            }
+            Insn::Mrs { rd, sysm: BASEPRI | BASEPRI_MAX } => {
+                self.set(rd, u32::from(self.basepri));
+                Ok(1)
+            }
+            Insn::Msr { rn, sysm, .. } if self.is_undisturbed => {
+                let value = self.get(rn);
+                match sysm {
+                    PRIMASK => self.primask = value & 1 != 0,
+                    BASEPRI => self.basepri = value as u8,
+                    // Only ever masks more.
+                    BASEPRI_MAX if value as u8 != 0 && (self.basepri == 0 || (value as u8) < self.basepri) => {
+                        self.basepri = value as u8;
+                    }
+                    BASEPRI_MAX => {}
+                    _ => return Err(Refused),
+                }
+                Ok(1)
+            }
+            Insn::Cps { enable, i, f: false } if self.is_undisturbed => {
+                if i {
+                    self.primask = !enable;
+                }
                 Ok(1)
             }
             // Accesses are in order as they are.
@@ -426,18 +467,35 @@ fn extended(value: u32, size: Size, signed: bool) -> u32 {
     }
 }
 
-/// An aligned read of memory; the emulator takes the others.
+/// A read of memory, if all of it is in one.
 #[inline]
 fn read(memory: &Memory, address: u32, width: Width) -> Result<u32, Refused> {
     if address & (width.bytes() as u32 - 1) != 0 {
-        return Err(Refused);
+        return read_unaligned(memory, address, width);
     }
     memory.read(address, width).ok_or(Refused)
 }
 
-/// An aligned write to RAM.
+#[cold]
+fn read_unaligned(memory: &Memory, address: u32, width: Width) -> Result<u32, Refused> {
+    let byte = |at: u64| Some(memory.read(address.wrapping_add(at as u32), Width::U8)? << (8 * at));
+    (0..width.bytes()).map(byte).try_fold(0, |value, byte| Some(value | byte?)).ok_or(Refused)
+}
+
+/// A write to RAM, if all of it is in one.
 #[inline]
 fn write(memory: &Memory, address: u32, width: Width, value: u32) -> Result<(), Refused> {
-    let aligned = address & (width.bytes() as u32 - 1) == 0;
-    if aligned && memory.write(address, width, value) { Ok(()) } else { Err(Refused) }
+    if address & (width.bytes() as u32 - 1) != 0 {
+        return write_unaligned(memory, address, width, value);
+    }
+    if memory.write(address, width, value) { Ok(()) } else { Err(Refused) }
+}
+
+#[cold]
+fn write_unaligned(memory: &Memory, address: u32, width: Width, value: u32) -> Result<(), Refused> {
+    if !memory.has(address, width.bytes() as u32, true) {
+        return Err(Refused);
+    }
+    let byte = |at: u64| memory.write(address.wrapping_add(at as u32), Width::U8, value >> (8 * at) & 0xff);
+    if (0..width.bytes()).all(byte) { Ok(()) } else { Err(Refused) }
 }

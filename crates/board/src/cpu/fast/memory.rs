@@ -43,7 +43,7 @@ impl Window {
 pub struct Memory {
     /// The emulator's count of changes to its address map.
     generation: Option<u64>,
-    /// Read and written.
+    /// Read and written; none is longer than a sixteenth of the address space.
     ram: Vec<Window>,
     /// Read, and executed from.
     flash: Option<Window>,
