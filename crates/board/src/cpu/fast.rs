@@ -12,6 +12,9 @@ mod alu;
 mod code;
 mod execute;
 mod memory;
+mod op;
+#[cfg(test)]
+mod tests;
 
 use rsemu::core::device::Device;
 use std::sync::Arc;
@@ -42,6 +45,8 @@ pub(super) struct Fast {
     code: Code,
     /// The interrupt inputs that something is wired to.
     pub wired: Vec<u16>,
+    /// Everything is left to the emulator.
+    pub is_off: bool,
 }
 
 /// What a run came to.
@@ -65,9 +70,14 @@ pub(super) struct Course<'a> {
 impl Fast {
     /// Executes instructions as long as `goes_on` says so, which is asked after each with the stack pointer and the address
     /// of the next.
-    pub fn run(&mut self, core: &ArmV7m, course: &Course<'_>, mut goes_on: impl FnMut(u32, u32) -> bool) -> Stretch {
+    pub fn run(
+        &mut self,
+        core: &ArmV7m,
+        course: &Course<'_>,
+        mut goes_on: impl FnMut(u32, u32) -> bool,
+    ) -> Stretch {
         let mut stretch = Stretch::default();
-        if !self.follow(core) {
+        if self.is_off || !self.follow(core) {
             return stretch;
         }
         let mut regs = core.regs();
@@ -122,12 +132,8 @@ impl Fast {
     /// Executes an instruction, if it is one for here; returns its cycles.
     #[inline]
     fn step(&mut self, state: &mut State) -> Option<u64> {
-        let address = state.r[15];
-        if let Some(decoded) = self.code.known(address) {
-            return state.execute(decoded, &self.memory).ok();
-        }
-        self.code.learn(address, &self.memory);
-        state.execute(self.code.known(address)?, &self.memory).ok()
+        let op = self.code.at(state.r[15], &self.memory)?;
+        state.execute(op, &self.memory).ok()
     }
 
     /// What is to come, if no exception is about to be entered. As the emulator does before an instruction, inputs that are

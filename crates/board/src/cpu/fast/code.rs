@@ -1,25 +1,18 @@
 //! The instructions in flash, each decoded once.
 
-use rsemu::cpu::arm::v7m::isa::{Insn, decode, is_32bit};
+use rsemu::cpu::arm::v7m::isa::{decode, is_32bit};
 
 use super::memory::Memory;
+use super::op::{Kind, Op};
 
 /// Halfwords of a page.
 const PAGE: usize = 2048;
-
-/// A decoded instruction.
-#[derive(Clone, Copy)]
-pub struct Decoded {
-    pub instruction: Insn,
-    /// Of four bytes, not two.
-    pub is_wide: bool,
-}
 
 /// What has been decoded so far, by page; instructions begin at halfwords.
 #[derive(Default)]
 pub struct Code {
     start: u32,
-    pages: Vec<Option<Box<[Option<Decoded>; PAGE]>>>,
+    pages: Vec<Option<Box<[Op; PAGE]>>>,
 }
 
 impl Code {
@@ -30,23 +23,22 @@ impl Code {
         Code { start, pages: (0..pages).map(|_| None).collect() }
     }
 
-    /// The instruction at `address`, if that was decoded.
+    /// The instruction at `address`, if that is in flash.
     #[inline]
-    pub fn known(&self, address: u32) -> Option<&Decoded> {
+    pub fn at(&mut self, address: u32, memory: &Memory) -> Option<Op> {
         let index = self.index(address);
-        self.pages.get(index / PAGE)?.as_ref()?[index % PAGE].as_ref()
+        let known = self.pages.get(index / PAGE)?.as_ref().map_or(Op::UNKNOWN, |page| page[index % PAGE]);
+        if known.kind == Kind::Unknown { self.learn(address, memory) } else { Some(known) }
     }
 
-    /// Decodes the instruction at `address`; returns whether there is one in flash.
     #[cold]
-    pub fn learn(&mut self, address: u32, memory: &Memory) -> bool {
+    fn learn(&mut self, address: u32, memory: &Memory) -> Option<Op> {
         let index = self.index(address);
-        let (Some((first, second)), Some(page)) = (memory.code(address), self.pages.get_mut(index / PAGE)) else {
-            return false;
-        };
-        let page = page.get_or_insert_with(|| Box::new([None; PAGE]));
-        page[index % PAGE] = Some(Decoded { instruction: decode(first, second), is_wide: is_32bit(first) });
-        true
+        let (first, second) = memory.code(address)?;
+        let op = Op::of(decode(first, second), is_32bit(first), address);
+        let page = self.pages.get_mut(index / PAGE)?;
+        page.get_or_insert_with(|| Box::new([Op::UNKNOWN; PAGE]))[index % PAGE] = op;
+        Some(op)
     }
 
     #[inline]
