@@ -1,24 +1,26 @@
-//! The fast path: a run of instructions that touch nothing but registers and memory.
+//! The fast path: executes instructions that touch only registers and memory, several times as fast as the emulator.
 //!
-//! The emulator looks at its interrupt inputs, its pending exceptions and its address map at each instruction. Between two
-//! accesses to a peripheral none of these can change but by a device that is caught up, and that is seen here. So such
-//! instructions are executed here, by the emulator's own decoder and on its own memories, and everything else is left to it:
-//! peripherals, exceptions, faults, floating point, exclusive accesses, code in RAM.
+//! The emulator samples its interrupt inputs, arbitrates its pending exceptions and searches its address map at each
+//! instruction. Between two accesses to a peripheral, these change only when the emulator catches up a device, and the fast
+//! path ends there. It uses the emulator's decoder and the emulator's memories. The emulator executes everything else:
+//! accesses to peripherals, exceptions, faults, floating point, exclusive accesses, code in RAM.
 //!
-//! Nobody can tell the difference: registers, flags, memory, cycles and the instants of the looks in `round` are the same.
-//! The tests hold the two against each other, instruction by instruction.
+//! Registers, flags, memory, cycle counts and the instants of the looks in `round` are the same as without it. `tests`
+//! compares it with the emulator, instruction by instruction; `host-tests` compares a whole run.
 
 mod alu;
 mod code;
 mod execute;
+mod lowering;
 mod memory;
 mod op;
 #[cfg(test)]
 mod tests;
+mod transfer;
 
-use rsemu::core::device::Device;
 use std::sync::Arc;
 
+use rsemu::core::device::Device;
 use rsemu::core::sched::TickCursor;
 use rsemu::core::space::AddressSpace;
 use rsemu::cpu::arm::v7m::sys::{Exception, Sys, ccr, fsr};
@@ -37,7 +39,7 @@ const SYSTICK_ENABLE: u32 = 1;
 /// Bits of SysTick's counter.
 const SYSTICK_BITS: u32 = 0x00ff_ffff;
 
-/// What is kept from one run to the next.
+/// The fast path's view of the memories, and the instructions decoded so far.
 #[derive(Default)]
 pub(super) struct Fast {
     space: Option<Arc<AddressSpace>>,
@@ -45,31 +47,31 @@ pub(super) struct Fast {
     code: Code,
     /// The interrupt inputs that something is wired to.
     pub wired: Vec<u16>,
-    /// Everything is left to the emulator.
+    /// The emulator executes every instruction.
     pub is_off: bool,
 }
 
-/// What a run came to.
+/// What a run has executed.
 #[derive(Default)]
 pub(super) struct Stretch {
     pub instructions: u64,
     pub cycles: u64,
 }
 
-/// Where a run has to end, and what it is to look at on its way.
+/// Where a run begins and ends.
 pub(super) struct Course<'a> {
     pub cursor: &'a TickCursor,
     /// The cycle at which it begins.
     pub at: u64,
     /// No instruction begins at or after this cycle.
     pub limit: u64,
-    /// Its clock moves on whenever the emulator catches up its devices.
+    /// A device whose clock moves on whenever the emulator catches up its devices.
     pub devices: &'a dyn Device,
 }
 
 impl Fast {
-    /// Executes instructions as long as `goes_on` says so, which is asked after each with the stack pointer and the address
-    /// of the next.
+    /// Executes instructions until `goes_on` returns false, which is called after each with the stack pointer and the address
+    /// of the next one.
     pub fn run(
         &mut self,
         core: &ArmV7m,
@@ -95,7 +97,7 @@ impl Fast {
             return stretch;
         }
         loop {
-            // A cycle of sleep is a step too.
+            // A core that sleeps spends a cycle in each step.
             let done = if is_asleep { Some(1) } else { self.step(&mut state) };
             let Some(cycles) = done else { break };
             stretch.instructions += 1;
@@ -117,7 +119,7 @@ impl Fast {
         stretch
     }
 
-    /// Takes over a new address map, and what was written to flash. Returns whether there is anything to execute.
+    /// Follows changes of the address map and of flash; returns whether there is an address map.
     fn follow(&mut self, core: &ArmV7m) -> bool {
         if self.space.is_none() {
             self.space = core.space();
@@ -129,15 +131,15 @@ impl Fast {
         true
     }
 
-    /// Executes an instruction, if it is one for here; returns its cycles.
-    #[inline]
+    /// Executes the next instruction, unless the emulator has to; returns its cycles.
+    #[inline(always)]
     fn step(&mut self, state: &mut State) -> Option<u64> {
         let op = self.code.at(state.r[15], &self.memory)?;
         state.execute(op, &self.memory).ok()
     }
 
-    /// What is to come, if no exception is about to be entered. As the emulator does before an instruction, inputs that are
-    /// high make their interrupts pending.
+    /// The state of exceptions and SysTick, unless an exception is about to be entered. As the emulator does before an
+    /// instruction, inputs that are high make their interrupts pending.
     fn outlook(&self, core: &ArmV7m) -> Option<Outlook> {
         let (waiting, until_tick) = core.with_sys(|sys| {
             for line in self.wired.iter().filter(|line| core.irq_asserted(**line)) {
@@ -156,7 +158,7 @@ impl Fast {
     }
 }
 
-/// What an instruction can count on.
+/// The state of exceptions and SysTick at the beginning of a run.
 struct Outlook {
     /// No enabled exception is pending.
     is_undisturbed: bool,
@@ -164,9 +166,9 @@ struct Outlook {
     until_tick: u64,
 }
 
-/// The cycles up to SysTick's next wrap, unless there is something in the system block that the emulator has to mind.
+/// The cycles up to SysTick's next wrap, unless the system block is set to something that only the emulator knows.
 fn until_tick(sys: &Sys) -> Option<u64> {
-    // Protected memory; unaligned accesses that are faults; and a frame that could not be stacked: see `step`.
+    // Memory protection, faults of unaligned accesses, and a frame that could not be stacked: see `step`.
     if sys.mpu_ctrl & 1 != 0 || sys.ccr & ccr::UNALIGN_TRP != 0 || sys.cfsr & fsr::BF_STKERR != 0 {
         return None;
     }
@@ -174,7 +176,7 @@ fn until_tick(sys: &Sys) -> Option<u64> {
     Some(if runs { u64::from(sys.syst_cvr & SYSTICK_BITS) } else { u64::MAX })
 }
 
-/// Lets the counters of the core count `cycles`.
+/// Advances the counters of the core by `cycles`.
 fn pass(sys: &mut Sys, cycles: u64) {
     sys.tick_cyccnt(cycles);
     if sys.tick_systick(cycles) && sys.syst_csr & super::stall::SYSTICK_INTERRUPT != 0 {

@@ -8,7 +8,7 @@ use super::op::{Kind, Op};
 /// Halfwords of a page.
 const PAGE: usize = 2048;
 
-/// What has been decoded so far, by page; instructions begin at halfwords.
+/// Instructions decoded so far, by page and halfword.
 #[derive(Default)]
 pub struct Code {
     start: u32,
@@ -16,7 +16,7 @@ pub struct Code {
 }
 
 impl Code {
-    /// Nothing is decoded yet of the flash of `memory`.
+    /// Of the flash of `memory`, with nothing decoded yet.
     pub fn of(memory: &Memory) -> Code {
         let (start, length) = memory.flash();
         let pages = (length as usize / 2).div_ceil(PAGE);
@@ -24,7 +24,7 @@ impl Code {
     }
 
     /// The instruction at `address`, if that is in flash.
-    #[inline]
+    #[inline(always)]
     pub fn at(&mut self, address: u32, memory: &Memory) -> Option<Op> {
         let index = self.index(address);
         let known = self.pages.get(index / PAGE)?.as_ref().map_or(Op::UNKNOWN, |page| page[index % PAGE]);

@@ -1,7 +1,9 @@
-//! What an instruction does to registers, flags and memory (ARM DDI 0403 A7.7), and how many cycles the emulator charges
-//! for it: one, one more for each access to memory, two more for a branch that is taken.
+//! Executes one instruction on registers, flags and memory (ARM DDI 0403 A7.7), and counts its cycles as the emulator does:
+//! one, one more for each access to memory and for a long multiplication, two more for a taken branch and for a division.
 //!
-//! An instruction either is done here as a whole, or nothing of it is and the emulator has to.
+//! An instruction is either executed as a whole, or refused without any effect; the emulator executes it then.
+//!
+//! What is marked `inline(always)` belongs into one loop: left to the compiler, a run takes a fifth more host instructions.
 
 use rsemu::core::value::Width;
 use rsemu::cpu::arm::v7m::isa::{Cond, DpOp};
@@ -9,10 +11,10 @@ use rsemu::cpu::arm::v7m::xpsr;
 
 use super::alu;
 use super::memory::Memory;
-use super::op::{self, Kind, Op};
+use super::op::{self, Kind, Op, PC};
+use super::transfer::read;
 
-/// Program counter and link register.
-const PC: u8 = 15;
+/// Link register.
 const LR: usize = 14;
 /// The upper sixteenth of the address space: a branch there is an exception return.
 const MAGIC: u32 = 0xf000_0000;
@@ -37,57 +39,54 @@ const HOLDS: [u16; 16] = {
     holds
 };
 
-/// The registers that instructions of a level work on.
+/// The registers that the fast path reads and writes.
 pub struct State {
     /// R0 to R15; R15 is the address of the next instruction.
     pub r: [u32; 16],
     pub xpsr: u32,
-    /// The masks.
+    /// Exception masks.
     pub primask: bool,
     pub basepri: u8,
-    /// No enabled exception is pending: whatever the masks are, none is entered.
+    /// No enabled exception is pending: a change of the masks lets none in.
     pub is_undisturbed: bool,
 }
 
-/// Not for here.
+/// The emulator has to execute this instruction.
 pub struct Refused;
 
-type Cycles = Result<u64, Refused>;
+pub type Cycles = Result<u64, Refused>;
 
 impl State {
     /// Executes `op`, which is at R15; returns the cycles.
-    #[inline]
+    #[inline(always)]
     pub fn execute(&mut self, op: Op, memory: &Memory) -> Cycles {
         let here = self.r[15];
         let mut next = here.wrapping_add(if op.has(op::WIDE) { 4 } else { 2 });
         // It reads as four bytes ahead.
         self.r[15] = here.wrapping_add(4);
-        let done = if self.xpsr & xpsr::IT_MASK == 0 {
-            self.perform(op, false, here, memory, &mut next)
+        let in_block = self.has(xpsr::IT_MASK);
+        let done = if in_block && op.kind == Kind::It {
+            Err(Refused)
+        } else if !in_block || self.holds(self.it_state() >> 4) {
+            // Instructions of two bytes leave the flags alone in a block.
+            self.perform(op, in_block && !op.has(op::WIDE), here, memory, &mut next)
         } else {
-            self.perform_in_block(op, here, memory, &mut next)
+            Ok(1)
         };
-        self.r[15] = if done.is_ok() { next } else { here };
+        if done.is_err() {
+            self.r[15] = here;
+            return done;
+        }
+        self.r[15] = next;
+        if in_block {
+            // ARM DDI 0403 A7.3.2.
+            let block = self.it_state();
+            self.set_it_state(if block & 7 == 0 { 0 } else { block & 0xe0 | block << 1 & 0x1f });
+        }
         done
     }
 
-    /// As [`State::perform`], on the condition of the IT block.
-    fn perform_in_block(&mut self, op: Op, here: u32, memory: &Memory, next: &mut u32) -> Cycles {
-        let state = self.it_state();
-        let cycles = if op.kind == Kind::It {
-            return Err(Refused);
-        } else if self.holds(state >> 4) {
-            // Instructions of two bytes leave the flags alone there.
-            self.perform(op, !op.has(op::WIDE), here, memory, next)?
-        } else {
-            1
-        };
-        // ARM DDI 0403 A7.3.2.
-        self.set_it_state(if state & 7 == 0 { 0 } else { state & 0xe0 | state << 1 & 0x1f });
-        Ok(cycles)
-    }
-
-    #[inline]
+    #[inline(always)]
     fn perform(&mut self, op: Op, quiet: bool, here: u32, memory: &Memory, next: &mut u32) -> Cycles {
         match op.kind {
             Kind::Unknown | Kind::Refused => return Err(Refused),
@@ -138,7 +137,7 @@ impl State {
             }
             Kind::Exchange => return Ok(go(next, interworking(self.get(op.m()))?)),
             Kind::LinkExchange => {
-                // By way of LR, it goes to where LR pointed.
+                // LR as it was, if it is the register.
                 let target = interworking(self.get(op.m()))?;
                 self.r[LR] = here.wrapping_add(2) | 1;
                 return Ok(go(next, target));
@@ -193,7 +192,7 @@ impl State {
             Kind::Divide => {
                 let (a, b) = (self.get(op.n()), self.get(op.m()));
                 let result = match (b, op.value) {
-                    // A fault, if firmware wants one.
+                    // A fault if CCR.DIV_0_TRP is set.
                     (0, _) => return Err(Refused),
                     (_, op::SIGNED) => (a as i32).wrapping_div(b as i32) as u32,
                     _ => a / b,
@@ -224,7 +223,7 @@ impl State {
     }
 
     /// Data processing with a constant.
-    #[inline]
+    #[inline(always)]
     fn constant(&mut self, op: Op, operation: DpOp, quiet: bool, next: &mut u32) -> u64 {
         let carry = self.has(xpsr::C);
         let shifted = if op.has(op::CARRY_KNOWN) { op.has(op::CARRY) } else { carry };
@@ -232,20 +231,20 @@ impl State {
     }
 
     /// With a shifted register.
-    #[inline]
+    #[inline(always)]
     fn register(&mut self, op: Op, operation: DpOp, quiet: bool, next: &mut u32) -> u64 {
         let b = alu::shift_by(op.shift(), self.get(op.m()), self.has(xpsr::C));
         self.process(op, operation, quiet, b, next)
     }
 
     /// With a register as it is; the result is for no PC.
-    #[inline]
+    #[inline(always)]
     fn plain(&mut self, op: Op, operation: DpOp, quiet: bool) -> u64 {
         let b = (self.get(op.m()), self.has(xpsr::C));
         self.process(op, operation, quiet, b, &mut 0)
     }
 
-    #[inline]
+    #[inline(always)]
     fn process(&mut self, op: Op, operation: DpOp, quiet: bool, b: (u32, bool), next: &mut u32) -> u64 {
         let a = if operation.is_unary() { 0 } else { self.get(op.n()) };
         let (carry, overflow) = (self.has(xpsr::C), self.has(xpsr::V));
@@ -264,123 +263,6 @@ impl State {
         cycles
     }
 
-    fn table_branch(&mut self, op: Op, memory: &Memory, next: &mut u32) -> Cycles {
-        let index = self.get(op.m());
-        let (address, width) = match op.kind {
-            Kind::TableOfHalves => (self.get(op.n()).wrapping_add(index.wrapping_mul(2)), Width::U16),
-            _ => (self.get(op.n()).wrapping_add(index), Width::U8),
-        };
-        if !is_aligned(address, width) {
-            return Err(Refused);
-        }
-        let distance = read(memory, address, width)?.wrapping_mul(2);
-        Ok(1 + go(next, self.r[15].wrapping_add(distance) & !1))
-    }
-
-    /// The address of an access with a constant offset, and what N may become.
-    #[inline]
-    fn address(&self, op: Op) -> (u32, u32) {
-        let base = self.get(op.n());
-        let moved = base.wrapping_add(op.value);
-        (if op.has(op::AFTER) { base } else { moved }, moved)
-    }
-
-    #[inline]
-    fn write_back(&mut self, op: Op, moved: u32) {
-        if op.has(op::BACK) {
-            self.set(op.n(), moved);
-        }
-    }
-
-    #[inline]
-    fn load(&mut self, op: Op, memory: &Memory, width: Width, extend: impl Fn(u32) -> u32) -> Cycles {
-        let (address, moved) = self.address(op);
-        let value = extend(read(memory, address, width)?);
-        self.write_back(op, moved);
-        self.set(op.d(), value);
-        Ok(2)
-    }
-
-    #[inline]
-    fn store(&mut self, op: Op, memory: &Memory, width: Width) -> Cycles {
-        let (address, moved) = self.address(op);
-        write(memory, address, width, self.get(op.d()))?;
-        self.write_back(op, moved);
-        Ok(2)
-    }
-
-    #[inline]
-    fn load_at(&mut self, op: Op, memory: &Memory, width: Width, extend: impl Fn(u32) -> u32) -> Cycles {
-        let address = self.get(op.n()).wrapping_add(self.get(op.m()) << op.value);
-        let value = extend(read(memory, address, width)?);
-        self.set(op.d(), value);
-        Ok(2)
-    }
-
-    #[inline]
-    fn store_at(&mut self, op: Op, memory: &Memory, width: Width) -> Cycles {
-        let address = self.get(op.n()).wrapping_add(self.get(op.m()) << op.value);
-        write(memory, address, width, self.get(op.d()))?;
-        Ok(2)
-    }
-
-    fn dual(&mut self, op: Op, memory: &Memory) -> Cycles {
-        let (address, moved) = self.address(op);
-        let load = op.kind == Kind::LoadDual;
-        if !is_aligned(address, Width::U32) || !memory.has(address, 8, !load) {
-            return Err(Refused);
-        }
-        let second = address.wrapping_add(4);
-        if load {
-            let values = (read(memory, address, Width::U32)?, read(memory, second, Width::U32)?);
-            self.set(op.d(), values.0);
-            self.set(op.a(), values.1);
-        } else {
-            write(memory, address, Width::U32, self.get(op.d()))?;
-            write(memory, second, Width::U32, self.get(op.a()))?;
-        }
-        self.write_back(op, moved);
-        Ok(3)
-    }
-
-    fn multiple(&mut self, op: Op, memory: &Memory, next: &mut u32) -> Cycles {
-        let load = op.kind == Kind::LoadMultiple;
-        let base = self.get(op.n());
-        let count = op.value.count_ones();
-        let (start, moved) = match op.has(op::AFTER) {
-            true => (base, base.wrapping_add(4 * count)),
-            false => (base.wrapping_sub(4 * count), base.wrapping_sub(4 * count)),
-        };
-        if !is_aligned(start, Width::U32) || !memory.has(start, 4 * count, !load) {
-            return Err(Refused);
-        }
-        let target = if load && op.value >> PC != 0 {
-            let last = start.wrapping_add(4 * (count - 1));
-            Some(interworking(read(memory, last, Width::U32)?)?)
-        } else {
-            None
-        };
-        if load {
-            self.write_back(op, moved);
-        }
-        let (mut address, mut left) = (start, op.value);
-        while left != 0 {
-            let register = left.trailing_zeros() as u8;
-            left &= left - 1;
-            if load {
-                let value = read(memory, address, Width::U32)?;
-                self.set(register, value);
-            } else {
-                write(memory, address, Width::U32, self.get(register))?;
-            }
-            address = address.wrapping_add(4);
-        }
-        if !load {
-            self.write_back(op, moved);
-        }
-        Ok(u64::from(count) + target.map_or(1, |target| go(next, target)))
-    }
-
     fn multiply_long(&mut self, op: Op) -> u64 {
         let (a, b) = (self.get(op.n()), self.get(op.m()));
         let product = if op.value & op::SIGNED != 0 {
@@ -395,7 +277,7 @@ impl State {
         2
     }
 
-    #[inline]
+    #[inline(always)]
     fn extend(&mut self, op: Op, extend: impl Fn(u32) -> u32) {
         let value = extend(self.get(op.m()).rotate_right(op.value));
         self.set(op.d(), if op.n() == PC { value } else { self.get(op.n()).wrapping_add(value) });
@@ -427,14 +309,14 @@ impl State {
         }
     }
 
-    #[inline]
-    fn get(&self, register: u8) -> u32 {
+    #[inline(always)]
+    pub fn get(&self, register: u8) -> u32 {
         self.r[usize::from(register & 15)]
     }
 
-    /// A branch is another thing: nothing else writes to R15.
-    #[inline]
-    fn set(&mut self, register: u8, value: u32) {
+    /// Only branches write to R15.
+    #[inline(always)]
+    pub fn set(&mut self, register: u8, value: u32) {
         if register != PC {
             self.r[usize::from(register & 15)] = value;
         }
@@ -482,14 +364,14 @@ const BASEPRI: u32 = op::BASEPRI as u32;
 
 /// A branch to `target`; returns its cycles.
 #[inline]
-fn go(next: &mut u32, target: u32) -> u64 {
+pub fn go(next: &mut u32, target: u32) -> u64 {
     *next = target;
     3
 }
 
-/// Where a branch to `target` goes, unless it is a fault or an exception return.
+/// The address that a branch to `target` leads to, unless it is a fault or an exception return.
 #[inline]
-fn interworking(target: u32) -> Result<u32, Refused> {
+pub fn interworking(target: u32) -> Result<u32, Refused> {
     if target & 1 == 0 || target & MAGIC == MAGIC { Err(Refused) } else { Ok(target & !1) }
 }
 
@@ -501,42 +383,4 @@ fn signed_byte(value: u32) -> u32 {
 #[inline]
 fn signed_half(value: u32) -> u32 {
     value as u16 as i16 as u32
-}
-
-#[inline]
-fn is_aligned(address: u32, width: Width) -> bool {
-    address & (width.bytes() as u32 - 1) == 0
-}
-
-/// A read of memory, if all of it is in one.
-#[inline]
-fn read(memory: &Memory, address: u32, width: Width) -> Result<u32, Refused> {
-    if !is_aligned(address, width) {
-        return read_unaligned(memory, address, width);
-    }
-    memory.read(address, width).ok_or(Refused)
-}
-
-#[cold]
-fn read_unaligned(memory: &Memory, address: u32, width: Width) -> Result<u32, Refused> {
-    let byte = |at: u64| Some(memory.read(address.wrapping_add(at as u32), Width::U8)? << (8 * at));
-    (0..width.bytes()).map(byte).try_fold(0, |value, byte| Some(value | byte?)).ok_or(Refused)
-}
-
-/// A write to RAM, if all of it is in one.
-#[inline]
-fn write(memory: &Memory, address: u32, width: Width, value: u32) -> Result<(), Refused> {
-    if !is_aligned(address, width) {
-        return write_unaligned(memory, address, width, value);
-    }
-    if memory.write(address, width, value) { Ok(()) } else { Err(Refused) }
-}
-
-#[cold]
-fn write_unaligned(memory: &Memory, address: u32, width: Width, value: u32) -> Result<(), Refused> {
-    if !memory.has(address, width.bytes() as u32, true) {
-        return Err(Refused);
-    }
-    let byte = |at: u64| memory.write(address.wrapping_add(at as u32), Width::U8, value >> (8 * at) & 0xff);
-    if (0..width.bytes()).all(byte) { Ok(()) } else { Err(Refused) }
 }

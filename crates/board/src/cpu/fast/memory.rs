@@ -1,6 +1,6 @@
-//! The memories that an instruction may touch without anybody noticing: RAM, and flash for reading.
+//! The memories in which an access has no side effect: RAM, and flash for reading.
 //!
-//! They are the emulator's own stores, found in its address map; whatever else is at an address is left to it.
+//! They are the emulator's own stores, found in its address map. Accesses to all other addresses go through the emulator.
 
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ impl Window {
     }
 
     /// Where in the store `bytes` bytes at `address` are.
-    #[inline]
+    #[inline(always)]
     fn at(&self, address: u32, bytes: u32) -> Option<u64> {
         let inside = address.wrapping_sub(self.start);
         (inside < self.length && self.length - inside >= bytes).then(|| u64::from(self.offset + inside))
@@ -79,23 +79,27 @@ impl Memory {
     }
 
     /// The window that has all of `bytes` bytes at `address`, its number, and where in its store they are.
-    #[inline]
+    #[inline(always)]
     fn find(&self, address: u32, bytes: u32) -> Option<(usize, &RamStore, u64)> {
-        let first = usize::from(self.first[(address >> REGION_AT) as usize]);
-        let windows = self.windows.iter().enumerate().skip(first);
-        let mut found = windows.map(|(number, window)| (number, window, window.at(address, bytes)));
-        found.find_map(|(number, window, at)| Some((number, &*window.store, at?)))
+        let mut number = usize::from(self.first[(address >> REGION_AT) as usize]);
+        while let Some(window) = self.windows.get(number) {
+            if let Some(at) = window.at(address, bytes) {
+                return Some((number, &window.store, at));
+            }
+            number += 1;
+        }
+        None
     }
 
     /// The value at `address`, which is a multiple of its length.
-    #[inline]
+    #[inline(always)]
     pub fn read(&self, address: u32, width: Width) -> Option<u32> {
         let (_, store, at) = self.find(address, width.bytes() as u32)?;
         store.read_value(at, width, Endian::Little).ok().map(|value| value as u32)
     }
 
     /// Puts `value` at `address`, which is a multiple of its length; returns whether that is RAM.
-    #[inline]
+    #[inline(always)]
     pub fn write(&self, address: u32, width: Width, value: u32) -> bool {
         self.find(address, width.bytes() as u32).is_some_and(|(number, store, at)| {
             let is_flash = number == 0 && self.has_flash;
@@ -127,7 +131,7 @@ impl Memory {
     #[inline]
     pub fn flash_has_changed(&self) -> bool {
         let Some(flash) = self.flash_window() else { return false };
-        // The emulator keeps the marks and makes no use of them.
+        // The emulator sets these marks at each write, and does not read them itself.
         let mut changed = false;
         flash.store.for_each_dirty_page(|_| changed = true);
         if changed {

@@ -86,7 +86,7 @@ impl Bench {
     fn fill(&self, seed: u64) {
         let mut chance = Chance(seed);
         let words = (0..0x100).map(|vector: u32| {
-            let entry = HANDLERS + 4 * vector | 1;
+            let entry = (HANDLERS + 4 * vector) | 1;
             if vector == 0 { RAM + RAM_LENGTHS[0] } else { entry }
         });
         let code: Vec<u8> = words
@@ -117,7 +117,7 @@ impl Bench {
                 0..=2 => RAM + 4 * c.below(0x4ff),
                 3 => RAM + c.below(0x1500),
                 4 => c.of(&ends).wrapping_add(c.below(64)).wrapping_sub(32),
-                5 => HANDLERS + c.below(0xa00) | 1,
+                5 => (HANDLERS + c.below(0xa00)) | 1,
                 6 => c.below(64),
                 _ => c.next() & c.of(&[u32::MAX, 0x8000_ffff, 0xff]),
             };
@@ -128,7 +128,7 @@ impl Bench {
         regs.r[15] = HANDLERS + 2 * c.below(0x5f0);
         regs.xpsr = xpsr::T | c.next() & (xpsr::FLAGS | xpsr::GE);
         if c.below(4) == 0 {
-            let state = c.below(14) << 4 | 1 + c.below(15);
+            let state = (c.below(14) << 4) | (1 + c.below(15));
             regs.xpsr |= (state >> 2) << 10 | (state & 3) << 25;
         }
         regs.primask = c.below(4) == 0;
@@ -172,12 +172,12 @@ fn instruction(chance: &mut Chance) -> [u8; 4] {
     let r = |chance: &mut Chance| chance.below(15);
     let wide = [
         // MRS and MSR of the masks, DMB, UDIV and SDIV, CLZ, TBB and TBH, UBFX, BFI, UXTB, UMLAL, LDRD, STRD.
-        0xf3ef_8000 | r(chance) << 8 | 16 + chance.below(3),
-        0xf380_8800 | r(chance) << 16 | 16 + chance.below(3),
+        0xf3ef_8000 | r(chance) << 8 | (16 + chance.below(3)),
+        0xf380_8800 | r(chance) << 16 | (16 + chance.below(3)),
         0xf3bf_8f5f,
         0xfbb0_f0f0 | r(chance) << 16 | r(chance) << 8 | r(chance),
         0xfb90_f0f0 | r(chance) << 16 | r(chance) << 8 | r(chance),
-        0xfab0_f080 | r(chance) << 8 | chance.below(15) * 0x1_0001,
+        0xfab0_f080 | r(chance) << 8 | (chance.below(15) * 0x1_0001),
         0xe8d0_f000 | r(chance) << 16 | chance.below(2) << 4 | r(chance),
         0xf3c0_0000 | r(chance) << 16 | r(chance) << 8 | chance.next() & 0x70df,
         0xf360_0000 | r(chance) << 16 | r(chance) << 8 | chance.next() & 0x70df,
@@ -284,7 +284,7 @@ fn compare(rounds: u64) -> BTreeMap<String, u32> {
 
 #[test]
 fn it_does_what_the_emulator_does() {
-    let taken = compare(200);
+    let taken = compare(300);
     let names = [
         "DataProc",
         "ShiftReg",
