@@ -39,6 +39,15 @@ const CAMPAIGNS: &[Campaign] = &[
         run: || tests("clino-storage", "power", "campaign"),
     },
     Campaign {
+        name: "publication",
+        shows: "every ISU code, PWM tick and T7 angle with every soft zero, as published (10 min)",
+        run: || {
+            let mut cargo = command::cargo(["test", "--release", "--package", "clino-gateway", "--lib", "--"]);
+            cargo.args(["--nocapture", "publication::sweep"]).env("CLINO_EVERY_ANGLE", "1");
+            command::run(cargo)
+        },
+    },
+    Campaign {
         name: "core",
         shows: "thirty days of the gateway core, five seeds (30 min)",
         run: || {
