@@ -3,6 +3,7 @@
 use clino_bus::Micros;
 use clino_console::{BusState, Host, Saved, StorageError};
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
@@ -11,7 +12,7 @@ use clino_modbus::desk::Wish;
 use clino_recovery::Start;
 use cortex_m::peripheral::SCB;
 
-use crate::keeper::Keeper;
+use crate::keeper::{self, Keeper};
 use crate::{bus, clock, console, modbus, shared, start};
 
 /// The gateway: all of it is shared, but for who stores its configuration.
@@ -47,6 +48,13 @@ impl Host for Gateway {
 
     fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
         shared::SNAPSHOT.read(|view| view.glance(slot, now))
+    }
+
+    fn summary(&self) -> Summary {
+        let (start, unsaved, command) = (start::start(), keeper::is_unsaved(), modbus::has_command());
+        let parts = bus::with(|gateway| clino_modbus::parts(gateway, &start, unsaved, command));
+        let (parts, now) = (parts.unwrap_or_default(), clock::now());
+        shared::SNAPSHOT.read(|view| Summary::of(|slot| view.standing(slot, now), &parts))
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {

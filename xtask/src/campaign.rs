@@ -42,7 +42,8 @@ const CAMPAIGNS: &[Campaign] = &[
         name: "publication",
         shows: "every ISU code, PWM tick and T7 angle with every soft zero, as published (10 min)",
         run: || {
-            let mut cargo = command::cargo(["test", "--release", "--package", "clino-gateway", "--lib", "--"]);
+            let mut cargo =
+                command::cargo(["test", "--release", "--package", "clino-gateway", "--lib", "--"]);
             cargo.args(["--nocapture", "publication::sweep"]).env("CLINO_EVERY_ANGLE", "1");
             command::run(cargo)
         },

@@ -217,6 +217,14 @@ impl Gateway {
         self.t7.has_news(asker) || self.isu.has_news(asker)
     }
 
+    /// Whether a task on this bus has said something that was not fetched yet.
+    pub(crate) fn holds_news(&self, bus: Bus) -> bool {
+        [Asker::Console, Asker::Modbus].into_iter().any(|asker| match bus {
+            Bus::T7 => self.t7.has_news(asker),
+            Bus::Isu => self.isu.has_news(asker),
+        })
+    }
+
     /// A slot means something else now.
     fn reset(&mut self, index: usize) {
         let Some(slot) = self.slots.get(index) else { return };

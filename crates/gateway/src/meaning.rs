@@ -67,7 +67,9 @@ pub(crate) fn readers(slots: &[Slot], bus: Bus, nodes: Nodes) -> Bits {
     let mut readers = Bits::EMPTY;
     for (index, slot) in slots.iter().enumerate() {
         let source = match (slot.config.source, slot.config.partner) {
-            (Source::Pwm { .. }, Some(partner)) => slots.get(usize::from(partner)).map(|slot| slot.config.source),
+            (Source::Pwm { .. }, Some(partner)) => {
+                slots.get(usize::from(partner)).map(|slot| slot.config.source)
+            }
             (source, _) => Some(source),
         };
         readers.set(index, source.is_some_and(|source| reads(&source)));

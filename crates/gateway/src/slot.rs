@@ -125,7 +125,8 @@ impl Slot {
     /// The sensor's number means something else now: what was kept of it is forgotten, and nothing was read yet. What was
     /// counted goes on, and so does what is known of the node's answers.
     pub fn restart(&mut self) {
-        let Slot { due, tried, silent, dead, pause_ms, counters, link, last_error, measured, serial, .. } = *self;
+        let Slot { due, tried, silent, dead, pause_ms, counters, link, last_error, measured, serial, .. } =
+            *self;
         let status = match self.status {
             Status::Ok | Status::Suspect => Status::NeverRead,
             other => other,

@@ -9,8 +9,8 @@ use clino_commissioning::{Commissionable, Progress};
 use crate::Bus;
 use crate::Status;
 use crate::agenda::Asked;
-use crate::counters::bump16;
 use crate::bits::Bits;
+use crate::counters::bump16;
 use crate::gateway::{Action, Asker};
 use crate::meaning::{Nodes, Settling, readers};
 use crate::outage::BusHealth;
@@ -382,13 +382,7 @@ impl<P: Serve> Traffic<P> {
         self.meaning_changed(nodes, now, now, slots);
     }
 
-    fn run(
-        &mut self,
-        timing: Timing,
-        now: Micros,
-        slots: &mut [Slot],
-        port: &mut impl FnMut(Action<'_>),
-    ) {
+    fn run(&mut self, timing: Timing, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
         if timing.serial != self.master.timing().serial {
             // Others may answer at another bit rate.
             self.meaning_changed(Nodes::ALL, now, now, slots);

@@ -17,15 +17,11 @@ use clino_gateway::order::Order;
 use clino_gateway::task::{isu, t7};
 use clino_gateway::{Bus, SlotConfig, Source, Status};
 use clino_sim::fault::Fault;
-use support::{
-    Dice, House, ISU, Moves, PWM, SECOND, SLOTS, any_config, isu_address, t7_source, table,
-};
+use support::{Dice, House, ISU, Moves, PWM, SECOND, SLOTS, any_config, isu_address, t7_source, table};
 
 /// Nothing moves.
-const AT_REST: Moves = Moves {
-    t7: [(10_000_000, 0), (0, 0), (12_345_000, 0), (-100_000_000, 0)],
-    isu: (100_000_000, 0),
-};
+const AT_REST: Moves =
+    Moves { t7: [(10_000_000, 0), (0, 0), (12_345_000, 0), (-100_000_000, 0)], isu: (100_000_000, 0) };
 
 fn device(number: u8) -> Device {
     let Source::T7 { address, .. } = t7_source(number, Axis::Two) else { panic!("a T7") };
@@ -292,7 +288,10 @@ fn any_change(house: &House, dice: &mut Dice) -> (Order, String) {
             let most = if house.t7(0).settings().range as u8 == 0 { 180_000 } else { 360_000 };
             set(Setting::Offset { axis, offset: Millidegrees(dice.below(most) as i32) })
         }
-        2 => set(Setting::Direction { axis, direction: dice.one_of(&[Direction::Normal, Direction::Reversed]) }),
+        2 => set(Setting::Direction {
+            axis,
+            direction: dice.one_of(&[Direction::Normal, Direction::Reversed]),
+        }),
         3 => set(Setting::Range(dice.one_of(&[Range::Bidirectional, Range::Unidirectional]))),
         4 => {
             let (from, to) = if house.t7(1).settings().address == 2 { (2, 3) } else { (3, 2) };
@@ -305,7 +304,10 @@ fn any_change(house: &House, dice: &mut Dice) -> (Order, String) {
         _ => {
             let index = dice.below(SLOTS as u64) as usize;
             let config = any_config(*house.gateway.config(index).unwrap(), dice);
-            slot(index, SlotConfig { soft_zero: Angle::from_mdeg(dice.below(360_000) as i32).unwrap(), ..config })
+            slot(
+                index,
+                SlotConfig { soft_zero: Angle::from_mdeg(dice.below(360_000) as i32).unwrap(), ..config },
+            )
         }
     };
     (order, format!("{order:?}"))

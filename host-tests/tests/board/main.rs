@@ -15,6 +15,7 @@ mod meaning;
 mod publication;
 mod pwm;
 mod saving;
+mod summary;
 mod throughput;
 mod timing;
 mod unplugging;

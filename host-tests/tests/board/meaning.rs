@@ -45,9 +45,11 @@ fn changed(ran: &Ran, slot: u32, from: f64, to: f64) {
 #[test]
 fn an_isu_zeroed_under_a_mean_of_eight_says_nothing_in_between() {
     let ran = typed("12s", &[(100, "set 3 filter mean 8"), (4_000, "isu zero 1 --yes"), (11_000, "read 3")]);
-    let done = ran.lines.iter().find(|line| line.text.contains(r#""what":"nulled""#)).or_else(|| {
-        ran.lines.iter().find(|line| line.text.contains(r#""writes":1"#))
-    });
+    let done = ran
+        .lines
+        .iter()
+        .find(|line| line.text.contains(r#""what":"nulled""#))
+        .or_else(|| ran.lines.iter().find(|line| line.text.contains(r#""writes":1"#)));
     assert!(done.is_some(), "{}", ran.summary);
     changed(&ran, 3, 99.998, 0.0);
     let last = ran.lines.iter().rfind(|line| line.text.contains(r#""turns""#)).expect("read 3 is answered");
@@ -56,8 +58,10 @@ fn an_isu_zeroed_under_a_mean_of_eight_says_nothing_in_between() {
 
 #[test]
 fn a_reversed_t7_does_not_pass_through_half_a_turn() {
-    let ran =
-        typed("4s", &[(100, "set 0 filter mean 8"), (1_500, "t7 direction 1 reversed --yes"), (3_500, "read 0")]);
+    let ran = typed(
+        "4s",
+        &[(100, "set 0 filter mean 8"), (1_500, "t7 direction 1 reversed --yes"), (3_500, "read 0")],
+    );
     changed(&ran, 0, 170.0, -170.0);
     let last = ran.lines.iter().rfind(|line| line.text.contains(r#""turns""#)).expect("read 0 is answered");
     assert!(last.text.contains(r#""turns":0,"#), "{}", last.text);
@@ -92,7 +96,10 @@ fn a_slot_without_a_limit_reads_a_sensor_that_turns_fast() {
     "#);
     let counts = |from: u64, until: u64| {
         let spoken = ran.slot(0).filter(move |spoken| (from * MS..until * MS).contains(&spoken.began));
-        spoken.fold((0, 0), |(ok, other), spoken| if spoken.is_ok() { (ok + 1, other) } else { (ok, other + 1) })
+        spoken.fold(
+            (0, 0),
+            |(ok, other), spoken| if spoken.is_ok() { (ok + 1, other) } else { (ok, other + 1) },
+        )
     };
     let (without, with) = (counts(700, 2_000), counts(2_200, 3_000));
     assert!(without.0 >= 10 && without.1 == 0, "without a limit: {without:?} ok and not");

@@ -126,7 +126,11 @@ fn a_candidate_of_long_ago_confirms_nothing() {
             gate.judge(mdeg(5), Micros(1_000), None, &demands);
             let within = wait <= 3_600_000_000;
             let expected = if within { Verdict::Publish } else { Verdict::Hold };
-            assert_eq!(gate.judge(mdeg(5), Micros(1_000 + wait), None, &demands), expected, "after {wait} us");
+            assert_eq!(
+                gate.judge(mdeg(5), Micros(1_000 + wait), None, &demands),
+                expected,
+                "after {wait} us"
+            );
         }
     }
 }

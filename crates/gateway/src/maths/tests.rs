@@ -162,7 +162,9 @@ const SPANS: [u64; 5] = [1 << 31, 1 << 32, 1_000 << 32, 365 * 86_400_000_000, 1_
 #[test]
 fn a_rate_over_any_span_is_that_of_the_true_angles() {
     for span in SPANS.into_iter().flat_map(|span| [span - 1, span, span + 1]) {
-        for (step, begin) in [100_000, -100_000, 179_000_000_i128].into_iter().flat_map(|step| [(step, 0), (step, span)]) {
+        for (step, begin) in
+            [100_000, -100_000, 179_000_000_i128].into_iter().flat_map(|step| [(step, 0), (step, span)])
+        {
             let mut motion = Motion::default();
             motion.take(Angle::ZERO, Range::Bidirectional, Micros(begin), false);
             motion.take(angle(step), Range::Bidirectional, Micros(begin + span), false);

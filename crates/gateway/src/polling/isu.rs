@@ -25,7 +25,9 @@ impl Poll for Isu {
 
     fn alters(command: u8) -> bool {
         use Function::{ResetModule, ResetNullPosition, WriteEeprom, WriteRam};
-        [ResetModule, WriteRam, WriteEeprom, ResetNullPosition].iter().any(|&function| function as u8 == command)
+        [ResetModule, WriteRam, WriteEeprom, ResetNullPosition]
+            .iter()
+            .any(|&function| function as u8 == command)
     }
 
     fn request(config: &SlotConfig, _: bool) -> Option<(Address, Request)> {

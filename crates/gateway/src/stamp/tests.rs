@@ -13,7 +13,12 @@ const SEAMS: [u64; 5] = [1 << 31, 1 << 32, 1_000 << 31, 1_000 << 32, 365 * DAY];
 #[test]
 fn ages_are_right_on_both_sides_of_every_seam() {
     for made in SEAMS.into_iter().flat_map(|seam| [seam - 1, seam, seam + 1]).chain([0, 1]) {
-        for passed in SEAMS.into_iter().flat_map(|seam| [seam - 1, seam, seam + 1]).chain([0, 1, SECOND, 3_600 * SECOND]) {
+        for passed in SEAMS.into_iter().flat_map(|seam| [seam - 1, seam, seam + 1]).chain([
+            0,
+            1,
+            SECOND,
+            3_600 * SECOND,
+        ]) {
             let (at, now) = (Micros(made), Micros(made + passed));
             assert_eq!(Stamp::of(at).near(now), at, "{made} seen {passed} later");
             assert_eq!(Stamp::of(at).age(now), Micros(passed), "{made} seen {passed} later");

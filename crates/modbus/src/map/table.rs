@@ -267,7 +267,14 @@ const SLOT: &[Entry] = &[
     detail(7, Form::I16, D::Temperature, "temperature", "0.01 °C", "T7, if it is polled for it"),
     reading(8, Form::U16, R::Age, "age", "ms", AGE),
     detail(9, Form::U16, D::Sequence, "sequence", "", "counts the readings, good or bad; wraps"),
-    detail(10, Form::I32, D::Raw, "raw_mdeg", "mdeg", "angle as the sensor said it; ISU and PWM: 0.000° up to 359.999°"),
+    detail(
+        10,
+        Form::I32,
+        D::Raw,
+        "raw_mdeg",
+        "mdeg",
+        "angle as the sensor said it; ISU and PWM: 0.000° up to 359.999°",
+    ),
     detail(
         12,
         Form::I32,

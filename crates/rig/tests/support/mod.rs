@@ -19,8 +19,8 @@ use clino_gateway::config::{Ask, Filter};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
 use clino_gateway::{
-    Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput, Reading, Settings, SlotConfig, Snapshot, Source,
-    Status,
+    Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput, Reading, Settings, SlotConfig, Snapshot,
+    Source, Status,
 };
 use clino_rig::{Port, sensor};
 use clino_segment::chance::Chance;
@@ -133,7 +133,8 @@ impl House {
         };
         let [a, b, c, d] = moves.t7;
         let t7s = [t7(1, Model::T73, [a, b, c]), t7(2, Model::T71, [d; 3])];
-        let eeprom = Eeprom::factory(Content { address: 1, ..Content::default() }, ChecksumScope::default(), 1);
+        let eeprom =
+            Eeprom::factory(Content { address: 1, ..Content::default() }, ChecksumScope::default(), 1);
         let options = clino_sim::isu::Options { motion: motion(moves.isu), ..Default::default() };
         let isu = Arc::new(Mutex::new(Isu::new(eeprom, options)));
         let (t7_timing, isu_timing) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());

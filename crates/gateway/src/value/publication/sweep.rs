@@ -110,7 +110,8 @@ fn pwm(period: u32, step: usize) -> u32 {
         let Ok(reading) = measure(Ticks { period, high }, &limits, Law::Documented) else { continue };
         legal += 1;
         // 6.749 times the duty in per cent, less 157.45 (AN #201 section 5), kept within the turn.
-        let law = (674_900_000_000 * i64::from(high) / i64::from(period) - 157_450_000_000).clamp(0, TURN_NDEG - 1_000);
+        let law = (674_900_000_000 * i64::from(high) / i64::from(period) - 157_450_000_000)
+            .clamp(0, TURN_NDEG - 1_000);
         let raw = reading.angle;
         let zeros = [Angle::ZERO, raw, Angle::from_mdeg(raw.mdeg()).unwrap()];
         check_all(raw, law, zeros.into_iter());
@@ -134,7 +135,9 @@ fn the_legal_window_of_the_pwm_output() {
     assert!((14_955..=14_970).contains(&legal), "{legal}");
     // Where the law leaves the turn at either end: every tick.
     for high in (651_000..654_000).chain(2_146_000..2_149_000) {
-        if let Ok(reading) = measure(Ticks { period: NOMINAL, high }, &Limits::new(84_000_000), Law::Documented) {
+        if let Ok(reading) =
+            measure(Ticks { period: NOMINAL, high }, &Limits::new(84_000_000), Law::Documented)
+        {
             check_all(reading.angle, ndeg(reading.angle), seams(reading.angle));
         }
     }
@@ -159,7 +162,8 @@ fn filters_across_the_seam() {
     for seam in [0, 90_000_000, 180_000_000, 270_000_000] {
         for samples in 1..=Filter::MOST {
             for filter in [Filter::Mean(samples), Filter::Median(samples)] {
-                for (range, direction) in RANGES.into_iter().flat_map(|range| DIRECTIONS.map(|d| (range, d))) {
+                for (range, direction) in RANGES.into_iter().flat_map(|range| DIRECTIONS.map(|d| (range, d)))
+                {
                     // The seam, brought to 0° or 180° of the slot, and the code nearest to it.
                     for zero in [seam, seam + 180_000_000].map(Angle::from_udeg) {
                         let mut slot = slot(range, direction, zero);

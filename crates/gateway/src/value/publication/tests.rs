@@ -67,7 +67,9 @@ fn what_a_sensor_says_stays_as_it_counts() {
 fn an_unwrapped_angle_that_does_not_fit_is_none() {
     let published = Published::from_mdeg(359_999);
     assert_eq!(published.unwrapped(5_964), Some(5_964 * 360_000 + 359_999));
-    for (turns, fits) in [(5_965, false), (-5_965, true), (-5_966, false), (i32::MAX, false), (i32::MIN, false)] {
+    for (turns, fits) in
+        [(5_965, false), (-5_965, true), (-5_966, false), (i32::MAX, false), (i32::MIN, false)]
+    {
         assert_eq!(published.unwrapped(turns).is_some(), fits, "{turns}");
     }
     // The least of all numbers stands for "none" in the map: no angle is it.
