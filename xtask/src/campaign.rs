@@ -62,6 +62,16 @@ const CAMPAIGNS: &[Campaign] = &[
         runs: &[Tests("clino-storage::power", "campaign", &[])],
     },
     Campaign {
+        name: "publication",
+        shows: "every ISU code, PWM tick and T7 angle with every soft zero, as published (10 min)",
+        run: || {
+            let mut cargo =
+                command::cargo(["test", "--release", "--package", "clino-gateway", "--lib", "--"]);
+            cargo.args(["--nocapture", "publication::sweep"]).env("CLINO_EVERY_ANGLE", "1");
+            command::run(cargo)
+        },
+    },
+    Campaign {
         name: "core",
         shows: "thirty days of the gateway core, six seeds; a day, twice the same (35 min)",
         runs: &[

@@ -33,6 +33,7 @@ pub fn list(job: &mut Job<'_, '_>) -> Outcome {
     for reading in (0..MAX_SLOTS).map_while(|slot| job.host.reading(slot)) {
         table::row(&mut job.reply, &reading, job.now);
     }
+    table::summary(&mut job.reply, &job.host.summary());
     Ok(())
 }
 

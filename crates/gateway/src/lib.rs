@@ -40,6 +40,7 @@ pub mod settings;
 mod slot;
 mod snapshot;
 mod stamp;
+pub mod summary;
 pub mod task;
 pub mod trace;
 mod traffic;

@@ -16,7 +16,7 @@ pub use publication::Published;
 pub enum Status {
     /// The slot is switched off.
     Disabled,
-    /// Nothing was read since reset.
+    /// Nothing was read since reset, or since the slot or its sensor was set up anew.
     #[default]
     NeverRead,
     /// The angle is right and fresh.
@@ -66,6 +66,19 @@ impl Status {
         Status::BadPeriod,
         Status::ConfigFault,
     ];
+
+    /// Whether the last attempt brought a sign of life from the sensor, be it a wrong one.
+    pub const fn is_online(self) -> bool {
+        matches!(
+            self,
+            Status::Ok
+                | Status::BadAnswer
+                | Status::DeviceError
+                | Status::OutOfRange
+                | Status::BadPeriod
+                | Status::Suspect
+        )
+    }
 
     /// The name used in every text interface.
     pub const fn name(self) -> &'static str {

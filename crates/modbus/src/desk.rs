@@ -6,15 +6,17 @@
 
 use clino_bus::{Counters, DriverEnable, Micros};
 use clino_gateway::order::{self, Order};
+use clino_gateway::summary::Summary;
 use clino_gateway::{Asker, BusHealth, Gateway, Health, Published, Reading, Snapshot, View};
-use clino_recovery::{Mode, Start};
+use clino_recovery::Start;
 
 use crate::command::{Command, Outcome, Progress};
 use crate::config::{BusConfig, SlotConfig};
 use crate::host::{
-    Bus, GatewayView, Host, Kind, Refusal, SLOTS, SlotCounters, SlotDetail, SlotReading, Write, gateway_bits,
-    slot_bits,
+    Bus, GatewayView, Host, Kind, Refusal, SlotCounters, SlotDetail, SlotReading, Write, slot_bits,
 };
+
+use crate::parts::parts;
 
 mod bus;
 mod news;
@@ -158,25 +160,9 @@ impl<'a, S: Site> Desk<'a, S> {
         self.order(Order::Slot { slot: number, config: clino_gateway::SlotConfig { soft_zero, ..config } })
     }
 
-    fn status_bits(&self) -> u16 {
-        let dead = |bus: clino_gateway::Bus| {
-            let rows = (0..SLOTS).filter_map(|slot| self.row(slot));
-            let mut mine = rows.filter(|row| row.enabled && row.source.bus() == Some(bus)).peekable();
-            mine.peek().is_some() && mine.all(|row| !slot::status(row.status(self.now)).is_online())
-        };
-        let start = self.site.start();
-        let forced = |bus| self.counters(bus).forced > 0;
-        let bits = [
-            (gateway_bits::T7_BUS_DEAD, dead(clino_gateway::Bus::T7)),
-            (gateway_bits::ISU_BUS_DEAD, dead(clino_gateway::Bus::Isu)),
-            (gateway_bits::DRIVER_FORCED, forced(Bus::T7) || forced(Bus::Isu)),
-            (gateway_bits::UNSAVED, self.site.is_unsaved()),
-            (gateway_bits::COMMAND, self.progress.outcome == Outcome::Running),
-            (gateway_bits::SAFE_MODE, start.mode != Mode::Normal),
-            (gateway_bits::INTERNAL_CLOCK, !start.clock.is_exact()),
-            (gateway_bits::CRASHED, start.cause.is_crash()),
-        ];
-        bits.into_iter().filter(|&(_, on)| on).fold(0, |all, (bit, _)| all | bit)
+    /// Whether a command is under way.
+    pub fn has_command(&self) -> bool {
+        self.progress.outcome == Outcome::Running
     }
 }
 
@@ -201,10 +187,16 @@ impl<S: Site> Host for Desk<'_, S> {
         GatewayView {
             version: self.site.version(),
             uptime: self.now,
-            status: self.status_bits(),
+            status: self.summary().signals.bits(),
             sequence: self.view.generation() as u16,
             progress,
         }
+    }
+
+    fn summary(&self) -> Summary {
+        let (start, unsaved) = (self.site.start(), self.site.is_unsaved());
+        let parts = self.site.gateway(|gateway| parts(gateway, &start, unsaved, self.has_command()));
+        Summary::of(|slot| self.view.standing(slot, self.now), &parts.unwrap_or_default())
     }
 
     fn start(&self) -> Start {

@@ -51,6 +51,7 @@ mod host;
 mod identification;
 pub mod map;
 pub mod number;
+mod parts;
 mod read;
 mod receiver;
 mod repeat;
@@ -64,10 +65,10 @@ pub use diagnostics::Counters;
 pub use exception::Exception;
 pub use frame::MAX_FRAME;
 pub use host::{
-    Bus, GatewayView, Host, Kind, Refusal, SLOTS, SlotCounters, SlotDetail, SlotReading, Write, gateway_bits,
-    slot_bits,
+    Bus, GatewayView, Host, Kind, Refusal, SLOTS, SlotCounters, SlotDetail, SlotReading, Write, slot_bits,
 };
 pub use identification::Identification;
+pub use parts::parts;
 pub use server::Server;
 pub use settings::Settings;
 pub use status::Status;

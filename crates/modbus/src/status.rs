@@ -41,7 +41,11 @@ pub enum Status {
 impl Status {
     /// The codes with names and meanings, for the documentation.
     pub const ALL: [(Status, &str, &str); 15] = [
-        (Status::NeverRead, "never_read", "nothing was read since reset"),
+        (
+            Status::NeverRead,
+            "never_read",
+            "nothing was read since reset, or since the slot or its sensor was set up anew",
+        ),
         (Status::Ok, "ok", "the angle is right and fresh"),
         (Status::Stale, "stale", "the last angle was right, but it is too old"),
         (Status::NoAnswer, "no_answer", "the node did not answer in time"),
@@ -57,17 +61,4 @@ impl Status {
         (Status::Disabled, "disabled", "the slot is switched off, or there is none"),
         (Status::ConfigFault, "config_fault", "the slot cannot be read as it is set"),
     ];
-
-    /// Whether the last attempt brought a sign of life from the sensor, be it a wrong one.
-    pub const fn is_online(self) -> bool {
-        matches!(
-            self,
-            Status::Ok
-                | Status::BadAnswer
-                | Status::DeviceError
-                | Status::OutOfRange
-                | Status::BadPeriod
-                | Status::Suspect
-        )
-    }
 }

@@ -10,6 +10,7 @@ use clino_codec::{isu, pwm, t7};
 use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::console::ConsoleSettings;
+use clino_gateway::summary::{Standing, Summary};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
@@ -64,6 +65,17 @@ impl Host for Rest {
 
     fn reading(&self, slot: usize) -> Option<Reading> {
         self.readings.get(&slot).copied()
+    }
+
+    fn summary(&self) -> Summary {
+        let parts = clino_modbus::parts(&self.gateway, &self.start, false, false);
+        let standing = |reading: &Reading| Standing {
+            source: reading.source,
+            status: reading.status(self.now),
+            health: reading.health,
+            age: reading.age(self.now),
+        };
+        Summary::of(|slot| self.readings.get(&slot).map(standing), &parts)
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {

@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use clino_bus::line::EchoMode;
 use clino_bus::{Counters, DriverEnable, Micros};
+use clino_gateway::summary::Summary;
 use clino_gateway::{BusFault, BusHealth};
 use clino_modbus::command::{Command, Outcome, Progress};
 use clino_modbus::config::{BusConfig, SlotConfig};
@@ -188,6 +189,20 @@ impl Host for Model {
             status: 0xA55A,
             sequence: 0xBEEF,
             progress: self.progress,
+        }
+    }
+
+    fn summary(&self) -> Summary {
+        self.look();
+        let set =
+            |is: fn(Status) -> bool| (0..48).fold(0, |set, slot| set | u64::from(is(status(slot))) << slot);
+        Summary {
+            // The gateway's own word is in the view.
+            signals: Default::default(),
+            online: set(|status| matches!(status, Status::Ok | Status::DeviceError)),
+            valid: set(|status| status == Status::Ok),
+            enabled: 46,
+            oldest: Micros(u64::MAX),
         }
     }
 
