@@ -11,6 +11,7 @@ mod flood;
 mod full_load;
 mod hostile;
 mod long_times;
+mod impaired;
 mod main_job;
 mod meaning;
 mod orders;
