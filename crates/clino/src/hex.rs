@@ -25,6 +25,9 @@ mod scan;
 /// # Errors
 /// What is no hexadecimal text, and at which character (the first is 1).
 pub fn parse(text: &[u8]) -> Result<Vec<u8>, Bad> {
+    if let Some(bytes) = pairs(text) {
+        return Ok(bytes);
+    }
     let text = String::from_utf8_lossy(text);
     // A mark of the byte order is no character of the text.
     let text: Vec<char> = text.strip_prefix('\u{FEFF}').unwrap_or(&text).chars().collect();
@@ -36,6 +39,16 @@ pub fn parse(text: &[u8]) -> Result<Vec<u8>, Bad> {
         return Err(Bad::new("empty", "no bytes"));
     }
     Ok(bytes)
+}
+
+/// The bytes of a text that is written as most are, which is quick: two digits each, one blank between them.
+fn pairs(text: &[u8]) -> Option<Vec<u8>> {
+    let digit = |character: u8| char::from(character).to_digit(16);
+    let byte = |pair: &[u8]| match *pair {
+        [high, low] | [high, low, b' '] => u8::try_from(digit(high)? << 4 | digit(low)?).ok(),
+        _ => None,
+    };
+    (!text.is_empty()).then(|| text.chunks(3).map(byte).collect()).flatten()
 }
 
 /// The usual way to show bytes: two upper-case digits each, separated by blanks.
