@@ -4,9 +4,10 @@ use core::fmt::{self, Display};
 
 use clino_codec::t7::EncodeError;
 use clino_gateway::order::Refusal;
-use clino_gateway::{INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_PPM};
+use clino_gateway::{Consequence, INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_PPM};
 
 use crate::causes;
+use crate::consequences::{self, Told};
 use crate::host::StorageError;
 use crate::number;
 use crate::reply::Reply;
@@ -33,7 +34,7 @@ pub enum Error<'a> {
     /// A program's line is longer than this many characters.
     TooLong(usize),
     /// What is done cannot be undone, and a program has not said that it is meant.
-    Unconfirmed,
+    Unconfirmed(Consequence),
     /// The slot has no value that could be taken.
     NoValue { slot: u8, status: Status },
     /// What is stored cannot be read or written.
@@ -98,7 +99,13 @@ impl Error<'_> {
             }
             Error::Refused(Refusal::Restrained(_)) => ("no_buses", "why", [why, NONE, NONE, NONE]),
             Error::TooLong(most) => ("line_too_long", "most", [Value::from(most as u64), NONE, NONE, NONE]),
-            Error::Unconfirmed => ("unconfirmed", "why", [why, NONE, NONE, NONE]),
+            Error::Unconfirmed(Consequence { silenced: 0, shared: None }) => {
+                ("unconfirmed", "why", [why, NONE, NONE, NONE])
+            }
+            Error::Unconfirmed(consequence) => {
+                let (names, value) = consequences::named(consequence);
+                ("unconfirmed", names, [why, value, NONE, NONE])
+            }
             Error::NoValue { slot, status } => {
                 ("no_value", "slot status", [slot.into(), status.name().into(), NONE, NONE])
             }
@@ -152,7 +159,10 @@ impl Display for Error<'_> {
             }
             Error::Refused(Refusal::Restrained(_)) => out.write_str("safe mode: the buses are not served"),
             Error::TooLong(most) => write!(out, "more than {most} characters"),
-            Error::Unconfirmed => out.write_str("not to be undone, wants --yes"),
+            Error::Unconfirmed(consequence) => {
+                let separator = if *consequence == Consequence::NONE { "" } else { "; " };
+                write!(out, "{}{separator}not to be undone, wants --yes", Told(*consequence))
+            }
             Error::NoValue { slot, status } => write!(out, "slot {slot} is {}", status.name()),
             Error::Storage(error) => out.write_str(error.name()),
             Error::Absent(what) => write!(out, "this board has no {what}"),

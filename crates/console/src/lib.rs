@@ -34,6 +34,7 @@ extern crate std;
 mod buses;
 mod causes;
 mod command;
+mod consequences;
 mod echo;
 mod editor;
 mod error;

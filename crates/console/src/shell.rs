@@ -8,6 +8,7 @@ use clino_gateway::Bus;
 use clino_gateway::order::Order;
 use embedded_io::Write;
 
+use crate::consequences;
 use crate::editor::{Editor, LONGEST_LINE, edit, editor};
 use crate::error::Error;
 use crate::host::Host;
@@ -222,7 +223,12 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         let answers = (audience == Audience::Programs).then_some(&mut out as _);
         let next = edit(&mut self.editor, byte, audience, host, &self.meter, answers);
         match next {
-            Next::CarryOut(pending) => self.carry_out(pending, audience, host),
+            Next::CarryOut(pending) => {
+                // Nobody was asked.
+                let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
+                consequences::warn(&mut reply, pending.consequence());
+                self.carry_out(pending, audience, host);
+            }
             next => self.follow(next, audience, host.now()),
         }
     }
@@ -238,7 +244,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             Next::Task(bus) if audience == Audience::People => self.mode = Mode::Task(bus),
             Next::Task(_) => {}
             Next::Ask(pending) => {
-                _ = self.out.write_all(pending.question().as_bytes());
+                pending.ask(&mut Text(&mut self.out));
                 self.mode = Mode::Question { pending, until: now + PATIENCE, answer: Answer::Nothing };
             }
         }

@@ -134,7 +134,9 @@ impl fmt::Display for Cause {
             }
             Self::NotTaken { wanted, seen } => write!(f, "it reads {seen:?}, not {wanted:?}"),
             Self::NotZero { seen } => write!(f, "the axis reads {} (0.001 degrees), not 0", seen.0),
-            Self::Moving { mdeg_per_s } => write!(f, "the axis moves at {mdeg_per_s} (0.001 degrees a second)"),
+            Self::Moving { mdeg_per_s } => {
+                write!(f, "the axis moves at {mdeg_per_s} (0.001 degrees a second)")
+            }
             Self::UnknownProduct { product } => {
                 write!(f, "product type {:?} tells no device type", product.as_str().unwrap_or("?"))
             }

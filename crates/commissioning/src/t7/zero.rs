@@ -180,7 +180,9 @@ impl Operation for SetZero {
             State::Damping => Step::Ask { address, request: Request::GetDamping, tries: READ_TRIES },
             State::Settle { until } => Step::Wait { until },
             State::Watch { from } if now < from => Step::Wait { until: from },
-            State::Watch { .. } | State::Read => Step::Ask { address, request: Request::GetAngle(self.axis), tries: READ_TRIES },
+            State::Watch { .. } | State::Read => {
+                Step::Ask { address, request: Request::GetAngle(self.axis), tries: READ_TRIES }
+            }
             State::Write => Step::Ask { address, request: self.request(), tries: 1 },
             State::Ended(result) => Step::Done(result),
         }
@@ -200,7 +202,9 @@ impl Operation for SetZero {
                 (_, Response::GetAngle { angle, .. }) => self.on_watch(angle, outcome.at),
                 _ => {}
             },
-            (State::Watch { .. } | State::Read, Err(fault)) => self.no_answer(Opcode::get_angle(self.axis), fault),
+            (State::Watch { .. } | State::Read, Err(fault)) => {
+                self.no_answer(Opcode::get_angle(self.axis), fault)
+            }
             (State::Write, result) => {
                 self.writes = self.writes.saturating_add(1);
                 self.refused = result.ok().and_then(|answer| refusal(&answer.response));
