@@ -24,6 +24,7 @@ use clino_gateway::Bus;
 use clino_gateway::order::Order;
 use embedded_io::Write;
 
+use crate::consequences;
 use crate::editor::{Editor, Event, Manner};
 use crate::error::Error;
 use crate::execute::execute;
@@ -288,7 +289,12 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         self.editor.begin();
         match next {
-            Next::CarryOut(pending) => self.carry_out(pending, audience, host),
+            Next::CarryOut(pending) => {
+                // No question was asked.
+                let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
+                consequences::warn(&mut reply, pending.consequence());
+                self.carry_out(pending, audience, host);
+            }
             Next::Stay if audience == Audience::People => self.speak(audience),
             next => self.follow(next, audience, host),
         }
@@ -392,7 +398,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     /// Asks whether this is meant.
     #[inline(never)]
     fn ask(&mut self, pending: Pending, host: &mut dyn Host) {
-        self.say(pending.question());
+        pending.ask(&mut Text(&mut self.out));
         host.flush();
         let mut early = 0_u16;
         for received in (0..MOST_WAITING).map_while(|_| host.received()) {

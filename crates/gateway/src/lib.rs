@@ -22,6 +22,7 @@ extern crate std;
 mod agenda;
 mod bits;
 pub mod config;
+mod consequence;
 mod counters;
 mod gate;
 mod gateway;
@@ -47,6 +48,7 @@ mod traffic;
 mod value;
 
 pub use config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source, Span};
+pub use consequence::Consequence;
 pub use counters::SlotCounters;
 pub use gateway::{Action, Asker, Capture, Detail, Gateway};
 pub use health::Health;

@@ -7,7 +7,7 @@
 use clino_bus::{Counters, DriverEnable, Micros};
 use clino_gateway::order::{self, Order};
 use clino_gateway::summary::Summary;
-use clino_gateway::{Asker, BusHealth, Gateway, Health, Published, Reading, Snapshot, View};
+use clino_gateway::{Asker, BusHealth, Consequence, Gateway, Health, Published, Reading, Snapshot, View};
 use clino_recovery::Start;
 
 use crate::command::{Command, Outcome, Progress};
@@ -72,13 +72,23 @@ pub struct Desk<'a, S> {
     progress: Progress,
     /// Where the last command is under way as a task.
     task: Option<Bus>,
+    /// Nodes that the command in hand silences.
+    silenced: u16,
 }
 
 impl<'a, S: Site> Desk<'a, S> {
     /// A desk at this site.
     pub fn new(site: S, snapshot: &'a Snapshot) -> Desk<'a, S> {
         let view = snapshot.view();
-        Desk { site, snapshot, view, now: Micros::ZERO, progress: Progress::default(), task: None }
+        Desk {
+            site,
+            snapshot,
+            view,
+            now: Micros::ZERO,
+            progress: Progress::default(),
+            task: None,
+            silenced: 0,
+        }
     }
 
     /// Hears what has become of a task. To be called when the bus level has run.
@@ -89,6 +99,16 @@ impl<'a, S: Site> Desk<'a, S> {
                 self.end(outcome);
             }
         }
+        // What the console has begun tells its end there.
+        if let (Some(Command::Cancel), Some(bus)) = (self.progress.command, self.task)
+            && !self.is_at_work(bus)
+        {
+            self.end(Outcome::Done);
+        }
+    }
+
+    fn is_at_work(&self, bus: Bus) -> bool {
+        self.site.gateway(|gateway| gateway.progress(bus.into()).is_some()).unwrap_or(false)
     }
 
     /// What the site was asked for is done, or has failed.
@@ -139,12 +159,23 @@ impl<'a, S: Site> Desk<'a, S> {
             }
             Command::Cancel => {
                 let bus = Bus::from_number(target).ok_or(Refusal::Value)?;
+                // What is under way elsewhere would be told no more.
+                if self.progress.outcome == Outcome::Running && self.task != Some(bus) {
+                    return Err(Refusal::Busy);
+                }
                 self.order(Order::Cancel(bus.into()))?;
-                return Ok(Outcome::Done);
+                self.task = Some(bus).filter(|&bus| self.is_at_work(bus));
+                if self.task.is_none() {
+                    return Ok(Outcome::Done);
+                }
             }
             _ => {
                 let order = sensor::order(command, self.config(slot).source, value).ok_or(Refusal::Value)?;
+                let baud = self.bus_config(Bus::T7).baud;
+                let slot_of = |slot: u8| Some(self.config(slot.into()));
+                let Consequence { silenced, .. } = Consequence::of(&order, baud, &slot_of);
                 self.order(order)?;
+                self.silenced = silenced.into();
                 self.task = self.config(slot).source.bus().map(Bus::from);
             }
         }
@@ -285,12 +316,12 @@ impl<S: Site> Host for Desk<'_, S> {
                 if self.progress.outcome == Outcome::Running && command != Command::Cancel {
                     return Err(Refusal::Busy);
                 }
+                self.silenced = 0;
                 let outcome = self.command(command, target, value)?;
-                // What is cancelled has its own end to tell.
-                if command != Command::Cancel {
-                    let sequence = self.progress.sequence.wrapping_add(1);
-                    self.progress = Progress { command: Some(command), outcome, sequence, done: 0, of: 0 };
-                }
+                let sequence = self.progress.sequence.wrapping_add(1);
+                let silenced = self.silenced;
+                self.progress =
+                    Progress { command: Some(command), outcome, sequence, done: 0, of: 0, silenced };
                 Ok(())
             }
         }

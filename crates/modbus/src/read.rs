@@ -222,6 +222,7 @@ impl<'a, H: Host> Reader<'a, H> {
             CommandItem::Sequence => u32::from(progress.sequence),
             CommandItem::Done => u32::from(progress.done),
             CommandItem::Of => u32::from(progress.of),
+            CommandItem::Silenced => u32::from(progress.silenced),
         }
     }
 }

@@ -3,8 +3,10 @@
 mod common;
 
 use clino_bus::Micros;
-use clino_codec::isu;
-use clino_gateway::{Bus as Line, BusChange, Restraint, SlotConfig, Snapshot, Source, Span};
+use clino_codec::{isu, t7};
+use clino_commissioning::isu::Module;
+use clino_gateway::order::Order;
+use clino_gateway::{Asker, Bus as Line, BusChange, Restraint, SlotConfig, Snapshot, Source, Span, task};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::config::{self, Filter};
 use clino_modbus::desk::{Desk, Wish};
@@ -198,7 +200,64 @@ fn a_task_runs_alone_and_tells_how_it_ends() {
         desk.poll();
     }
     let progress = desk.gateway().progress;
-    assert_eq!((progress.command, progress.outcome), (Some(Command::SensorZero), Outcome::Cancelled));
+    assert_eq!((progress.command, progress.outcome), (Some(Command::Cancel), Outcome::Cancelled));
+    assert_eq!(progress.sequence, 3);
+}
+
+#[test]
+fn a_cancel_is_a_command_and_tells_what_has_become_of_it() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    let last = |desk: &Desk<'_, &Board>| {
+        let progress = desk.gateway().progress;
+        (progress.command, progress.outcome, progress.sequence)
+    };
+    desk.snapshot();
+    assert_eq!(desk.write(&command(Command::Cancel, 2, 0)), Err(Refusal::Value), "no bus");
+    // There is nothing to be stopped.
+    desk.write(&command(Command::Cancel, Bus::T7 as u16, 0)).unwrap();
+    assert_eq!(last(&desk), (Some(Command::Cancel), Outcome::Done, 1));
+    // What was begun here tells its end; it is running until then, and nothing else hides it.
+    desk.write(&command(Command::SensorZero, 0, 0)).unwrap();
+    assert_eq!(desk.write(&command(Command::Cancel, Bus::Isu as u16, 0)), Err(Refusal::Busy));
+    desk.write(&command(Command::Cancel, Bus::T7 as u16, 0)).unwrap();
+    desk.poll();
+    assert_eq!(last(&desk), (Some(Command::Cancel), Outcome::Running, 3));
+    board.run();
+    desk.poll();
+    assert_eq!(last(&desk), (Some(Command::Cancel), Outcome::Cancelled, 3));
+    // What was begun at the console tells its end there; here it is known that it has ended.
+    let module = Module::at(isu::Address::new(3).unwrap()).unwrap();
+    let order = Order::Isu(task::isu::Task::Identify(module));
+    board.gateway.borrow_mut().carry_out(order, Asker::Console).unwrap();
+    desk.write(&command(Command::Cancel, Bus::Isu as u16, 0)).unwrap();
+    desk.poll();
+    assert_eq!(last(&desk), (Some(Command::Cancel), Outcome::Running, 4));
+    board.run();
+    desk.poll();
+    assert_eq!(last(&desk), (Some(Command::Cancel), Outcome::Done, 4));
+    assert!(board.gateway.borrow().has_news(Asker::Console));
+}
+
+#[test]
+fn a_change_of_bit_rate_tells_how_many_nodes_it_leaves_behind() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    desk.snapshot();
+    for (slot, node) in [(5, 6), (6, 7), (7, 7)] {
+        let address = t7::Address::new(node).unwrap();
+        let config = SlotConfig::usual(Source::T7 { address, axis: t7::Axis::Two });
+        board.gateway.borrow_mut().carry_out(Order::Slot { slot, config }, Asker::Console).unwrap();
+    }
+    desk.write(&command(Command::SensorBaud, 0, 57_600)).unwrap();
+    assert_eq!(desk.gateway().progress.silenced, 2);
+    for _ in 0..5 {
+        board.run();
+        desk.poll();
+    }
+    assert_eq!(desk.gateway().progress.silenced, 2, "until the next command");
+    desk.write(&command(Command::SensorBaud, 0, 115_200)).unwrap();
+    assert_eq!(desk.gateway().progress.silenced, 0, "that is no change");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod altered;
 mod desk;
+mod orders;
 mod people;
 mod programs;
 mod slots;

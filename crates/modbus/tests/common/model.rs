@@ -103,6 +103,7 @@ impl Model {
                 sequence: 0xFFFE,
                 done: 3,
                 of: 8,
+                silenced: 5,
             },
             start: start(),
         }
