@@ -143,7 +143,8 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         let manner = self.mode.manner();
         let line = &mut self.editor.line;
-        if line.length() > 0 && manner == Manner::PROGRAM && self.presence.is_gone(now, false) {
+        let is_begun = line.length() > 0 && !line.is_damaged();
+        if is_begun && manner == Manner::PROGRAM && self.presence.is_gone(now, false) {
             line.spoil(Reason::Left, line.length() as u16);
         }
         self.presence.is_here(now);

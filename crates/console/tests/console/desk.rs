@@ -173,6 +173,11 @@ pub struct Desk {
 
 impl Desk {
     pub fn new() -> Desk {
+        Desk::left_alone_after(IDLE)
+    }
+
+    /// The same, with another idle time.
+    pub fn left_alone_after(idle: Micros) -> Desk {
         let table = [
             SlotConfig::usual(Source::T7 { address: t7::Address::new(5).unwrap(), axis: t7::Axis::Two }),
             SlotConfig::usual(Source::Isu { address: isu::Address::new(3).unwrap() }),
@@ -192,7 +197,7 @@ impl Desk {
         };
         rest.publish();
         let port = Port::default();
-        Desk { shell: Shell::new(port.clone(), IDLE), port, rest }
+        Desk { shell: Shell::new(port.clone(), idle), port, rest }
     }
 
     /// A console with a person at it.
@@ -242,6 +247,12 @@ impl Desk {
     /// What a stream prints now.
     pub fn stream(&mut self) -> String {
         while self.shell.poll(&mut self.rest) {}
+        self.printed()
+    }
+
+    /// What is printed next, if anything.
+    pub fn step(&mut self) -> String {
+        self.shell.poll(&mut self.rest);
         self.printed()
     }
 

@@ -1,8 +1,11 @@
 //! What is typed, and what comes back.
 
+mod ahead;
 mod altered;
 mod desk;
+mod echo;
 mod people;
 mod programs;
 mod slots;
 mod starts;
+mod terminals;
