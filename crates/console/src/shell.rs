@@ -153,10 +153,9 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         let manner = self.mode.manner();
         let line = &mut self.editor.line;
-        if line.length() > 0
-            && manner == Manner::PROGRAM
-            && self.presence.is_gone(now, host.console().idle(), false)
-        {
+        let is_begun = line.length() > 0 && !line.is_damaged();
+        let idle = host.console().idle();
+        if is_begun && manner == Manner::PROGRAM && self.presence.is_gone(now, idle, false) {
             line.spoil(Reason::Left, line.length() as u16);
         }
         self.presence.is_here(now);

@@ -21,7 +21,7 @@ use clino_gateway::trace::Entry;
 use clino_gateway::{Bus, Reading, SlotConfig, SlotCounters};
 use clino_recovery::Start;
 
-use crate::desk::{Desk, IDLE, Port, Rest};
+use crate::desk::{Desk, Port, Rest};
 
 /// Scripts of each kind in a daily run; `CLINO_SCRIPTS` says how many in a campaign.
 const DAILY: u64 = 400;
@@ -94,6 +94,10 @@ impl Host for Notes {
 
     fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
         self.rest.slot_counters(slot)
+    }
+
+    fn summary(&self) -> clino_gateway::summary::Summary {
+        self.rest.summary()
     }
 
     fn trace(&self, _: usize) -> Option<Entry> {
