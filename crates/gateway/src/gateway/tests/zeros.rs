@@ -139,8 +139,8 @@ fn a_tolerance_of_zero_tolerates_nothing() {
 /// A filter over one reading is none.
 #[test]
 fn a_filter_of_one_is_none() {
-    let table = [Filter::Off, Filter::Mean(1), Filter::Median(1)]
-        .map(|filter| SlotConfig { filter, ..t7_slot(1, Span::from_millis(20)) });
+    let table = [Filter::Off, Filter::Mean, Filter::Median]
+        .map(|filter| SlotConfig { filter, samples: 1, ..t7_slot(1, Span::from_millis(20)) });
     let mut world = world(&table, (1, Fate::Well));
     world.run(SECOND, |sensors, reading, now| {
         if let Some(angle) = reading.angle(Micros(now)) {
@@ -148,8 +148,8 @@ fn a_filter_of_one_is_none() {
             assert!((truth - angle.mdeg()).abs() <= 1, "slot {}: {} at {truth}", reading.slot, angle.mdeg());
         }
     });
-    for zero in [Filter::Mean(0), Filter::Median(0)] {
-        let config = SlotConfig { filter: zero, ..table[0] };
+    for filter in [Filter::Mean, Filter::Median] {
+        let config = SlotConfig { filter, samples: 0, ..table[0] };
         assert!(crate::order::Order::Slot { slot: 0, config }.check().is_err(), "a filter over nothing");
     }
 }
