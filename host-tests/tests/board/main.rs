@@ -12,6 +12,7 @@ mod hostile;
 mod impaired;
 mod main_job;
 mod pwm;
+mod registers;
 mod saving;
 mod throughput;
 mod timing;
