@@ -147,7 +147,11 @@ fn decode(rtt: &[u8]) -> Vec<String> {
     log
 }
 
-fn image() -> &'static Image {
+/// The image.
+///
+/// # Panics
+/// It is not there.
+pub fn image() -> &'static Image {
     static IMAGE: OnceLock<Image> = OnceLock::new();
     IMAGE.get_or_init(|| Image::read(&elf()).unwrap_or_else(|error| panic!("{error}")))
 }

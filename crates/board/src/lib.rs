@@ -20,13 +20,13 @@ mod crystal;
 pub mod elf;
 pub mod flash;
 mod machine;
-mod narrow;
 pub mod oscillators;
 mod ports;
 pub mod pwm;
 mod rtt;
 mod timeline;
 mod usart;
+mod watchdog;
 mod wrapped;
 
 pub use cpu::{CpuStats, Fault};

@@ -17,6 +17,7 @@ mod meaning;
 mod orders;
 mod publication;
 mod pwm;
+mod registers;
 mod saving;
 mod summary;
 mod throughput;

@@ -13,13 +13,13 @@ use rsemu::machine::{BuildOptions, Instance};
 use crate::cpu::{self, Cpu};
 use crate::crystal;
 use crate::incident::Chronicle;
-use crate::narrow;
 use crate::oscillators::CrystalLife;
 use crate::ports::{self, Ports, SerialPort};
 use crate::pwm::{self, PwmDevice, PwmWaveform, Source};
 use crate::reception::Receptions;
 use crate::timeline::{Actor, Timeline, lock};
 use crate::usart::{self, Connections, UsartDevice};
+use crate::watchdog;
 use crate::wrapped::Wrapped;
 
 /// What the constructors of the board's own classes take from the assembly, and what they leave for it.
@@ -89,14 +89,15 @@ impl Parts {
         let Some(waveform) = lock(&self.waveforms).remove(&channel) else {
             return Err(Error::Property(format!("there is no PWM channel {channel}, or it is taken")));
         };
-        let source = Arc::new(Source::new(waveform, Arc::clone(&self.timeline)));
+        let pin = ports::pwm_pin(channel);
+        let source = Arc::new(Source::new(waveform, pin, Arc::clone(&self.timeline)));
         lock(&self.actors).push(Arc::clone(&source) as Arc<dyn Actor>);
         lock(&self.sources).push(Arc::clone(&source));
         Ok(Arc::new(PwmDevice(source)))
     }
 }
 
-/// Adds the board's own classes, the width adapter around the watchdog, and the crystal at the clock controller.
+/// Adds the board's own classes, the rules of the watchdog, and the crystal at the clock controller.
 pub(super) fn offer(parts: &Arc<Parts>, registry: &mut Registry, options: &mut BuildOptions) -> Result<()> {
     for class in [cpu::class(), usart::class(), pwm::class()] {
         registry.add(class)?;
@@ -105,8 +106,8 @@ pub(super) fn offer(parts: &Arc<Parts>, registry: &mut Registry, options: &mut B
     options.bindings.bind(cpu::CLASS_NAME, move |props| Ok(a.build_cpu(props)?))?;
     options.bindings.bind(usart::CLASS_NAME, move |props| Ok(b.build_usart(props)?))?;
     options.bindings.bind(pwm::CLASS_NAME, move |props| Ok(c.build_pwm(props)?))?;
-    if let Some(stock) = options.bindings.get(narrow::STOCK) {
-        options.bindings.replace(narrow::STOCK, move |props| Ok(Arc::new(narrow::widened(stock(props)?)?)));
+    if let Some(stock) = options.bindings.get(watchdog::STOCK) {
+        options.bindings.replace(watchdog::STOCK, move |props| Ok(Arc::new(watchdog::ruled(stock(props)?)?)));
     }
     if let Some(stock) = options.bindings.get(crystal::STOCK) {
         let d = Arc::clone(parts);

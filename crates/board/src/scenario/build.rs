@@ -9,7 +9,7 @@ use super::schema::{self, File, Lasting, Latency, bounds};
 use super::{Bench, Identity, Kind, Truth};
 use crate::HostPorts;
 use crate::impairment::ImpairedLine;
-use crate::pwm::{PwmWaveform, Steady};
+use crate::pwm::{Cable, PwmWaveform, Unconnected};
 use clino_segment::chance::{Chance, Topic};
 use clino_segment::wire::Wire;
 use clino_segment::{LineFaults, Noise, Probability, Segment, Settings, Station, Stuck};
@@ -133,10 +133,10 @@ fn isu_station(node: &schema::Isu, chance: Chance) -> Station {
     Station { name: format!("isu/{address}"), node: Box::new(isu), faults: node.faults() }
 }
 
-/// The waveform on one PWM input: a low line when nothing is connected.
+/// The waveform on one PWM input.
 fn waveform(file: &File, channel: u8) -> Box<dyn PwmWaveform> {
     let Some(source) = file.pwm.iter().find(|source| *source.channel.get_ref() == channel) else {
-        return Box::new(Steady(false));
+        return Box::new(Unconnected);
     };
     let mut output = pwm::Pwm::new(source.motion.motion());
     output.frequency_millihertz = millihertz(source);
@@ -147,7 +147,8 @@ fn waveform(file: &File, channel: u8) -> Box<dyn PwmWaveform> {
         .map(Spanned::get_ref)
         .map(|s| pwm::Stuck { from: s.from.0, until: s.until.0, high: s.level == schema::StuckLevel::High })
         .collect();
-    Box::new(move |now: Ns| output.next_cycle(now))
+    let waveform = Box::new(move |now: Ns| output.next_cycle(now));
+    Box::new(Cable { waveform, open: bounds(&source.open) })
 }
 
 fn t7_truth(node: &schema::T7) -> Truth {
@@ -181,7 +182,8 @@ fn pwm_truth(source: &schema::Pwm) -> Truth {
     let bus = if *source.channel.get_ref() == 1 { "pwm1" } else { "pwm2" };
     let period = NS_PER_S * MILLIHERTZ / u64::from(millihertz(source));
     // A pulse under way is finished, and a line that then stands high ends its cycle with a rising edge.
-    let away = bounds(&source.stuck).into_iter().map(|(from, until)| (from + period, until)).collect();
+    let still = bounds(&source.stuck).into_iter().chain(bounds(&source.open));
+    let away = still.map(|(from, until)| (from + period, until)).collect();
     Truth {
         who: Identity { kind: Kind::Pwm, bus, address: 0 },
         motion: source.motion.motion(),

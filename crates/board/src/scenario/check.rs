@@ -182,6 +182,7 @@ fn pwm(pwm: &Pwm) -> Checked {
         return complain(&pwm.channel, format!("PWM channel {channel}, expected 1 or 2"));
     }
     motion(&pwm.motion)?;
+    intervals(&pwm.open)?;
     intervals(&pwm.stuck)
 }
 
