@@ -81,7 +81,7 @@ static COMMANDS: [Command; 22] = [
         Verb::Isu,
         "isu",
         "info A | reset A | zero A | null A POSITION | address A NEW | repair A; [--yes]",
-        "set up and repair ISUs",
+        "set up and repair ISUs; reset, null, address and repair start the module again: no angle for up to 5 s",
     ),
     command(Verb::Cancel, "cancel", "", "stop what t7 and isu have begun, at the next safe point"),
     command(Verb::Counters, "counters", "[SLOT]", "what happened since reset"),

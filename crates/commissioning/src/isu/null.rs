@@ -134,8 +134,8 @@ impl ResetNull {
         let half = Micros(REFRESH.0 / 2);
         let refreshes = (self.motion.span() + half).0.checked_div(REFRESH.0).unwrap_or(0).max(1);
         let codes = self.motion.rate(Micros(REFRESH.0.saturating_mul(refreshes)));
-        let mdeg = u64::from(codes).saturating_mul(TURN_MDEG) / TURN as u64;
-        u32::try_from(mdeg).unwrap_or(u32::MAX)
+        let mdeg = u64::from(codes).saturating_mul(TURN_MDEG).checked_div(TURN as u64);
+        mdeg.and_then(|mdeg| u32::try_from(mdeg).ok()).unwrap_or(u32::MAX)
     }
 
     fn is_zero(&self, seen: u16) -> bool {
