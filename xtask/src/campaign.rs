@@ -29,6 +29,15 @@ const CAMPAIGNS: &[Campaign] = &[
         run: || script("fuzz/checks/fuzz.sh", &["300", "0"]),
     },
     Campaign {
+        name: "altered",
+        shows: "a million damaged scripts at the console, five ways each (30 min)",
+        run: || {
+            let mut cargo = command::cargo(["test", "--release", "--package", "clino-console", "--test", "console"]);
+            cargo.args(["--", "--nocapture", "altered::"]).env("CLINO_SCRIPTS", "1000000");
+            command::run(cargo)
+        },
+    },
+    Campaign {
         name: "commissioning",
         shows: "the power cut at every character of an ISU's set-up and repair (3 min)",
         run: || tests("clino-commissioning", "isu_power_cut", ""),

@@ -151,7 +151,8 @@ impl Keys {
                 b'A'..=b'E' => return Decoded::default(),
                 _ => Some(Reason::Sequence),
             },
-            State::Sequence { introducer, length, mut private, mut first, mut last, mut field } => match byte {
+            State::Sequence { introducer, length, mut private, mut first, mut last, mut field } => match byte
+            {
                 b' '..=b'?' if length < LONGEST_SEQUENCE => {
                     match byte {
                         b'0'..=b'9' => {

@@ -33,7 +33,14 @@ pub struct Presence {
 impl Presence {
     /// A prompt is left alone after so long.
     pub const fn new(idle: Micros) -> Presence {
-        Presence { idle, heard: Micros::ZERO, is_flowing: false, echo_until: Micros::ZERO, damaged: 0, own: 0 }
+        Presence {
+            idle,
+            heard: Micros::ZERO,
+            is_flowing: false,
+            echo_until: Micros::ZERO,
+            damaged: 0,
+            own: 0,
+        }
     }
 
     /// Something is typed, or printed for somebody.

@@ -50,14 +50,23 @@ const MOST_WAITING: usize = 1_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     /// Readings as they come, for `audience`; then commands of `back`.
-    Stream { audience: Audience, back: Audience },
+    Stream {
+        audience: Audience,
+        back: Audience,
+    },
     Commands(Audience),
     /// A person waits for the end of a task.
     Task(Bus),
     /// A person is asked whether this is meant.
-    Question { pending: Pending, until: Micros },
+    Question {
+        pending: Pending,
+        until: Micros,
+    },
     /// What was typed too early is dropped until then, or until some time after the last of it.
-    Settling { until: Micros, dropped: u16 },
+    Settling {
+        until: Micros,
+        dropped: u16,
+    },
 }
 
 impl Mode {
@@ -224,8 +233,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                     Verdict::Whole("y", Check::None) if now < until => Some(pending),
                     _ => None,
                 };
-                let is_answer =
-                    matches!(verdict, Verdict::Empty | Verdict::Whole("y" | "n" | "N" | "no", _));
+                let is_answer = matches!(verdict, Verdict::Empty | Verdict::Whole("y" | "n" | "N" | "no", _));
                 self.editor.begin();
                 match answer {
                     Some(pending) => self.carry_out(pending, Audience::People, host),
@@ -267,9 +275,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 execute(text, reply, host, &self.meter, &self.presence, &mut next);
                 None
             }
-            Verdict::Whole(text, _) => {
-                Some(Damage { reason: Reason::Check, characters: text.len() as u16 })
-            }
+            Verdict::Whole(text, _) => Some(Damage { reason: Reason::Check, characters: text.len() as u16 }),
             Verdict::Damaged(damage) => Some(damage),
             Verdict::Empty | Verdict::Own => None,
         };
@@ -304,10 +310,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             if at_prompt {
                 self.say("\n");
             }
-            news::write(
-                &mut Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) },
-                &news,
-            );
+            news::write(&mut Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) }, &news);
             if at_prompt || matches!(self.mode, Mode::Task(_)) && news.is_end() {
                 self.speak(Audience::People);
             }

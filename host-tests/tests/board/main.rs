@@ -14,4 +14,5 @@ mod pwm;
 mod saving;
 mod throughput;
 mod timing;
+mod typing;
 mod unplugging;

@@ -270,7 +270,8 @@ impl Chance {
 /// Editing keys of a person, line ends and Ctrl-C are keys, whoever presses them.
 fn spoils(byte: u8, person: bool) -> bool {
     const EDITING: &[u8] = b"\x01\x02\x04\x05\x06\x08\t\x0b\x0c\x0e\x10\x15\x17\x1b\x7f";
-    !matches!(byte, b' '..=b'~' | b'\r' | b'\n' | 0x03) && !(person && EDITING.contains(&byte))
+    let is_key = matches!(byte, b'\r' | b'\n' | 0x03) || person && EDITING.contains(&byte);
+    !matches!(byte, b' '..=b'~') && !is_key
 }
 
 fn inserted(byte: u8) -> Way {
@@ -385,11 +386,12 @@ fn run(bench: &mut Bench, way: &[Way], lines: &[String], (person, traceless): (b
         }
         let number = segment.first().or(Some(&way)).and_then(|way| way.from).map(|(number, _)| number);
         let places = segment.iter().chain([&way]).map(|way| way.from);
-        let is_whole = number.is_some_and(|number| {
-            places.eq((0..=lines[number].len()).map(|place| Some((number, place))))
-        }) && segment.iter().chain([&way]).all(|way| {
-            way.received.lost == 0 && way.received.errors.is_none()
-        });
+        let is_whole = number
+            .is_some_and(|number| places.eq((0..=lines[number].len()).map(|place| Some((number, place)))))
+            && segment
+                .iter()
+                .chain([&way])
+                .all(|way| way.received.lost == 0 && way.received.errors.is_none());
         let text = || segment.iter().map(|way| char::from(way.received.byte)).collect::<String>();
         match bench.line_end(way.received) {
             Done::Line(line) if is_whole && number == Some(line) => outcome.carried_out += 1,
@@ -403,9 +405,7 @@ fn run(bench: &mut Bench, way: &[Way], lines: &[String], (person, traceless): (b
                 }
             }
             Done::Nothing => {
-                let is_blank = segment.iter().all(|way| {
-                    way.received == Received::clean(b' ')
-                }) && lost == 0;
+                let is_blank = segment.iter().all(|way| way.received == Received::clean(b' ')) && lost == 0;
                 if !is_blank {
                     outcome.silent.push(text());
                 }
@@ -543,7 +543,8 @@ fn with_a_line_check_of_sixteen_bits_nothing_is_altered() {
 
 #[test]
 fn every_single_change_of_a_checked_line_is_refused() {
-    let lines: Vec<String> = [xor, crc].iter().flat_map(|check| SCRIPT.iter().map(move |line| check(line))).collect();
+    let lines: Vec<String> =
+        [xor, crc].iter().flat_map(|check| SCRIPT.iter().map(move |line| check(line))).collect();
     let mut bench = Bench::new(false, &plain());
     for line in &lines {
         assert!(bench.feed_line(line), "{line} is right");

@@ -132,7 +132,10 @@ fn what_is_wrong_is_said_with_its_limit() {
 fn a_line_that_is_too_long_is_refused_whole() {
     let mut desk = Desk::new();
     let line = format!("slot 0 t7 5 {}-p 1000\r", " ".repeat(80));
-    assert_eq!(desk.type_in(&line), "{\"error\":{\"kind\":\"line_too_long\",\"most\":80,\"characters\":19}}\r\n");
+    assert_eq!(
+        desk.type_in(&line),
+        "{\"error\":{\"kind\":\"line_too_long\",\"most\":80,\"characters\":19}}\r\n"
+    );
     assert_eq!(desk.type_in("slot 0 off\r"), "{\"done\":true}\r\n");
     assert_eq!(desk.rest.orders.len(), 1);
 }
