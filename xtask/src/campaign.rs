@@ -32,7 +32,8 @@ const CAMPAIGNS: &[Campaign] = &[
         name: "altered",
         shows: "a million damaged scripts at the console, five ways each (30 min)",
         run: || {
-            let mut cargo = command::cargo(["test", "--release", "--package", "clino-console", "--test", "console"]);
+            let mut cargo =
+                command::cargo(["test", "--release", "--package", "clino-console", "--test", "console"]);
             cargo.args(["--", "--nocapture", "altered::"]).env("CLINO_SCRIPTS", "1000000");
             command::run(cargo)
         },
