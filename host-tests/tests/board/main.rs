@@ -9,6 +9,7 @@ mod faults;
 mod flood;
 mod full_load;
 mod hostile;
+mod impaired;
 mod main_job;
 mod pwm;
 mod saving;
