@@ -52,6 +52,16 @@ const CAMPAIGNS: &[Campaign] = &[
         runs: &[Script("fuzz/checks/fuzz.sh", &["300", "0"])],
     },
     Campaign {
+        name: "altered",
+        shows: "a million damaged scripts at the console, five ways each (30 min)",
+        run: || {
+            let mut cargo =
+                command::cargo(["test", "--release", "--package", "clino-console", "--test", "console"]);
+            cargo.args(["--", "--nocapture", "altered::"]).env("CLINO_SCRIPTS", "1000000");
+            command::run(cargo)
+        },
+    },
+    Campaign {
         name: "commissioning",
         shows: "the power cut at every character of an ISU's set-up and repair (3 min)",
         runs: &[Tests("clino-commissioning::isu_power_cut", "every_character", &[])],

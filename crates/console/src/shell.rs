@@ -48,7 +48,7 @@ const SILENCE: Micros = Micros::from_millis(100);
 /// More characters than a port has room for.
 const MOST_WAITING: usize = 1_000;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 enum Mode {
     /// Readings as they come, for `audience`; then commands of `back`.
     Stream {
@@ -91,7 +91,7 @@ impl Mode {
 }
 
 /// Why the stream of readings runs again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 enum Resumed {
     /// Nothing was typed for long.
     Idle,
@@ -313,7 +313,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     pub fn poll(&mut self, host: &mut dyn Host) -> bool {
         if let Some(news) = host.news() {
             self.presence.is_here(host.now());
-            let at_prompt = self.mode == Mode::Commands(Audience::People);
+            let at_prompt = matches!(self.mode, Mode::Commands(Audience::People));
             if at_prompt {
                 self.say("\n");
             }
@@ -370,7 +370,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             };
             if audience == Audience::Programs {
                 reply.list("progress", bus.name().into(), "done of", &[done.into(), of.into()]);
-            } else if self.mode == Mode::Task(bus) {
+            } else if matches!(self.mode, Mode::Task(waited) if waited == bus) {
                 reply.line("under way", "done of", &[done.into(), of.into()]);
             } else {
                 continue;

@@ -22,4 +22,5 @@ mod saving;
 mod summary;
 mod throughput;
 mod timing;
+mod typing;
 mod unplugging;

@@ -12,7 +12,8 @@ const EARLY: &str = "error: line not carried out, characters too early: ";
 
 #[test]
 fn a_paste_does_not_answer_the_question_in_its_middle() {
-    for rest in ["y\r", "y\rversion\r", "list\rsave\ry\r", "y", "\r", "\ry\r", "save\r", "\x03", "y\r\x03y\r"] {
+    for rest in ["y\r", "y\rversion\r", "list\rsave\ry\r", "y", "\r", "\ry\r", "save\r", "\x03", "y\r\x03y\r"]
+    {
         for end in ["\r", "\r\n"] {
             let mut desk = Desk::with_person();
             let said = desk.paste(&format!("t7 zero 5{end}{rest}"));
@@ -47,7 +48,15 @@ fn the_line_feed_of_the_line_end_is_no_answer() {
 
 #[test]
 fn a_paste_that_pauses_at_the_question_does_not_answer_it_either() {
-    for rest in ["list\rsave\r", "yes\rsave\r", "yy\rsave\r", " y\rsave\r", "y \rsave\r", "Y\rsave\r", "xy\x7f\x7fy\rsave\r"] {
+    for rest in [
+        "list\rsave\r",
+        "yes\rsave\r",
+        "yy\rsave\r",
+        " y\rsave\r",
+        "y \rsave\r",
+        "Y\rsave\r",
+        "xy\x7f\x7fy\rsave\r",
+    ] {
         let mut desk = Desk::with_person();
         desk.type_in("t7 zero 5\r");
         let said = desk.type_in(rest) + &desk.wait_ms(100);
@@ -211,12 +220,16 @@ fn statistics_are_not_made_up_for() {
 fn a_line_check_is_taken_off_and_required_from_then_on() {
     let answer = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal"}"#;
     let refused = |length| {
-        format!("{{\"error\":{{\"kind\":\"damaged_line\",\"reason\":\"check\",\"characters\":{length}}}}}\r\n")
+        format!(
+            "{{\"error\":{{\"kind\":\"damaged_line\",\"reason\":\"check\",\"characters\":{length}}}}}\r\n"
+        )
     };
     let mut desk = Desk::new();
     assert_eq!(desk.type_in("version\r"), format!("{answer}\r\n"), "optional");
     // Wrong, malformed, with something behind it.
-    for line in ["version*00", "version*6", "version*", "version*6A0", "version*+6", "version*6A ", "ver*sion"] {
+    for line in
+        ["version*00", "version*6", "version*", "version*6A0", "version*+6", "version*6A ", "ver*sion"]
+    {
         assert_eq!(desk.type_in(&format!("{line}\r")), refused(line.len()), "{line}");
     }
     // v^e^r^s^i^o^n, computed by hand: 76 65 72 73 69 6F 6E.

@@ -100,10 +100,32 @@ fn former_lines_come_back_and_are_edited() {
 fn keys_that_do_nothing_are_consumed_whole() {
     for keys in [
         // Insert, page up, page down; F1 to F12 of xterm, linux, PuTTY; with modifiers; shift-tab; focus.
-        "\x1b[2~", "\x1b[5~", "\x1b[6~", "\x1bOP", "\x1bOS", "\x1b[[A", "\x1b[[E", "\x1b[11~", "\x1b[15~", "\x1b[24~",
-        "\x1b[1;2P", "\x1b[15;5~", "\x1b[Z", "\x1b[I", "\x1b[O", "\x1b[E", "\x1b[G", "\x1b[3^", "\x1b[7@",
+        "\x1b[2~",
+        "\x1b[5~",
+        "\x1b[6~",
+        "\x1bOP",
+        "\x1bOS",
+        "\x1b[[A",
+        "\x1b[[E",
+        "\x1b[11~",
+        "\x1b[15~",
+        "\x1b[24~",
+        "\x1b[1;2P",
+        "\x1b[15;5~",
+        "\x1b[Z",
+        "\x1b[I",
+        "\x1b[O",
+        "\x1b[E",
+        "\x1b[G",
+        "\x1b[3^",
+        "\x1b[7@",
         // Answers of a terminal: cursor position, device attributes, mode, mouse.
-        "\x1b[24;80R", "\x1b[?1;2c", "\x1b[?2004;1$y", "\x1b[>0;276;0c", "\x1b[<0;10;20M", "\x1b[<0;10;20m",
+        "\x1b[24;80R",
+        "\x1b[?1;2c",
+        "\x1b[?2004;1$y",
+        "\x1b[>0;276;0c",
+        "\x1b[<0;10;20M",
+        "\x1b[<0;10;20m",
     ] {
         assert_eq!(line(&format!("x{keys}y")), "xy", "{keys:?}");
     }
@@ -179,7 +201,9 @@ fn what_is_not_typed_on_a_keyboard_of_this_language_spoils_the_line() {
 
 #[test]
 fn damage_stays_whatever_is_typed_after_it() {
-    for repair in ["\x7f", "\x15version", "\x1b[Aversion", "\x17version", "\x01\x0bversion", "\t", "\x1b[A\x1b[B\x15"] {
+    for repair in
+        ["\x7f", "\x15version", "\x1b[Aversion", "\x17version", "\x01\x0bversion", "\t", "\x1b[A\x1b[B\x15"]
+    {
         let mut desk = Desk::with_person();
         desk.type_in("version\r");
         let said = desk.type_in(&format!("version\u{e4}{repair}\r"));
@@ -203,7 +227,10 @@ fn what_the_port_knows_against_a_character_spoils_the_line() {
             assert_eq!(desk.printed(), "", "{byte:#04x} is no line end and no Ctrl-C");
             // What follows may be the rest of another line.
             let said = desk.type_in("t7 zero 5 --yes\r");
-            assert_eq!(said, "{\"error\":{\"kind\":\"damaged_line\",\"reason\":\"receiver\",\"characters\":1}}\r\n");
+            assert_eq!(
+                said,
+                "{\"error\":{\"kind\":\"damaged_line\",\"reason\":\"receiver\",\"characters\":1}}\r\n"
+            );
             assert!(desk.rest.orders.is_empty());
             assert!(desk.type_in("version\r").contains("9.8.7"));
         }
@@ -213,9 +240,13 @@ fn what_the_port_knows_against_a_character_spoils_the_line() {
 #[test]
 fn a_loss_spoils_the_line_it_may_have_joined() {
     for lost in [1, 7, 255] {
-        let expected = format!("{{\"error\":{{\"kind\":\"damaged_line\",\"reason\":\"lost\",\"characters\":{lost}}}}}\r\n");
+        let expected = format!(
+            "{{\"error\":{{\"kind\":\"damaged_line\",\"reason\":\"lost\",\"characters\":{lost}}}}}\r\n"
+        );
         // Before the first character, within, before the line end, and before the line feed of CR LF.
-        for (before, after) in [("", "zero 1"), ("t7 ", "zero 1 --yes"), ("set 0 period 2", "set 1 period 400"), ("list", "")] {
+        for (before, after) in
+            [("", "zero 1"), ("t7 ", "zero 1 --yes"), ("set 0 period 2", "set 1 period 400"), ("list", "")]
+        {
             let mut desk = Desk::new();
             desk.type_in(before);
             let next = after.bytes().next().unwrap_or(b'\r');
@@ -242,7 +273,10 @@ fn a_person_s_line_that_is_too_long_is_refused_whole() {
     assert!(desk.rest.orders.is_empty());
     let longest = format!("version{}", " ".repeat(73));
     assert!(desk.type_in(&format!("{longest}\r")).contains("9.8.7"));
-    assert!(desk.type_in(&format!("{longest} \x7f\r")).contains("more than 80: 1"), "what is deleted was typed");
+    assert!(
+        desk.type_in(&format!("{longest} \x7f\r")).contains("more than 80: 1"),
+        "what is deleted was typed"
+    );
 }
 
 #[test]
@@ -253,7 +287,9 @@ fn a_bracketed_paste_is_taken_as_it_is() {
     // Keys edit again after it.
     assert!(desk.type_in("versiom\x7fn\r").contains("9.8.7"));
     // Within it nothing edits: whatever looks like a key was in the text.
-    for text in ["t7 \x15zero 5 --yes", "set 0 period 20\x7f", "set 0\tperiod 20", "ver\x1b[Dsion", "x\x08version"] {
+    for text in
+        ["t7 \x15zero 5 --yes", "set 0 period 20\x7f", "set 0\tperiod 20", "ver\x1b[Dsion", "x\x08version"]
+    {
         let mut desk = Desk::with_person();
         let said = desk.type_in(&format!("\x1b[200~{text}\x1b[201~\r"));
         assert!(said.contains("error: line not carried out, control characters"), "{text:?}: {said:?}");
