@@ -12,7 +12,8 @@
 //! | bus level     | EXTI0      | (interrupt only, no pin)    |                                                |
 //!
 //! Avoided: PA0 (user button), PA9 (capacitor on VBUS), PA10 to PA12 (USB), PA4 and PA5 (not 5 V tolerant).
-//! All pins used are 5 V tolerant (DS8626 table 7, "FT").
+//! All pins used are 5 V tolerant (DS8626 table 7, "FT"), those without a pull resistor only. Which registers are relied on,
+//! and where they are set, is in `docs/registers.md`.
 
 use clino_bus::Event;
 use clino_console::Received;
@@ -21,7 +22,7 @@ use clino_recovery::{Clock, Mode};
 use cortex_m::peripheral::{DWT, NVIC};
 use cortex_m::singleton;
 use heapless::spsc::{Consumer, Queue};
-use stm32f4xx_hal::gpio::{Alternate, Output, PA1, PA15, PB8, PD10, PinState, Pull};
+use stm32f4xx_hal::gpio::{Alternate, Output, PA1, PA15, PB8, PD10, Pin, PinState, Pull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{BusClock, BusTimerClock, Config, Enable, Rcc, Reset};
@@ -140,37 +141,39 @@ impl Board {
         }
         let core_hz = rcc.clocks.hclk().raw();
 
-        // A receive pin is pulled up: a transceiver whose receiver is off leaves it floating.
-        gpiob.pb6.into_alternate::<7>();
+        // Each pin is told its pull: at reset some have one (PA13 to PA15, PB4: JTAG), and `into_alternate` leaves it. A receive
+        // pin is pulled up: a transceiver whose receiver is off leaves it floating. No other has a pull.
+        gpiob.pb6.into_alternate::<7>().internal_resistor(Pull::None);
         gpiob.pb7.into_alternate::<7>().internal_resistor(Pull::Up);
-        let de = gpiob.pb8.into_push_pull_output_in_state(PinState::Low);
+        let de = driver_enable(gpiob.pb8);
         let clock_hz = switch_on::<pac::USART1>(rcc);
         let t7 = Rs485::new(peripherals.USART1, de, &bus::timing(Bus::T7), clock_hz, core_hz, t7_producer);
 
-        gpiod.pd8.into_alternate::<7>();
+        gpiod.pd8.into_alternate::<7>().internal_resistor(Pull::None);
         gpiod.pd9.into_alternate::<7>().internal_resistor(Pull::Up);
-        let de = gpiod.pd10.into_push_pull_output_in_state(PinState::Low);
+        let de = driver_enable(gpiod.pd10);
         let clock_hz = switch_on::<pac::USART3>(rcc);
         let isu = Rs485::new(peripherals.USART3, de, &bus::timing(Bus::Isu), clock_hz, core_hz, isu_producer);
 
-        gpioa.pa2.into_alternate::<7>();
+        gpioa.pa2.into_alternate::<7>().internal_resistor(Pull::None);
         gpioa.pa3.into_alternate::<7>().internal_resistor(Pull::Up);
         let clock_hz = switch_on::<pac::USART2>(rcc);
         let divider = uart::divider(clock_hz, params::CONSOLE.baud);
         let keys = console::start(peripherals.USART2, divider, &mut queues.console);
 
-        gpioc.pc6.into_alternate::<8>();
+        gpioc.pc6.into_alternate::<8>().internal_resistor(Pull::None);
         gpioc.pc7.into_alternate::<8>().internal_resistor(Pull::Up);
-        let de = gpioc.pc8.into_push_pull_output_in_state(PinState::Low);
+        let de = driver_enable(gpioc.pc8);
         let clock_hz = switch_on::<pac::USART6>(rcc);
         let lines =
             modbus::port::start(peripherals.USART6, de, clock_hz, &modbus_settings, &mut queues.modbus);
 
+        // The signals have 5 V. An FT pin is 5 V tolerant only without a pull (DS8626 section 5.3.1).
         switch_on::<pac::TIM5>(rcc);
-        let pin = gpioa.pa1.into_alternate::<2>();
+        let pin = gpioa.pa1.into_alternate::<2>().internal_resistor(Pull::None);
         let pwm1 = PwmCapture::new(Tim5(peripherals.TIM5), TimerInput::Ti2, pin, pwm1_producer);
         switch_on::<pac::TIM2>(rcc);
-        let pin = gpioa.pa15.into_alternate::<1>();
+        let pin = gpioa.pa15.into_alternate::<1>().internal_resistor(Pull::None);
         let pwm2 = PwmCapture::new(peripherals.TIM2, TimerInput::Ti1, pin, pwm2_producer);
 
         bus::start(restraint(start.mode, clock));
@@ -178,6 +181,11 @@ impl Board {
         ports::start(Ports { t7, isu, pwm1, pwm2 }, start.mode, nvic);
         Board { mode: start.mode, keys, keeper }
     }
+}
+
+/// A driver enable, low: a resistor on the board keeps it low while the chip is in reset.
+fn driver_enable<const P: char, const N: u8>(pin: Pin<P, N>) -> Pin<P, N, Output> {
+    pin.into_push_pull_output_in_state(PinState::Low).internal_resistor(Pull::None)
 }
 
 /// What must not be asked of the gateway.

@@ -5,6 +5,7 @@ use clino_console::{BusState, Host, Received, Saved, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
+use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
@@ -14,7 +15,7 @@ use clino_recovery::Start;
 use cortex_m::peripheral::SCB;
 use heapless::spsc::Consumer;
 
-use crate::keeper::Keeper;
+use crate::keeper::{self, Keeper};
 use crate::{bus, clock, console, modbus, shared, start};
 
 /// The gateway: all of it is shared, but for who stores its configuration, and what is typed.
@@ -52,6 +53,13 @@ impl Host for Gateway {
 
     fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
         shared::SNAPSHOT.read(|view| view.glance(slot, now))
+    }
+
+    fn summary(&self) -> Summary {
+        let (start, unsaved, command) = (start::start(), keeper::is_unsaved(), modbus::has_command());
+        let parts = bus::with(|gateway| clino_modbus::parts(gateway, &start, unsaved, command));
+        let (parts, now) = (parts.unwrap_or_default(), clock::now());
+        shared::SNAPSHOT.read(|view| Summary::of(|slot| view.standing(slot, now), &parts))
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {

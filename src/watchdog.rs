@@ -10,6 +10,13 @@
 //! | a duty of the buses, of the PWM inputs, of Modbus | 0.5 s and two ticks |
 //! | the console or storing | 0.9 s and two ticks |
 //! | everything | 0.53 to 1.48 s, as its oscillator runs at 47 to 17 kHz |
+//! | everything, before [`start`] has set the time | 0.35 to 0.96 s |
+//!
+//! It runs from the first instructions after a reset on ([`pre_init`]), with the time that it has at reset:
+//! divider 4, 4096 counts. [`start`] sets its time. A time that was set counts from the next feed on (section 21.3), and takes
+//! up to five cycles of the oscillator to be taken over, during which a feed loads the old one and a further write is
+//! ignored (section 21.4.4): `start` waits for that and feeds. Then nothing feeds until the first tick: bringing the board up
+//! takes 30 ms, and a hang in it ends like any other.
 //!
 //! The longest time without a tick that is no hang is that of a sector being erased: 0.5 s, begun right after a feed
 //! ([`look`]). It fits before the watchdog's shortest time, and the tick after it fits as well.
@@ -18,7 +25,7 @@
 
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m::peripheral::{SCB, SYST};
+use cortex_m::peripheral::{DWT, SCB, SYST};
 use stm32f4xx_hal::pac;
 
 use clino_recovery::{Crash, Duties, Duty, Mode, TICK_MS};
@@ -41,9 +48,11 @@ const COUNTS: u32 = LSI_HZ.0 * LONGEST_MS / 1_000 / PRESCALER;
 /// The same for the fastest, in milliseconds.
 const SHORTEST_MS: u32 = COUNTS * PRESCALER * 1_000 / LSI_HZ.1;
 const _: () = assert!(SHORTEST_MS >= ERASE_MS + 2 * TICK_MS, "a legal erase would run into the watchdog");
+/// How long setting it may take, in milliseconds: five cycles of the slowest oscillator are 0.3 ms.
+const LONGEST_UPDATE_MS: u32 = 10;
 const _: () = assert!(COUNTS <= 0x1000, "RLR has twelve bits");
 
-/// What has to be written to KR (RM0090 section 21.4.1).
+/// What has to be written to KR (RM0090 section 21.4.1). [`pre_init`] has its own [`START`].
 const FEED: u16 = 0xAAAA;
 const UNLOCK: u16 = 0x5555;
 const START: u16 = 0xCCCC;
@@ -54,15 +63,52 @@ const _: () = assert!(TICK_CYCLES <= 1 << 24);
 
 static DUTIES: Duties = Duties::new();
 
-/// Starts the watchdog. Until [`begin`] nobody feeds it: bringing the board up takes less than its shortest time.
+/// Starts the watchdog before anything else, memory included. In assembly: no Rust may run before memory is set up.
+mod pre_init {
+    use core::arch::global_asm;
+
+    global_asm!(
+        ".section .text.__pre_init, \"ax\", %progbits",
+        ".global __pre_init",
+        ".type __pre_init, %function",
+        ".thumb_func",
+        "__pre_init:",
+        // IWDG_KR, and START.
+        "movw r0, #0x3000",
+        "movt r0, #0x4000",
+        "movw r1, #0xcccc",
+        "str r1, [r0]",
+        "bx lr",
+        ".size __pre_init, . - __pre_init",
+    );
+}
+
+/// Sets the watchdog's time. Until [`begin`] nothing feeds it after that.
 pub fn start(iwdg: &pac::IWDG, dbgmcu: &pac::DBGMCU) {
     // A core that a probe has stopped is no hang.
     dbgmcu.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
-    // SAFETY: the keys of the data sheet; it starts, then takes its settings.
+    // SAFETY: the keys of the manual. It runs already, unless a debugger has begun elsewhere.
     iwdg.kr().write(|w| unsafe { w.bits(START) });
+    wait_for_update(iwdg);
+    // SAFETY: as above; after this key both settings are taken.
     iwdg.kr().write(|w| unsafe { w.bits(UNLOCK) });
+    // SAFETY: a divider of the manual.
     iwdg.pr().write(|w| unsafe { w.bits(PRESCALER_CODE) });
     iwdg.rlr().write(|w| w.rl().set((COUNTS - 1) as u16));
+    wait_for_update(iwdg);
+    feed();
+}
+
+/// Waits until what was set has been taken over, but not for ever: each later feed loads what has been by then.
+fn wait_for_update(iwdg: &pac::IWDG) {
+    let begin = DWT::cycle_count();
+    let limit = params::INTERNAL_HZ / 1_000 * LONGEST_UPDATE_MS;
+    while DWT::cycle_count().wrapping_sub(begin) < limit {
+        let status = iwdg.sr().read();
+        if status.pvu().bit_is_clear() && status.rvu().bit_is_clear() {
+            return;
+        }
+    }
 }
 
 /// From here on every duty that this mode has is expected to check in.

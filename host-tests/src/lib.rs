@@ -8,7 +8,7 @@ pub mod modbus;
 mod ran;
 
 #[cfg(feature = "virtual-board")]
-pub use ran::{Ran, Spoken, elf, run, run_file};
+pub use ran::{Ran, Spoken, elf, image, run, run_file};
 
 #[cfg(all(test, not(feature = "virtual-board")))]
 mod tests {

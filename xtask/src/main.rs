@@ -6,6 +6,7 @@ mod command;
 mod firmware;
 mod flash;
 mod lint;
+mod nextest;
 mod programs;
 mod sim;
 mod size;

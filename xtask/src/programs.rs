@@ -6,7 +6,6 @@
 //! Programs are named as `cargo nextest` names them: `clino-codec` is the unit tests of a library, `clino-codec::vectors`
 //! an integration test, `clino-clino::bin/clino` the unit tests of a program.
 
-use std::env;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -37,12 +36,6 @@ pub fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
 fn with_image(command: &mut Command) {
     command.env("CLINO_ELF", firmware::elf());
     command.env("CLINO_VBOARD", command::target_dir().join("debug").join("vboard"));
-}
-
-/// Whether `cargo nextest` is there and wanted: `CLINO_TEST_RUNNER=cargo` does without it.
-pub fn has_nextest() -> bool {
-    let unwanted = env::var_os("CLINO_TEST_RUNNER").is_some_and(|name| name == "cargo");
-    !unwanted && command::output_of("cargo", &["nextest", "--version"]).is_some()
 }
 
 /// What was built.

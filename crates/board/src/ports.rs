@@ -3,7 +3,7 @@
 //! The DE pins, interrupts and clock enables of the ports are in `board.machine`; alternate functions are from
 //! the datasheet (DS8626 rev 9, table 9).
 
-use crate::pwm::{PwmWaveform, Steady};
+use crate::pwm::{PwmWaveform, Unconnected};
 use crate::usart::Pin;
 use clino_segment::wire::{Format, Received, Sent, Wire};
 use clino_sim::node::Ns;
@@ -13,6 +13,44 @@ const GPIOA: u64 = 0x4002_0000;
 const GPIOB: u64 = 0x4002_0400;
 const GPIOC: u64 = 0x4002_0800;
 const GPIOD: u64 = 0x4002_0c00;
+
+/// A serial port of the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SerialPort {
+    /// T7 bus: USART1.
+    T7,
+    /// ISU bus: USART3.
+    Isu,
+    /// Console: USART2.
+    Console,
+    /// Modbus uplink: USART6.
+    Modbus,
+}
+
+impl SerialPort {
+    /// All four.
+    pub const ALL: [SerialPort; 4] =
+        [SerialPort::T7, SerialPort::Isu, SerialPort::Console, SerialPort::Modbus];
+
+    /// The name that the board text and the bus log use.
+    pub const fn name(self) -> &'static str {
+        match self {
+            SerialPort::T7 => "t7",
+            SerialPort::Isu => "isu",
+            SerialPort::Console => "console",
+            SerialPort::Modbus => "modbus",
+        }
+    }
+}
+
+/// Something of each of the two ports that people and programs talk to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HostPorts<T> {
+    /// The console's.
+    pub console: T,
+    /// The Modbus port's.
+    pub modbus: T,
+}
 
 /// Everything outside the chip.
 pub struct Ports {
@@ -29,14 +67,14 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// Nothing connected: silent lines, both PWM inputs low.
+    /// Nothing connected: silent lines, both PWM inputs at the level of their pull resistors.
     pub fn open() -> Ports {
         Ports {
             t7: Box::new(Open),
             isu: Box::new(Open),
             console: Box::new(Open),
             modbus: Box::new(Open),
-            pwm: [Box::new(Steady(false)), Box::new(Steady(false))],
+            pwm: [Box::new(Unconnected), Box::new(Unconnected)],
         }
     }
 }
@@ -51,6 +89,11 @@ pub(crate) fn pins(name: &str) -> Option<(ClockOutput, Pin, Pin)> {
         "modbus" => (ClockOutput::PCLK2, pin(GPIOC, 6, 8), pin(GPIOC, 7, 8)),
         _ => return None,
     })
+}
+
+/// The pin of a PWM input: GPIO port and number.
+pub(crate) fn pwm_pin(channel: u64) -> (u64, u32) {
+    if channel == 1 { (GPIOA, 1) } else { (GPIOA, 15) }
 }
 
 /// A line with nothing on it.

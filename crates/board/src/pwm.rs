@@ -1,4 +1,7 @@
 //! PWM sources: a level on a pin with edges at exact instants, and a log of what was driven.
+//!
+//! A source that is not connected drives nothing: the pin is at the level of its pull resistor (PUPDR of its GPIO port), low
+//! without one. What firmware does to the resistor is seen up to [`LOOK`] later.
 
 use crate::timeline::{Actor, Timeline, lock};
 use clino_sim::node::Ns;
@@ -6,13 +9,18 @@ pub use clino_sim::pwm::Cycle;
 use rsemu::core::Result;
 use rsemu::core::device::{Device, DeviceClass, RealizeCtx, ResetKind};
 use rsemu::core::error::Error;
+use rsemu::core::space::{AddressSpace, MemAttrs};
+use rsemu::core::value::Width;
 use rsemu::core::wire::{Level, WireSource};
-use rsemu::machine::Instance;
 use rsemu::machine::validate::{ClassSchema, PortDir, PropSchema};
-use std::sync::{Arc, Mutex};
+use rsemu::machine::{BindCtx, Instance};
+use std::sync::{Arc, Mutex, OnceLock};
 
 /// Class name in the board text.
 pub(crate) const CLASS_NAME: &str = "clino.pwm";
+
+/// How often the pull resistor of an unconnected pin is looked at: 1 ms.
+pub const LOOK: Ns = 1_000_000;
 
 static CLASS: DeviceClass = DeviceClass {
     name: CLASS_NAME,
@@ -39,6 +47,11 @@ pub trait PwmWaveform: Send {
     /// What happens from `now` on. Called at power-up and at the end of each cycle. A pulse has no rising edge with
     /// `high` 0, and no falling one with `high` ≥ `period`.
     fn next_cycle(&mut self, now: Ns) -> Cycle;
+
+    /// Whether the source is connected at `now`. If it is not, the level of its cycle does not matter.
+    fn is_connected(&self, _now: Ns) -> bool {
+        true
+    }
 }
 
 impl<F: FnMut(Ns) -> Cycle + Send> PwmWaveform for F {
@@ -59,6 +72,47 @@ impl PwmWaveform for Steady {
     }
 }
 
+/// Nothing on the line.
+pub struct Unconnected;
+
+impl PwmWaveform for Unconnected {
+    fn next_cycle(&mut self, _now: Ns) -> Cycle {
+        Cycle::Level { high: false, recheck_after: LOOK }
+    }
+
+    fn is_connected(&self, _now: Ns) -> bool {
+        false
+    }
+}
+
+/// A waveform on a cable that is cut at times. A pulse under way is finished.
+pub struct Cable {
+    /// What is at its end.
+    pub waveform: Box<dyn PwmWaveform>,
+    /// When it is cut, `[from, until)`.
+    pub open: Vec<(Ns, Ns)>,
+}
+
+impl Cable {
+    /// Until when it is cut, if it is.
+    fn open_until(&self, now: Ns) -> Option<Ns> {
+        self.open.iter().find(|(from, until)| (*from..*until).contains(&now)).map(|&(_, until)| until)
+    }
+}
+
+impl PwmWaveform for Cable {
+    fn next_cycle(&mut self, now: Ns) -> Cycle {
+        match self.open_until(now) {
+            Some(until) => Cycle::Level { high: false, recheck_after: LOOK.min(until - now) },
+            None => self.waveform.next_cycle(now),
+        }
+    }
+
+    fn is_connected(&self, now: Ns) -> bool {
+        self.open_until(now).is_none() && self.waveform.is_connected(now)
+    }
+}
+
 /// One pulse as it was on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pulse {
@@ -73,6 +127,9 @@ pub struct Pulse {
 /// One source.
 pub(crate) struct Source {
     timeline: Arc<Timeline>,
+    /// Base address of the GPIO port, and number of the pin.
+    pin: (u64, u32),
+    space: OnceLock<Arc<AddressSpace>>,
     out: Mutex<Vec<WireSource>>,
     state: Mutex<State>,
 }
@@ -92,9 +149,11 @@ struct State {
 
 impl Source {
     /// A source that begins with a low line at power-up.
-    pub fn new(waveform: Box<dyn PwmWaveform>, timeline: Arc<Timeline>) -> Source {
+    pub fn new(waveform: Box<dyn PwmWaveform>, pin: (u64, u32), timeline: Arc<Timeline>) -> Source {
         Source {
             timeline,
+            pin,
+            space: OnceLock::new(),
             out: Mutex::new(Vec::new()),
             state: Mutex::new(State {
                 waveform,
@@ -106,6 +165,16 @@ impl Source {
                 log: Vec::new(),
             }),
         }
+    }
+
+    /// Whether the pin has a pull-up.
+    fn is_pulled_up(&self) -> bool {
+        const PUPDR: u64 = 0x0c;
+        const PULL_UP: u64 = 0b01;
+        let (port, number) = self.pin;
+        let read = |space: &Arc<AddressSpace>| space.read(port + PUPDR, Width::U32, MemAttrs::DEBUG).ok();
+        let pulls = self.space.get().and_then(read).unwrap_or(0);
+        pulls >> (2 * number) & 0b11 == PULL_UP
     }
 
     /// Every complete pulse so far, in order.
@@ -120,15 +189,16 @@ impl State {
     }
 
     /// Takes the one step that is due at `now`.
-    fn step(&mut self, now: Ns) {
+    fn step(&mut self, now: Ns, pulled_up: bool) {
         if self.fall_at.take().is_some() {
             self.level(now, false);
             return;
         }
         match self.waveform.next_cycle(now) {
             Cycle::Level { high, recheck_after } => {
+                let connected = self.waveform.is_connected(now);
                 self.end_at = now + recheck_after.max(1);
-                self.level(now, high);
+                self.level(now, if connected { high } else { pulled_up });
             }
             Cycle::Pulse { period, high } => {
                 let period = period.max(1);
@@ -162,7 +232,7 @@ impl Actor for Source {
 
     fn act(&self, now: Ns) {
         let mut state = lock(&self.state);
-        state.step(now);
+        state.step(now, self.is_pulled_up());
         let level = Level::from(state.high);
         drop(state);
         for out in lock(&self.out).iter() {
@@ -208,14 +278,21 @@ impl Device for PwmDevice {
     }
 }
 
-impl Instance for PwmDevice {}
+impl Instance for PwmDevice {
+    fn bind(&self, ctx: &BindCtx<'_>) -> Result<()> {
+        if let Some(space) = ctx.space_named("mem") {
+            let _ = self.0.space.set(Arc::clone(space));
+        }
+        Ok(())
+    }
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn run(waveform: impl PwmWaveform + 'static, until: Ns) -> Source {
-        let source = Source::new(Box::new(waveform), Arc::new(Timeline::new()));
+        let source = Source::new(Box::new(waveform), (0, 0), Arc::new(Timeline::new()));
         while let Some(at) = source.next_event().filter(|at| *at <= until) {
             source.act(at);
         }

@@ -81,7 +81,7 @@ static COMMANDS: [Command; 22] = [
         Verb::Isu,
         "isu",
         "info A | reset A | zero A | null A POSITION | address A NEW | repair A; [--yes]",
-        "set up and repair ISUs",
+        "set up and repair ISUs; reset, null, address and repair start the module again: no angle for up to 5 s",
     ),
     command(Verb::Cancel, "cancel", "", "stop what t7 and isu have begun, at the next safe point"),
     command(Verb::Counters, "counters", "[SLOT]", "what happened since reset"),
@@ -142,8 +142,9 @@ pub fn describe_all(reply: &mut Reply<'_>) {
 /// Where nothing can be completed a blank is put behind the word: a tab in a text that is pasted keeps its words apart.
 pub fn complete(line: &mut Line) {
     let before = line.before_cursor();
-    let begun = before.rsplit(' ').next().unwrap_or("");
-    let is_first = begun.len() == before.trim_start().len();
+    let begun = before.bytes().rev().take_while(|&byte| byte != b' ').count();
+    let is_first = begun == before.trim_ascii_start().len();
+    let begun = before.get(before.len().saturating_sub(begun)..).unwrap_or("");
     let mut found: Option<&'static str> = None;
     let mut is_whole = !begun.is_empty();
     for rest in COMMANDS.iter().filter_map(|command| command.name.strip_prefix(begun)) {

@@ -15,6 +15,7 @@ use crate::history::History;
 use crate::keys::{Key, Keys};
 use crate::line::{Line, PROMPT, Reason};
 use crate::received::Received;
+use crate::typed::split_before;
 
 /// Most keys of one line. A person does not press as many; a port that sends back what is drawn does.
 const MOST_KEYS: u16 = 1_000;
@@ -204,14 +205,14 @@ fn back(out: &mut dyn Write, columns: usize) {
 
 /// Where the word before the cursor begins.
 fn word_begin(line: &Line) -> usize {
-    let words = line.before_cursor().trim_end();
-    words.rfind(' ').map_or(0, |blank| blank.saturating_add(1))
+    let before = line.before_cursor().trim_ascii_end();
+    let word = before.bytes().rev().take_while(|&byte| byte != b' ').count();
+    before.len().saturating_sub(word)
 }
 
 /// Where the word after the cursor ends.
 fn word_end(line: &Line) -> usize {
     let rest = line.text().get(line.cursor()..).unwrap_or("");
-    let blanks = rest.len().saturating_sub(rest.trim_start().len());
-    let word = rest.trim_start().find(' ').unwrap_or(rest.trim_start().len());
-    line.cursor().saturating_add(blanks).saturating_add(word)
+    let (_, behind) = split_before(rest.trim_ascii_start(), b' ');
+    line.length().saturating_sub(behind.len())
 }

@@ -6,9 +6,10 @@ use clino_codec::t7::EncodeError;
 use clino_gateway::config::Kind;
 use clino_gateway::order::Refusal;
 use clino_gateway::settings::Number;
-use clino_gateway::{INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_PPM};
+use clino_gateway::{Consequence, INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_PPM};
 
 use crate::causes;
+use crate::consequences::{self, Told};
 use crate::host::StorageError;
 use crate::line::{Damage, ERROR, LONGEST_LINE, Reason};
 use crate::reply::Reply;
@@ -43,7 +44,7 @@ pub enum Error<'a> {
     /// A quotation mark without its other one, or in the middle of a word.
     Quotes,
     /// What is done cannot be undone, and a program has not said that it is meant.
-    Unconfirmed,
+    Unconfirmed(Consequence),
     /// The slot has no value that could be taken.
     NoValue { slot: u8, status: Status },
     /// What is stored cannot be read or written.
@@ -132,7 +133,13 @@ impl Error<'_> {
             }
             Error::Working => ("busy", "why", [why, NONE, NONE, NONE]),
             Error::Quotes => ("bad_argument", "why", [why, NONE, NONE, NONE]),
-            Error::Unconfirmed => ("unconfirmed", "why", [why, NONE, NONE, NONE]),
+            Error::Unconfirmed(Consequence { silenced: 0, shared: None }) => {
+                ("unconfirmed", "why", [why, NONE, NONE, NONE])
+            }
+            Error::Unconfirmed(consequence) => {
+                let (names, value) = consequences::named(consequence);
+                ("unconfirmed", names, [why, value, NONE, NONE])
+            }
             Error::NoValue { slot, status } => {
                 ("no_value", "slot status", [slot.into(), status.name().into(), NONE, NONE])
             }
@@ -235,7 +242,10 @@ impl Display for Error<'_> {
             }
             Error::Working => out.write_str("line not carried out, a task is running: Ctrl-C stops it"),
             Error::Quotes => out.write_str("a quotation mark that is not closed, or within a word"),
-            Error::Unconfirmed => out.write_str("not to be undone, wants --yes"),
+            Error::Unconfirmed(consequence) => {
+                let separator = if *consequence == Consequence::NONE { "" } else { "; " };
+                write!(out, "{}{separator}not to be undone, wants --yes", Told(*consequence))
+            }
             Error::NoValue { slot, status } => write!(out, "slot {slot} is {}", status.name()),
             Error::Storage(error) => out.write_str(error.name()),
             Error::Absent(what) => write!(out, "this board has no {what}"),

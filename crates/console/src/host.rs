@@ -6,6 +6,7 @@ use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
+use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Bus, BusHealth, BusSettings, Glance, Reading, SlotConfig, SlotCounters};
@@ -26,6 +27,9 @@ pub trait Host {
     fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
         self.reading(slot).map(|reading| reading.glance(now))
     }
+
+    /// All slots and faults, summed up.
+    fn summary(&self) -> Summary;
 
     /// How a slot is set; `None` beyond the last slot.
     fn config(&self, slot: usize) -> Option<SlotConfig>;

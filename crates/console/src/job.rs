@@ -131,7 +131,7 @@ impl<'a> Job<'_, 'a> {
         } else if self.reply.is_for_people() {
             *self.next = Next::Ask(pending);
         } else {
-            return Err(self.refuse(&Error::Unconfirmed));
+            return Err(self.refuse(&Error::Unconfirmed(pending.consequence())));
         }
         Ok(())
     }

@@ -30,6 +30,8 @@
 
 use clino_modbus::crc;
 
+use crate::typed::split_before;
+
 /// Longest line that can be typed or sent, line check included.
 pub const LONGEST_LINE: usize = 80;
 /// What stands before a line that a person types.
@@ -214,7 +216,7 @@ impl Line {
     /// The line is at its end: what it is worth.
     pub fn judge(&self) -> Verdict<'_> {
         let text = self.text();
-        let begins = |with: &str| text.starts_with(with.trim_end());
+        let begins = |with: &str| text.starts_with(with.trim_ascii_end());
         let ends = if self.length < LONGEST_LINE { text.ends_with('}') } else { self.last == b'}' };
         if begins("{") || ends || begins(ERROR) || begins(PROMPT) {
             return Verdict::Own;
@@ -234,7 +236,8 @@ impl Line {
 
 /// A line without its check, if that is right.
 fn checked(text: &str) -> Option<(&str, Check)> {
-    let Some((body, digits)) = text.split_once('*') else { return Some((text, Check::None)) };
+    let (body, check) = split_before(text, b'*');
+    let Some(digits) = check.strip_prefix('*') else { return Some((text, Check::None)) };
     let hexadecimal = digits.bytes().all(|digit| digit.is_ascii_hexdigit());
     let told = u16::from_str_radix(digits, 16).ok().filter(|_| hexadecimal)?;
     let (check, computed) = match digits.len() {

@@ -13,12 +13,14 @@ use crate::stream::STATISTICS_EVERY;
 
 /// A line that was begun waits so many idle times.
 const BEGUN: u64 = 10;
-/// Longest delay of an echo, and a reserve.
+/// Longest delay of an echo, and as much again.
 const ECHO_DELAY: Micros = Micros::from_millis(1_000);
 
 /// Whether somebody is there.
 pub struct Presence {
     heard: Micros,
+    /// The last character followed at once on the one before, as characters of one line of an echo do.
+    is_flowing: bool,
     /// An empty line is an echo until then.
     echo_until: Micros,
     /// Lines that were damaged, since reset.
@@ -28,17 +30,18 @@ pub struct Presence {
 }
 
 impl Presence {
-    /// Nothing was heard yet.
+    /// Nothing was typed yet.
     pub const fn new() -> Presence {
-        Presence { heard: Micros::ZERO, echo_until: Micros::ZERO, damaged: 0, own: 0 }
+        Presence { heard: Micros::ZERO, is_flowing: false, echo_until: Micros::ZERO, damaged: 0, own: 0 }
     }
 
     /// Something is typed, or printed for somebody.
     pub fn is_here(&mut self, now: Micros) {
+        self.is_flowing = now.since(self.heard) < ECHO_DELAY;
         self.heard = now;
     }
 
-    /// Whether a prompt is left alone: nothing was typed for `idle`, if that is limited. `begun`: a line stands at it.
+    /// Whether a prompt is left alone for the idle time, if there is one. `begun`: a line stands at it.
     pub fn is_gone(&self, now: Micros, idle: Option<Micros>, begun: bool) -> bool {
         idle.is_some_and(|idle| now.since(self.heard) >= if begun { idle.times(BEGUN) } else { idle })
     }
@@ -46,7 +49,9 @@ impl Presence {
     /// A line of the gateway's own has come back.
     pub fn echo(&mut self, now: Micros) {
         self.own = self.own.saturating_add(1);
-        self.echo_until = now + STATISTICS_EVERY.times(2) + ECHO_DELAY;
+        if self.is_flowing {
+            self.echo_until = now + STATISTICS_EVERY.times(2) + ECHO_DELAY;
+        }
     }
 
     /// Whether such lines come back.

@@ -140,6 +140,18 @@ impl Reply<'_> {
         }
     }
 
+    /// Says what the answer does not: a sentence for people, `{"hint":{"kind":…,"why":…}}` for programs.
+    #[inline(never)]
+    pub fn hint(&mut self, kind: &str, why: &dyn Display, names: &str, values: &[Value<'_>]) {
+        if self.is_for_people() {
+            _ = writeln!(self.out, "note: {why}");
+            return;
+        }
+        _ = write!(self.out, "{{\"hint\":{{\"kind\":\"{kind}\",\"why\":\"{}\"", Plain(why));
+        self.more(names, values);
+        self.say("}}\n");
+    }
+
     /// What was ordered is not done yet, and will be.
     #[inline(never)]
     pub fn accepted(&mut self) {

@@ -24,6 +24,7 @@ use clino_gateway::Bus;
 use clino_gateway::order::Order;
 use embedded_io::Write;
 
+use crate::consequences;
 use crate::editor::{Editor, Event, Manner};
 use crate::error::Error;
 use crate::execute::execute;
@@ -47,7 +48,7 @@ const SILENCE: Micros = Micros::from_millis(100);
 /// More characters than a port has room for.
 const MOST_WAITING: usize = 1_000;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 enum Mode {
     /// Readings as they come, for `audience`; then commands of `back`.
     Stream {
@@ -90,7 +91,7 @@ impl Mode {
 }
 
 /// Why the stream of readings runs again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 enum Resumed {
     /// Nothing was typed for long.
     Idle,
@@ -124,7 +125,7 @@ pub struct Shell<W: Write<Error = Infallible> + Clone> {
 
 impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     /// A console that streams JSON lines, as it does after power-up: a logger needs to type nothing. A prompt at which nothing
-    /// is typed for the console's idle time gives way to the stream.
+    /// is typed for the idle time of the settings gives way to the stream.
     #[inline(never)]
     pub fn new(out: W) -> Shell<W> {
         Shell {
@@ -152,10 +153,9 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         let manner = self.mode.manner();
         let line = &mut self.editor.line;
-        if line.length() > 0
-            && manner == Manner::PROGRAM
-            && self.presence.is_gone(now, host.console().idle(), false)
-        {
+        let is_begun = line.length() > 0 && !line.is_damaged();
+        let idle = host.console().idle();
+        if is_begun && manner == Manner::PROGRAM && self.presence.is_gone(now, idle, false) {
             line.spoil(Reason::Left, line.length() as u16);
         }
         self.presence.is_here(now);
@@ -288,7 +288,12 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         self.editor.begin();
         match next {
-            Next::CarryOut(pending) => self.carry_out(pending, audience, host),
+            Next::CarryOut(pending) => {
+                // No question was asked.
+                let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
+                consequences::warn(&mut reply, pending.consequence());
+                self.carry_out(pending, audience, host);
+            }
             Next::Stay if audience == Audience::People => self.speak(audience),
             next => self.follow(next, audience, host),
         }
@@ -308,7 +313,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     pub fn poll(&mut self, host: &mut dyn Host) -> bool {
         if let Some(news) = host.news() {
             self.presence.is_here(host.now());
-            let at_prompt = self.mode == Mode::Commands(Audience::People);
+            let at_prompt = matches!(self.mode, Mode::Commands(Audience::People));
             if at_prompt {
                 self.say("\n");
             }
@@ -365,7 +370,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             };
             if audience == Audience::Programs {
                 reply.list("progress", bus.name().into(), "done of", &[done.into(), of.into()]);
-            } else if self.mode == Mode::Task(bus) {
+            } else if matches!(self.mode, Mode::Task(waited) if waited == bus) {
                 reply.line("under way", "done of", &[done.into(), of.into()]);
             } else {
                 continue;
@@ -392,7 +397,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     /// Asks whether this is meant.
     #[inline(never)]
     fn ask(&mut self, pending: Pending, host: &mut dyn Host) {
-        self.say(pending.question());
+        pending.ask(&mut Text(&mut self.out));
         host.flush();
         let mut early = 0_u16;
         for received in (0..MOST_WAITING).map_while(|_| host.received()) {

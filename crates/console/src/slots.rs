@@ -5,7 +5,7 @@ use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
 use clino_gateway::settings::slot::{NAMES, SETTINGS, id, setting};
 use clino_gateway::settings::{self, Given};
-use clino_gateway::{Bus, MAX_SLOTS, Published, SlotConfig, json};
+use clino_gateway::{Bus, Health, MAX_SLOTS, Published, SlotConfig, Status, json};
 
 use crate::error::Error;
 use crate::job::{Job, Outcome, Told};
@@ -33,6 +33,7 @@ pub fn list(job: &mut Job<'_, '_>) -> Outcome {
     for reading in (0..MAX_SLOTS).map_while(|slot| job.host.reading(slot)) {
         table::row(&mut job.reply, &reading, job.now);
     }
+    table::summary(&mut job.reply, &job.host.summary());
     Ok(())
 }
 
@@ -42,6 +43,13 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let Some(reading) = job.host.reading(slot.into()) else { return Ok(()) };
     let (now, (kind, bus, address)) = (job.now, json::name(&reading.source));
+    let status = reading.status(now);
+    // Of a value that is not there nothing is known, neither that it is well nor that it is new.
+    let known = |value| if status == Status::Ok { value } else { Value::None };
+    let health = match reading.health {
+        Health::WELL if status != Status::Ok && job.reply.is_for_people() => "unknown".into(),
+        health => Value::Health(health),
+    };
     // The first ones are those of the stream.
     let names = "kind bus address status angle_deg age_ms health \
                  raw_deg rate_deg_s turns temperature_c fresh sequence";
@@ -49,15 +57,15 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
         kind.into(),
         bus.into(),
         address.into(),
-        reading.status(now).name().into(),
+        status.name().into(),
         reading.angle(now).into(),
         reading.age(now).map(Micros::as_millis).into(),
-        Value::Health(reading.health),
+        health,
         reading.raw(now).map(Published::of_sensor).into(),
         reading.rate(now).map(|rate| Value::Thousandths(rate.into())).into(),
-        reading.turns().into(),
-        reading.temperature().map(|c| Value::Thousandths(i64::from(c).saturating_mul(10))).into(),
-        Value::Flag(reading.is_fresh()),
+        known(reading.turns().into()),
+        known(reading.temperature().map(|c| Value::Thousandths(i64::from(c).saturating_mul(10))).into()),
+        known(Value::Flag(reading.is_fresh())),
         reading.sequence.into(),
     ];
     job.reply.list("slot", slot.into(), names, &values);

@@ -4,6 +4,7 @@ use core::fmt::{self, Write};
 
 use clino_bus::Micros;
 use clino_gateway::json::{self, Topic, name};
+use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusFault, Reading, Source};
 
 use crate::host::BusState;
@@ -47,6 +48,17 @@ fn columns(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
     write!(out, "  {}", reading.status(now).name())?;
     reading.health.names().try_for_each(|name| write!(out, " {name}"))?;
     out.write_str("\n")
+}
+
+/// How the gateway is doing as a whole; nothing for people while all is well.
+pub fn summary(reply: &mut Reply<'_>, summary: &Summary) {
+    let Summary { signals, online, enabled, .. } = *summary;
+    if !reply.is_for_people() {
+        let values = [enabled.into(), online.count_ones().into(), summary.good().into()];
+        reply.list("summary", Value::Signals(signals), "enabled online ok", &values);
+    } else if !signals.is_clean() {
+        _ = writeln!(reply.out, "signals: {}", Value::Signals(signals));
+    }
 }
 
 /// What happened on a bus since reset.

@@ -6,16 +6,15 @@ use clino_codec::t7::{Address, Axis, BaudRate, Millidegrees};
 use clino_codec::{isu as isu_codec, t7 as t7_codec};
 use clino_commissioning::isu::Module;
 use clino_commissioning::t7::{Device, Rates, Setting};
-use clino_gateway::Bus;
 use clino_gateway::config::{Kind, SINGLE_AXIS};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::bus::T7_BIT_RATES;
-use clino_gateway::task;
+use clino_gateway::{Bus, Consequence, task};
 
 use crate::error::Error;
 use crate::job::{Job, Outcome, Told};
 use crate::meter::BUSES;
-use crate::pending::Pending;
+use crate::pending::{Pending, is_at_work};
 use crate::typed::Opt;
 use crate::words::{IsuVerb, T7Verb};
 
@@ -91,7 +90,12 @@ pub fn cancel(job: &mut Job<'_, '_>) -> Outcome {
         let result = job.host.order(Order::Cancel(bus));
         job.accepted(result)?;
     }
-    job.reply.done();
+    // A task goes on to its next consistent point; its end is told then.
+    if is_at_work(job.host) {
+        job.reply.accepted()
+    } else {
+        job.reply.done()
+    }
     Ok(())
 }
 
@@ -101,7 +105,14 @@ fn begin(job: &mut Job<'_, '_>, bus: Bus, order: Order, writes: bool) -> Outcome
     job.accepted(order.check())?;
     // There is nothing to be asked about the others.
     job.typed.yes |= !writes;
-    job.confirmed(Pending::Task(bus, order))
+    let consequence = consequence(job, &order);
+    job.confirmed(Pending::Task(bus, order, consequence))
+}
+
+#[inline(never)]
+fn consequence(job: &Job<'_, '_>, order: &Order) -> Consequence {
+    let baud = job.host.bus(Bus::T7).map_or(0, |state| state.settings.timing.serial.baud);
+    Consequence::of(order, baud, &|slot| job.host.config(slot.into()))
 }
 
 fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Told> {

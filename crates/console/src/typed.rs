@@ -121,13 +121,17 @@ struct Word<'a> {
 
 /// Takes the next word off a line.
 fn next_word<'a>(rest: &mut &'a str) -> Result<Option<Word<'a>>, Error<'a>> {
-    let line = rest.trim_start_matches(' ');
+    let line = rest.trim_ascii_start();
     let quoted = line.strip_prefix('"');
     let (text, behind) = match quoted {
-        Some(line) => line.split_once('"').ok_or(Error::Quotes)?,
-        None => line.split_at_checked(line.find(' ').unwrap_or(line.len())).unwrap_or((line, "")),
+        Some(line) => {
+            let (text, behind) = split_before(line, b'"');
+            (text, behind.strip_prefix('"').ok_or(Error::Quotes)?)
+        }
+        None => split_before(line, b' '),
     };
-    if !behind.is_empty() && !behind.starts_with(' ') || quoted.is_none() && text.contains('"') {
+    let is_word = quoted.is_some() || text.bytes().all(|byte| byte != b'"');
+    if !is_word || !(behind.is_empty() || behind.starts_with(' ')) {
         return Err(Error::Quotes);
     }
     *rest = behind;
@@ -146,6 +150,11 @@ fn one_letter(letter: &str) -> Result<char, Error<'_>> {
 
 /// The name of the command, and what follows it.
 pub fn split(line: &str) -> (&str, &str) {
-    let line = line.trim_matches(' ');
-    line.split_at_checked(line.find(' ').unwrap_or(line.len())).unwrap_or((line, ""))
+    split_before(line.trim_ascii(), b' ')
+}
+
+/// What is before the first of these characters, and the rest. (The standard library's own knows all of Unicode.)
+pub fn split_before(line: &str, character: u8) -> (&str, &str) {
+    let before = line.bytes().take_while(|&byte| byte != character).count();
+    line.split_at_checked(before).unwrap_or((line, ""))
 }

@@ -3,6 +3,7 @@
 use core::fmt::{self, Display, Write};
 
 use clino_codec::angle::Angle;
+use clino_gateway::summary::Signals;
 use clino_gateway::{Health, Published};
 
 use crate::reply::{Audience, Plain};
@@ -35,6 +36,8 @@ pub enum Value<'a> {
     Hex(u32),
     /// Signals of a slot.
     Health(Health),
+    /// Signals of the gateway.
+    Signals(Signals),
     /// There is none.
     None,
 }
@@ -106,18 +109,25 @@ impl Value<'_> {
                 (true, false) => "false",
             }),
             Value::Hex(bits) => write!(out, "{quote}{bits:#010x}{quote}"),
-            Value::Health(Health::WELL) => out.write_str(if programs { "[]" } else { "well" }),
-            Value::Health(health) => {
-                let mut before = if programs { "[" } else { "" };
-                for name in health.names() {
-                    write!(out, "{before}{quote}{name}{quote}")?;
-                    before = if programs { "," } else { " " };
-                }
-                out.write_str(if programs { "]" } else { "" })
-            }
+            Value::Health(health) => names(out, programs, &mut health.names()),
+            Value::Signals(signals) => names(out, programs, &mut signals.names()),
             Value::None => out.write_str(if programs { "null" } else { "none" }),
         }
     }
+}
+
+/// Names of signals, or that there are none.
+fn names(out: &mut dyn Write, programs: bool, names: &mut dyn Iterator<Item = &'static str>) -> fmt::Result {
+    let (begin, between, end, none) = if programs { ("[", ",", "]", "[") } else { ("", " ", "", "well") };
+    let quote = if programs { "\"" } else { "" };
+    let mut before = begin;
+    for name in names {
+        write!(out, "{before}{quote}{name}{quote}")?;
+        before = between;
+    }
+    // Nothing stands behind the beginning.
+    out.write_str(if before == begin { none } else { "" })?;
+    out.write_str(end)
 }
 
 /// Decimals of a number in thousandths.

@@ -231,6 +231,14 @@ impl Gateway {
         self.t7.has_news(asker) || self.isu.has_news(asker)
     }
 
+    /// Whether a task on this bus has said something that was not fetched yet.
+    pub(crate) fn holds_news(&self, bus: Bus) -> bool {
+        [Asker::Console, Asker::Modbus].into_iter().any(|asker| match bus {
+            Bus::T7 => self.t7.has_news(asker),
+            Bus::Isu => self.isu.has_news(asker),
+        })
+    }
+
     /// From now on the slot reads this.
     fn configure(&mut self, index: usize, config: SlotConfig) {
         self.note_settings(index);

@@ -23,8 +23,9 @@ use crate::config::{Bus, Kind, PwmInput, Source};
 use crate::outage::{BusFault, BusHealth};
 use crate::value::Reading;
 
-/// Longest line this module writes, line end (CR LF on the wire) included: a reading with every signal and the highest age.
-pub const MAX_LINE: usize = 168;
+/// Longest line of the stream, line end (CR LF on the wire) included: the summary with every signal. A reading with every
+/// signal and the highest age has 168 characters.
+pub const MAX_LINE: usize = 216;
 
 /// Writes a reading as it stands at `now`.
 pub fn reading(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {

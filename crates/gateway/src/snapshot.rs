@@ -18,6 +18,7 @@ use clino_bus::Micros;
 
 use crate::bits::Bits;
 use crate::config::MAX_SLOTS;
+use crate::summary::Standing;
 use crate::{Glance, Published, Reading, Status};
 
 mod words;
@@ -123,6 +124,11 @@ impl View<'_> {
     /// What a slot says at `now`: a sixth of the work of [`View::reading`]. `None` beyond the last one.
     pub fn value(&self, slot: usize, now: Micros) -> Option<Value> {
         self.rows.get(slot).map(|row| words::value(&row.0, now))
+    }
+
+    /// What a slot declares at `now`. `None` beyond the last one.
+    pub fn standing(&self, slot: usize, now: Micros) -> Option<Standing> {
+        self.rows.get(slot).map(|row| words::standing(&row.0, now))
     }
 
     /// The least of a reading, as of `now`: a tenth of the work. `None` beyond the last one.

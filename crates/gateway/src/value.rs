@@ -16,7 +16,7 @@ pub use publication::Published;
 pub enum Status {
     /// The slot is switched off.
     Disabled,
-    /// Nothing was read since reset.
+    /// Nothing was read since reset, or since the slot or its sensor was set up anew.
     #[default]
     NeverRead,
     /// The angle is right and fresh.

@@ -8,15 +8,16 @@
 use clino_bus::{DriverEnable, Micros};
 use clino_gateway::order::Order;
 use clino_gateway::settings::{Given, console, slot};
+use clino_gateway::summary::Summary;
 use clino_gateway::{
-    Asker, Bus, BusChange, Detail, Gateway, Reading, SlotConfig, Snapshot, Source, Value, View,
+    Asker, Bus, BusChange, Consequence, Detail, Gateway, Reading, SlotConfig, Snapshot, Source, Value, View,
 };
-use clino_recovery::{Mode, Start};
+use clino_recovery::Start;
 
-use crate::bits::gateway_bits;
 use crate::command::{Command, Outcome, Progress};
 use crate::exception::Exception;
-use crate::host::{Host, Refusal, SLOTS, Write};
+use crate::host::{Host, Refusal, Write};
+use crate::parts::parts;
 use crate::settings::Settings;
 
 mod read;
@@ -72,13 +73,23 @@ pub struct Binding<'a, S> {
     progress: Progress,
     /// Where the last command is under way as a task.
     task: Option<Bus>,
+    /// Nodes that the command in hand silences.
+    silenced: u16,
 }
 
 impl<'a, S: Site> Binding<'a, S> {
     /// A binding of the gateway at this site.
     pub fn new(site: S, snapshot: &'a Snapshot) -> Binding<'a, S> {
         let view = snapshot.view();
-        Binding { site, snapshot, view, now: Micros::ZERO, progress: Progress::default(), task: None }
+        Binding {
+            site,
+            snapshot,
+            view,
+            now: Micros::ZERO,
+            progress: Progress::default(),
+            task: None,
+            silenced: 0,
+        }
     }
 
     /// Hears what has become of a task. To be called when the bus level has run.
@@ -89,6 +100,16 @@ impl<'a, S: Site> Binding<'a, S> {
                 self.end(outcome);
             }
         }
+        // What the console has begun tells its end there.
+        if let (Some(Command::Cancel), Some(bus)) = (self.progress.command, self.task)
+            && !self.is_at_work(bus)
+        {
+            self.end(Outcome::Done);
+        }
+    }
+
+    fn is_at_work(&self, bus: Bus) -> bool {
+        self.site.gateway(|gateway| gateway.progress(bus).is_some()).unwrap_or(false)
     }
 
     /// What the site was asked for is done, or has failed.
@@ -150,12 +171,23 @@ impl<'a, S: Site> Binding<'a, S> {
             }
             Command::Cancel => {
                 let bus = Bus::from_number(target).ok_or(Refusal::Value)?;
+                // What is under way elsewhere would be told no more.
+                if self.progress.outcome == Outcome::Running && self.task != Some(bus) {
+                    return Err(Refusal::Busy);
+                }
                 self.order(Order::Cancel(bus))?;
-                return Ok(Outcome::Done);
+                self.task = Some(bus).filter(|&bus| self.is_at_work(bus));
+                if self.task.is_none() {
+                    return Ok(Outcome::Done);
+                }
             }
             _ => {
                 let order = sensor::order(command, self.config(slot).source, value).ok_or(Refusal::Value)?;
+                let baud = self.site.gateway(|gateway| gateway.bus_settings(Bus::T7).timing.serial.baud);
+                let slot_of = |slot: u8| Some(self.config(slot.into()));
+                let Consequence { silenced, .. } = Consequence::of(&order, baud.unwrap_or(0), &slot_of);
                 self.order(order)?;
+                self.silenced = silenced.into();
                 self.task = self.config(slot).source.bus();
             }
         }
@@ -184,25 +216,16 @@ impl<'a, S: Site> Binding<'a, S> {
         progress
     }
 
-    fn status_bits(&self) -> u16 {
-        let dead = |bus: Bus| {
-            let rows = (0..SLOTS).filter_map(|slot| self.row(slot));
-            let mut mine = rows.filter(|row| row.enabled && row.source.bus() == Some(bus)).peekable();
-            mine.peek().is_some() && mine.all(|row| !row.status(self.now).is_online())
-        };
-        let start = self.site.start();
-        let forced = |bus| self.site.gateway(|gateway| gateway.counters(bus).forced > 0).unwrap_or(false);
-        let bits = [
-            (gateway_bits::T7_BUS_DEAD, dead(Bus::T7)),
-            (gateway_bits::ISU_BUS_DEAD, dead(Bus::Isu)),
-            (gateway_bits::DRIVER_FORCED, forced(Bus::T7) || forced(Bus::Isu)),
-            (gateway_bits::UNSAVED, self.site.is_unsaved()),
-            (gateway_bits::COMMAND, self.progress.outcome == Outcome::Running),
-            (gateway_bits::SAFE_MODE, start.mode != Mode::Normal),
-            (gateway_bits::INTERNAL_CLOCK, !start.clock.is_exact()),
-            (gateway_bits::CRASHED, start.cause.is_crash()),
-        ];
-        bits.into_iter().filter(|&(_, on)| on).fold(0, |all, (bit, _)| all | bit)
+    /// Whether a command is under way.
+    pub fn has_command(&self) -> bool {
+        self.progress.outcome == Outcome::Running
+    }
+
+    /// Its slots and faults, summed up.
+    fn summary(&self) -> Summary {
+        let (start, unsaved) = (self.site.start(), self.site.is_unsaved());
+        let parts = self.site.gateway(|gateway| parts(gateway, &start, unsaved, self.has_command()));
+        Summary::of(|slot| self.view.standing(slot, self.now), &parts.unwrap_or_default())
     }
 }
 
@@ -217,7 +240,7 @@ impl<S: Site> Host for Binding<'_, S> {
     }
 
     fn status(&self) -> u16 {
-        self.status_bits()
+        self.summary().signals.bits()
     }
 
     fn read(
@@ -249,12 +272,12 @@ impl<S: Site> Host for Binding<'_, S> {
                 if self.progress.outcome == Outcome::Running && command != Command::Cancel {
                     return Err(Refusal::Busy);
                 }
+                self.silenced = 0;
                 let outcome = self.command(command, *target, *value)?;
-                // What is cancelled has its own end to tell.
-                if command != Command::Cancel {
-                    let sequence = self.progress.sequence.wrapping_add(1);
-                    self.progress = Progress { command: Some(command), outcome, sequence, done: 0, of: 0 };
-                }
+                let sequence = self.progress.sequence.wrapping_add(1);
+                let silenced = self.silenced;
+                self.progress =
+                    Progress { command: Some(command), outcome, sequence, done: 0, of: 0, silenced };
                 Ok(())
             }
         }

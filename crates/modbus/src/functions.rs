@@ -22,6 +22,7 @@ const MOST_WRITTEN: u16 = 123;
 const HEAD: usize = 2;
 const WRITE_HEAD: usize = 6;
 
+#[inline(never)]
 /// Carries a request out that came without a fault. Broadcasts are only carried out if they write.
 pub fn execute<H: Host>(
     inner: &mut Inner,

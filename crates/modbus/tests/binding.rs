@@ -3,14 +3,17 @@
 mod common;
 
 use clino_bus::Micros;
+use clino_codec::{isu, t7};
+use clino_commissioning::isu::Module;
 use clino_gateway::config::Kind;
+use clino_gateway::order::Order;
 use clino_gateway::settings::Given;
 use clino_gateway::settings::slot::id;
-use clino_gateway::{Bus, Restraint, SlotConfig, Snapshot, Source, Span};
+use clino_gateway::{Asker, Bus, Restraint, SlotConfig, Snapshot, Source, Span, task};
 use clino_modbus::binding::{Binding, Wish};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::settings::Settings;
-use clino_modbus::{Host, Refusal, Values, Write, gateway_bits};
+use clino_modbus::{Host, Refusal, Values, Write};
 use clino_recovery::{Cause, Clock, Mode, Start};
 use common::board::Board;
 use common::{Bench, SETTINGS};
@@ -73,7 +76,8 @@ fn a_value_is_what_the_gateway_says() {
     assert_eq!(bench.read(0x0100, 1), Ok(vec![0]));
     assert_eq!(bench.read(0x0220, 1), Ok(vec![13]));
     // Both buses have slots, and none has answered.
-    let expected = gateway_bits::T7_BUS_DEAD | gateway_bits::ISU_BUS_DEAD | gateway_bits::UNSAVED;
+    // Unsaved, and slots without a value.
+    let expected = 1 << 0 | 1 << 1 | 1 << 3 | 1 << 10;
     assert_eq!(bench.read(0x000A, 1), Ok(vec![expected]));
     assert_eq!(bench.read(0x0006, 2), Ok(vec![0x0102, 3]), "the version");
     // Two publications later what was looked at does not hold any more.
@@ -387,7 +391,63 @@ fn a_task_runs_alone_and_tells_how_it_ends() {
         binding.poll();
     }
     let progress = Progress::of(&binding);
-    assert_eq!((progress.command, progress.outcome), (Command::SensorZero as u16, Outcome::Cancelled as u16));
+    assert_eq!((progress.command, progress.outcome), (Command::Cancel as u16, Outcome::Cancelled as u16));
+}
+
+#[test]
+fn a_cancel_is_a_command_and_tells_what_has_become_of_it() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut binding = Binding::new(&board, &snapshot);
+    let last = |binding: &Binding<'_, &Board>| {
+        let Progress { command, outcome, sequence } = Progress::of(binding);
+        (command, outcome, sequence)
+    };
+    binding.snapshot();
+    assert_eq!(binding.write(&command(Command::Cancel, 2, 0)), Err(Refusal::Value), "no bus");
+    // There is nothing to be stopped.
+    binding.write(&command(Command::Cancel, Bus::T7 as u16, 0)).unwrap();
+    assert_eq!(last(&binding), (Command::Cancel as u16, Outcome::Done as u16, 1));
+    // What was begun here tells its end; it is running until then, and nothing else hides it.
+    binding.write(&command(Command::SensorZero, 0, 0)).unwrap();
+    assert_eq!(binding.write(&command(Command::Cancel, Bus::Isu as u16, 0)), Err(Refusal::Busy));
+    binding.write(&command(Command::Cancel, Bus::T7 as u16, 0)).unwrap();
+    binding.poll();
+    assert_eq!(last(&binding), (Command::Cancel as u16, Outcome::Running as u16, 3));
+    board.run();
+    binding.poll();
+    assert_eq!(last(&binding), (Command::Cancel as u16, Outcome::Cancelled as u16, 3));
+    // What was begun at the console tells its end there; here it is known that it has ended.
+    let module = Module::at(isu::Address::new(3).unwrap()).unwrap();
+    let order = Order::Isu(task::isu::Task::Identify(module));
+    board.gateway.borrow_mut().carry_out(order, Asker::Console).unwrap();
+    binding.write(&command(Command::Cancel, Bus::Isu as u16, 0)).unwrap();
+    binding.poll();
+    assert_eq!(last(&binding), (Command::Cancel as u16, Outcome::Running as u16, 4));
+    board.run();
+    binding.poll();
+    assert_eq!(last(&binding), (Command::Cancel as u16, Outcome::Done as u16, 4));
+    assert!(board.gateway.borrow().has_news(Asker::Console));
+}
+
+#[test]
+fn a_change_of_bit_rate_tells_how_many_nodes_it_leaves_behind() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut binding = Binding::new(&board, &snapshot);
+    binding.snapshot();
+    for (slot, node) in [(5, 6), (6, 7), (7, 7)] {
+        let address = t7::Address::new(node).unwrap();
+        let config = SlotConfig::usual(Source::T7 { address, axis: t7::Axis::Two });
+        board.gateway.borrow_mut().carry_out(Order::Slot { slot, config }, Asker::Console).unwrap();
+    }
+    binding.write(&command(Command::SensorBaud, 0, 57_600)).unwrap();
+    assert_eq!(read(&binding, 0x1F0E), 2);
+    for _ in 0..5 {
+        board.run();
+        binding.poll();
+    }
+    assert_eq!(read(&binding, 0x1F0E), 2, "until the next command");
+    binding.write(&command(Command::SensorBaud, 0, 115_200)).unwrap();
+    assert_eq!(read(&binding, 0x1F0E), 0, "that is no change");
 }
 
 #[test]
@@ -395,7 +455,7 @@ fn how_it_has_started_is_told() {
     let (board, snapshot) = (Board::new(), Snapshot::new());
     let mut binding = Binding::new(&board, &snapshot);
     binding.snapshot();
-    let told = gateway_bits::SAFE_MODE | gateway_bits::INTERNAL_CLOCK | gateway_bits::CRASHED;
+    let told = 1 << 5 | 1 << 6 | 1 << 7;
     let quiet = Start { cause: Cause::PowerOn, boots: 1, ..Start::default() };
     for (start, bits) in [
         (quiet, 0),

@@ -305,7 +305,7 @@ fn diagnostic_counters() {
         u16::from(answer[3]) * 256 + u16::from(answer[4])
     };
     // Diagnostic register: the status of the gateway.
-    assert_eq!(counter(&mut bench, 2), 0x000B);
+    assert_eq!(counter(&mut bench, 2), 0x040B);
     assert_eq!(bench.ask(&[8, 0, 10, 0, 0]), [8, 0, 10, 0, 0]);
     bench.raw(&sealed(&[ADDRESS + 1, 3, 0, 0, 0, 1])); // for another: a message
     bench.raw(&[ADDRESS, 3, 0, 0, 0, 1, 0, 0]); // wrong checksum

@@ -232,8 +232,8 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "firmware" => 0x0102,
         "firmware_patch" => 3,
         "uptime" => (now.0 / 1_000_000) as u32,
-        // Both buses dead, unsaved, safe mode, internal clock.
-        "gateway_status" => 0x0001 | 0x0002 | 0x0008 | 0x0020 | 0x0040,
+        // Both buses dead, unsaved, safe mode, internal clock, slots without a value.
+        "gateway_status" => 0x0001 | 0x0002 | 0x0008 | 0x0020 | 0x0040 | 0x0400,
         "sequence" => 2,
         "test_number" => 305_419_896,
         "test_angle" => 123.456_f32.to_bits(),
@@ -268,7 +268,8 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "crash_hfsr" => 0x4000_0000,
         "crash_address" => 0x2222_2222,
         _ if name.starts_with("crash_file_") => 0,
-        "last_command" | "command_outcome" | "command_sequence" | "command_done" | "command_of" => 0,
+        "last_command" | "command_outcome" | "command_sequence" | "command_done" | "command_of"
+        | "command_silenced" => 0,
         _ if name.starts_with("angle_f32") => return degrees(trailing(), host),
         _ if name.starts_with("angle_i16") => return hundredths(trailing(), host),
         _ if name.starts_with("angle_i32_cdab") => return thousandths(trailing(), host),

@@ -93,8 +93,8 @@ fn carried_out(house: &mut House, order: Order, what: &str) {
 #[test]
 fn a_mean_of_eight_does_not_lead_from_the_old_zero_to_the_new() {
     let mut table = table();
-    table[ISU].filter = Filter::Mean(8);
-    table[PWM].filter = Filter::Mean(8);
+    (table[ISU].filter, table[ISU].samples) = (Filter::Mean, 8);
+    (table[PWM].filter, table[PWM].samples) = (Filter::Mean, 8);
     let mut house = House::new(&table, &AT_REST);
     carried_out(&mut house, Order::Isu(isu::Task::ResetNull(module())), "isu zero");
     assert!(house.error(ISU).is_some_and(|error| error <= 6) && house.truth(ISU).is_some());
@@ -103,9 +103,9 @@ fn a_mean_of_eight_does_not_lead_from_the_old_zero_to_the_new() {
 
 #[test]
 fn a_reversed_t7_does_not_pass_through_half_a_turn() {
-    for filter in [Filter::Mean(8), Filter::Median(8), Filter::Mean(3)] {
+    for filter in [(Filter::Mean, 8), (Filter::Median, 8), (Filter::Mean, 3)] {
         let mut table = table();
-        table.iter_mut().for_each(|slot| slot.filter = filter);
+        table.iter_mut().for_each(|slot| (slot.filter, slot.samples) = filter);
         let mut moves = AT_REST;
         moves.t7 = [(170_000_000, 0), (0, 0), (-175_000_000, 0), (90_000_000, 0)];
         let mut house = House::new(&table, &moves);
@@ -158,7 +158,7 @@ fn a_slot_set_during_the_task_is_held_too() {
         let end = house.now + after * 1_000;
         run(&mut house, end, 0, "the task has begun");
         let config = *house.gateway.config(ISU).unwrap();
-        house.order(slot(ISU, SlotConfig { filter: Filter::Mean(4), ..config })).unwrap();
+        house.order(slot(ISU, SlotConfig { filter: Filter::Mean, samples: 4, ..config })).unwrap();
         let end = house.now + 3 * SECOND;
         run(&mut house, end, 0, "set anew");
         all_ok(&house, "set anew");
@@ -214,8 +214,8 @@ fn another_bit_rate_begins_anew() {
 #[test]
 fn another_device_at_the_same_address_begins_anew() {
     let mut table = table();
-    table[6].filter = Filter::Mean(8);
-    table[1].filter = Filter::Mean(8);
+    (table[6].filter, table[6].samples) = (Filter::Mean, 8);
+    (table[1].filter, table[1].samples) = (Filter::Mean, 8);
     let mut house = House::new(&table, &AT_REST);
     run(&mut house, 2 * SECOND, 0, "before");
     all_ok(&house, "before");

@@ -13,12 +13,13 @@ use rsemu::machine::{BuildOptions, Instance};
 use crate::cpu::{self, Cpu};
 use crate::crystal;
 use crate::incident::Chronicle;
-use crate::narrow;
 use crate::oscillators::CrystalLife;
-use crate::ports::{self, Ports};
+use crate::ports::{self, Ports, SerialPort};
 use crate::pwm::{self, PwmDevice, PwmWaveform, Source};
+use crate::reception::Receptions;
 use crate::timeline::{Actor, Timeline, lock};
 use crate::usart::{self, Connections, UsartDevice};
+use crate::watchdog;
 use crate::wrapped::Wrapped;
 
 /// What the constructors of the board's own classes take from the assembly, and what they leave for it.
@@ -28,6 +29,8 @@ pub(super) struct Parts {
     life: CrystalLife,
     wires: Mutex<BTreeMap<&'static str, Box<dyn Wire>>>,
     waveforms: Mutex<BTreeMap<u64, Box<dyn PwmWaveform>>>,
+    /// What arrives at each serial port.
+    pub receptions: BTreeMap<&'static str, Receptions>,
     // Left for the assembly.
     pub crystal: Mutex<Option<Arc<crystal::Pins>>>,
     pub cpu: Mutex<Option<Arc<Cpu>>>,
@@ -46,6 +49,7 @@ impl Parts {
             life,
             wires: Mutex::new(BTreeMap::from(wires)),
             waveforms: Mutex::new(BTreeMap::from([(1, pwm1), (2, pwm2)])),
+            receptions: SerialPort::ALL.map(|port| (port.name(), Receptions::default())).into(),
             crystal: Mutex::new(None),
             cpu: Mutex::new(None),
             actors: Mutex::new(Vec::new()),
@@ -69,10 +73,12 @@ impl Parts {
     fn build_usart(&self, props: &Props) -> Result<Arc<UsartDevice>> {
         let name = props.require("port")?.to_str("port")?;
         let wire = lock(&self.wires).remove(name);
-        let (Some((clock, tx, rx)), Some(wire)) = (ports::pins(name), wire) else {
+        let receptions = self.receptions.get(name).cloned();
+        let (Some((clock, tx, rx)), Some(wire), Some(receptions)) = (ports::pins(name), wire, receptions)
+        else {
             return Err(Error::Property(format!("there is no serial port `{name}`, or it is taken")));
         };
-        let connections = Connections { clock, tx, rx, wire };
+        let connections = Connections { clock, tx, rx, wire, receptions };
         let device = Arc::new(UsartDevice::new(connections, Arc::clone(&self.timeline)));
         lock(&self.actors).push(device.actor());
         Ok(device)
@@ -83,14 +89,15 @@ impl Parts {
         let Some(waveform) = lock(&self.waveforms).remove(&channel) else {
             return Err(Error::Property(format!("there is no PWM channel {channel}, or it is taken")));
         };
-        let source = Arc::new(Source::new(waveform, Arc::clone(&self.timeline)));
+        let pin = ports::pwm_pin(channel);
+        let source = Arc::new(Source::new(waveform, pin, Arc::clone(&self.timeline)));
         lock(&self.actors).push(Arc::clone(&source) as Arc<dyn Actor>);
         lock(&self.sources).push(Arc::clone(&source));
         Ok(Arc::new(PwmDevice(source)))
     }
 }
 
-/// Adds the board's own classes, the width adapter around the watchdog, and the crystal at the clock controller.
+/// Adds the board's own classes, the rules of the watchdog, and the crystal at the clock controller.
 pub(super) fn offer(parts: &Arc<Parts>, registry: &mut Registry, options: &mut BuildOptions) -> Result<()> {
     for class in [cpu::class(), usart::class(), pwm::class()] {
         registry.add(class)?;
@@ -99,8 +106,8 @@ pub(super) fn offer(parts: &Arc<Parts>, registry: &mut Registry, options: &mut B
     options.bindings.bind(cpu::CLASS_NAME, move |props| Ok(a.build_cpu(props)?))?;
     options.bindings.bind(usart::CLASS_NAME, move |props| Ok(b.build_usart(props)?))?;
     options.bindings.bind(pwm::CLASS_NAME, move |props| Ok(c.build_pwm(props)?))?;
-    if let Some(stock) = options.bindings.get(narrow::STOCK) {
-        options.bindings.replace(narrow::STOCK, move |props| Ok(Arc::new(narrow::widened(stock(props)?)?)));
+    if let Some(stock) = options.bindings.get(watchdog::STOCK) {
+        options.bindings.replace(watchdog::STOCK, move |props| Ok(Arc::new(watchdog::ruled(stock(props)?)?)));
     }
     if let Some(stock) = options.bindings.get(crystal::STOCK) {
         let d = Arc::clone(parts);

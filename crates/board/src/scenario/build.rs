@@ -7,13 +7,18 @@ use toml::Spanned;
 
 use super::schema::{self, File, Lasting, Latency, bounds};
 use super::{Bench, Identity, Kind, Truth};
-use crate::pwm::{PwmWaveform, Steady};
+use crate::HostPorts;
+use crate::impairment::ImpairedLine;
+use crate::pwm::{Cable, PwmWaveform, Unconnected};
 use clino_segment::chance::{Chance, Topic};
+use clino_segment::wire::Wire;
 use clino_segment::{LineFaults, Noise, Probability, Segment, Settings, Station, Stuck};
 
 /// Parts of the run that have their own chance.
 const T7_BUS: u64 = 1;
 const ISU_BUS: u64 = 2;
+const CONSOLE: u64 = 3;
+const MODBUS: u64 = 4;
 
 /// A T7 reports 0.001°; the gateway may round once more.
 const T7_TOLERANCE: i64 = 2_000;
@@ -50,6 +55,23 @@ pub fn bench(file: &File) -> Bench {
         pwm: [1, 2].map(|channel| waveform(file, channel)),
         truths,
     }
+}
+
+/// Hands the lines on with what is done to them.
+pub fn impaired(file: &File, wires: HostPorts<Box<dyn Wire>>) -> HostPorts<ImpairedLine> {
+    let chance = Chance::new(file.seed);
+    let HostPorts { console, modbus } = wires;
+    let (console, modbus) =
+        (ImpairedLine::new(console, chance.part(CONSOLE)), ImpairedLine::new(modbus, chance.part(MODBUS)));
+    for (line, echo, impairments) in [
+        (&console, &file.console.echo, &file.console.impairment),
+        (&modbus, &file.modbus.echo, &file.modbus.impairment),
+    ] {
+        let shared = line.impairments();
+        shared.lock().set_echo(echo.as_ref().map(schema::Echo::in_line));
+        impairments.iter().for_each(|impairment| shared.lock().add(impairment.in_line()));
+    }
+    HostPorts { console, modbus }
 }
 
 fn settings(segment: &schema::Segment, chance: Chance) -> Settings {
@@ -111,10 +133,10 @@ fn isu_station(node: &schema::Isu, chance: Chance) -> Station {
     Station { name: format!("isu/{address}"), node: Box::new(isu), faults: node.faults() }
 }
 
-/// The waveform on one PWM input: a low line when nothing is connected.
+/// The waveform on one PWM input.
 fn waveform(file: &File, channel: u8) -> Box<dyn PwmWaveform> {
     let Some(source) = file.pwm.iter().find(|source| *source.channel.get_ref() == channel) else {
-        return Box::new(Steady(false));
+        return Box::new(Unconnected);
     };
     let mut output = pwm::Pwm::new(source.motion.motion());
     output.frequency_millihertz = millihertz(source);
@@ -125,7 +147,8 @@ fn waveform(file: &File, channel: u8) -> Box<dyn PwmWaveform> {
         .map(Spanned::get_ref)
         .map(|s| pwm::Stuck { from: s.from.0, until: s.until.0, high: s.level == schema::StuckLevel::High })
         .collect();
-    Box::new(move |now: Ns| output.next_cycle(now))
+    let waveform = Box::new(move |now: Ns| output.next_cycle(now));
+    Box::new(Cable { waveform, open: bounds(&source.open) })
 }
 
 fn t7_truth(node: &schema::T7) -> Truth {
@@ -159,7 +182,8 @@ fn pwm_truth(source: &schema::Pwm) -> Truth {
     let bus = if *source.channel.get_ref() == 1 { "pwm1" } else { "pwm2" };
     let period = NS_PER_S * MILLIHERTZ / u64::from(millihertz(source));
     // A pulse under way is finished, and a line that then stands high ends its cycle with a rising edge.
-    let away = bounds(&source.stuck).into_iter().map(|(from, until)| (from + period, until)).collect();
+    let still = bounds(&source.stuck).into_iter().chain(bounds(&source.open));
+    let away = still.map(|(from, until)| (from + period, until)).collect();
     Truth {
         who: Identity { kind: Kind::Pwm, bus, address: 0 },
         motion: source.motion.motion(),

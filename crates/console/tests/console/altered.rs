@@ -98,6 +98,10 @@ impl Host for Notes {
         self.rest.slot_counters(slot)
     }
 
+    fn summary(&self) -> clino_gateway::summary::Summary {
+        self.rest.summary()
+    }
+
     fn trace(&self, _: usize) -> Option<Entry> {
         None
     }
@@ -282,7 +286,8 @@ impl Chance {
 /// Editing keys of a person, line ends and Ctrl-C are keys, whoever presses them.
 fn spoils(byte: u8, person: bool) -> bool {
     const EDITING: &[u8] = b"\x01\x02\x04\x05\x06\x08\t\x0b\x0c\x0e\x10\x15\x17\x1b\x7f";
-    !matches!(byte, b' '..=b'~' | b'\r' | b'\n' | 0x03) && !(person && EDITING.contains(&byte))
+    let is_key = matches!(byte, b'\r' | b'\n' | 0x03) || person && EDITING.contains(&byte);
+    !matches!(byte, b' '..=b'~') && !is_key
 }
 
 fn inserted(byte: u8) -> Way {

@@ -11,6 +11,7 @@ use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
+use clino_gateway::summary::{Standing, Summary};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
@@ -65,6 +66,17 @@ impl Host for Rest {
 
     fn reading(&self, slot: usize) -> Option<Reading> {
         self.readings.get(&slot).copied()
+    }
+
+    fn summary(&self) -> Summary {
+        let parts = clino_modbus::parts(&self.gateway, &self.start, false, false);
+        let standing = |reading: &Reading| Standing {
+            source: reading.source,
+            status: reading.status(self.now),
+            health: reading.health,
+            age: reading.age(self.now),
+        };
+        Summary::of(|slot| self.readings.get(&slot).map(standing), &parts)
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {
@@ -185,12 +197,19 @@ pub struct Desk {
 
 impl Desk {
     pub fn new() -> Desk {
+        Desk::left_alone_after(IDLE)
+    }
+
+    /// The same, with another idle time.
+    pub fn left_alone_after(idle: Micros) -> Desk {
         let table = [
             SlotConfig::usual(Source::T7 { address: t7::Address::new(5).unwrap(), axis: t7::Axis::Two }),
             SlotConfig::usual(Source::Isu { address: isu::Address::new(3).unwrap() }),
         ];
         let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
-        let gateway = Gateway::new(&Settings::new(&table, t7, isu), pwm::Limits::new(84_000_000));
+        let console = ConsoleSettings { idle_s: u32::try_from(idle.0 / 1_000_000).unwrap() };
+        let settings = Settings { console, ..Settings::new(&table, t7, isu) };
+        let gateway = Gateway::new(&settings, pwm::Limits::new(84_000_000));
         let mut rest = Rest {
             gateway,
             readings: BTreeMap::new(),
@@ -254,6 +273,12 @@ impl Desk {
     /// What a stream prints now.
     pub fn stream(&mut self) -> String {
         while self.shell.poll(&mut self.rest) {}
+        self.printed()
+    }
+
+    /// What is printed next, if anything.
+    pub fn step(&mut self) -> String {
+        self.shell.poll(&mut self.rest);
         self.printed()
     }
 

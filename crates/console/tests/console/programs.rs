@@ -1,8 +1,9 @@
 //! JSON lines in, JSON lines out.
 
 use clino_bus::Micros;
+use clino_console::Host;
 use clino_gateway::order::Order;
-use clino_gateway::{Bus, Source, Span};
+use clino_gateway::{Bus, SlotConfig, Source, Span};
 
 use crate::desk::Desk;
 
@@ -247,4 +248,48 @@ fn ctrl_c_in_a_stream_drops_the_line() {
     let mut desk = Desk::new();
     desk.type_in("json on\nwatch\nt7 zero 5 --yes\x03\n");
     assert_eq!(desk.rest.orders, []);
+}
+
+/// What is wrong with the gateway is the first line of the stream, and said again within 100 ms of a change, and once a
+/// second.
+#[test]
+fn the_stream_begins_with_a_summary_and_tells_its_changes() {
+    let mut desk = Desk::new();
+    let summaries = |text: &str| {
+        text.lines().filter(|line| line.starts_with(r#"{"summary":"#)).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let first = desk.stream();
+    let expected = r#"{"summary":["t7_bus_dead","isu_bus_dead","slot_fault"],"enabled":2,"online":0,"ok":0}"#;
+    assert_eq!(first.lines().next(), Some(expected));
+    // Nothing has changed.
+    desk.rest.now = Micros(900_000);
+    assert_eq!(summaries(&desk.stream()), [""; 0]);
+    desk.rest.now = Micros(1_000_000);
+    assert_eq!(summaries(&desk.stream()), [expected]);
+    // One slot fewer, and no ISU any more.
+    desk.rest.order(Order::Slot { slot: 1, config: SlotConfig::OFF }).unwrap();
+    desk.rest.now = Micros(1_050_000);
+    assert_eq!(summaries(&desk.stream()), [""; 0]);
+    desk.rest.now = Micros(1_100_000);
+    let changed = r#"{"summary":["t7_bus_dead","slot_fault"],"enabled":1,"online":0,"ok":0}"#;
+    assert_eq!(summaries(&desk.stream()), [changed]);
+    // `list` has it, too, for programs and for people.
+    let listed = desk.type_in("list\n");
+    assert!(
+        listed.ends_with(&format!("{changed}\r\n")) || listed.ends_with(&format!("{changed}\n")),
+        "{listed}"
+    );
+    desk.rest.order(Order::Slot { slot: 0, config: SlotConfig::OFF }).unwrap();
+    let listed = desk.type_in("list\n");
+    assert!(listed.contains(r#"{"summary":[],"enabled":0,"online":0,"ok":0}"#), "{listed}");
+}
+
+#[test]
+fn people_are_told_what_is_wrong_and_nothing_while_all_is_well() {
+    let mut desk = Desk::with_person();
+    assert!(desk.type_in("list\r").contains("signals: t7_bus_dead isu_bus_dead slot_fault"));
+    for slot in 0..2 {
+        desk.rest.order(Order::Slot { slot, config: SlotConfig::OFF }).unwrap();
+    }
+    assert!(!desk.type_in("list\r").contains("signals"));
 }

@@ -46,7 +46,7 @@ pub static ENTRIES: &[Entry] = &entries![
     Gateway::trace,
     Gateway::counters,
     Gateway::timing,
-    Gateway::line_settings,
+    Gateway::is_in_force,
     Gateway::lost_edges,
     Source::bus,
     Source::node,

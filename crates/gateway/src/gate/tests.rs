@@ -6,6 +6,9 @@ use proptest::prelude::*;
 /// 0.05°, 100°/s, a second.
 const DEMANDS: Demands = Demands { resolution: 50_000, max_rate: 100_000, life: Micros(1_000_000) };
 
+/// The longest stale limit that the settings allow: an hour.
+const LONGEST_STALE: Micros = Micros(3_600_000_000);
+
 fn mdeg(mdeg: i32) -> Angle {
     Angle::from_udeg(mdeg * 1_000)
 }
@@ -119,7 +122,7 @@ fn without_a_limit_a_sensor_that_turns_fast_is_published() {
 #[test]
 fn a_candidate_of_long_ago_confirms_nothing() {
     // The longest stale limit that can be set.
-    let demands = Demands { life: crate::settings::slot::LONGEST_STALE, ..DEMANDS };
+    let demands = Demands { life: LONGEST_STALE, ..DEMANDS };
     for wait in [1 << 31, 1 << 32, 1_000 << 32, 365 * 86_400_000_000_u64] {
         for wait in [wait - 1, wait, wait + 1, wait + 20_000] {
             let mut gate = Gate::NEW;
@@ -138,7 +141,7 @@ fn a_candidate_of_long_ago_confirms_nothing() {
 /// The row's own numbers: every 20 minutes, stale after an hour, one reading missed. What has agreed is published.
 #[test]
 fn values_that_agree_after_forty_minutes_are_no_suspects() {
-    let demands = Demands { life: crate::settings::slot::LONGEST_STALE, ..DEMANDS };
+    let demands = Demands { life: LONGEST_STALE, ..DEMANDS };
     let mut gate = Gate::NEW;
     assert_eq!(gate.judge(mdeg(10_000), Micros(0), None, &demands), Verdict::Hold);
     assert_eq!(gate.judge(mdeg(10_100), Micros(2_400_000_000), None, &demands), Verdict::Publish);

@@ -18,6 +18,7 @@ mod faulty_bus;
 mod refresh;
 mod schedule;
 mod world;
+mod zeros;
 
 const T7_PERIOD: Span = Span::from_millis(20);
 const ISU_PERIOD: Span = Span::from_millis(266);

@@ -23,7 +23,7 @@ pub struct ConsoleSettings {
 const LONGEST_IDLE: i64 = 86_400;
 
 impl ConsoleSettings {
-    /// A minute: a logger misses no more.
+    /// A minute: longer than a person hesitates between two commands, and a logger misses no more.
     pub const DEFAULT: ConsoleSettings = ConsoleSettings { idle_s: 60 };
 
     /// Time at an empty prompt after which the stream goes on, if it ever does.

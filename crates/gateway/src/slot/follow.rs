@@ -12,7 +12,7 @@ use crate::task::{Claim, News, isu, t7};
 use crate::{SlotConfig, Source};
 
 impl Slot {
-    /// How the slot is to be set, if the way a task has ended changes it.
+    /// How the slot is to be set after a task that has ended like this, if otherwise than now.
     pub fn follow(&self, claim: Claim, news: &News) -> Option<SlotConfig> {
         followed(&self.config, claim, news)
     }

@@ -19,6 +19,7 @@ use clino_codec::t7;
 use crate::config::{Kind, Source, Span};
 use crate::health::Health;
 use crate::snapshot::Value;
+use crate::summary::Standing;
 use crate::{Glance, Published, Reading, Status};
 
 pub(super) const WORDS: usize = 12;
@@ -95,6 +96,14 @@ pub(super) fn value(words: &[AtomicU32; WORDS], now: Micros) -> Value {
     let (status, age) = worth(words, now);
     let angle = (status == Status::Ok).then(|| Published::from_mdeg(load(angle).cast_signed()));
     Value { status, angle, age }
+}
+
+pub(super) fn standing(words: &[AtomicU32; WORDS], now: Micros) -> Standing {
+    let [first, ..] = words;
+    let [_, flags, health, address] = load(first).to_le_bytes();
+    let (status, age) = worth(words, now);
+    let source = source(flags >> KIND & TWO_BITS, flags >> PART & TWO_BITS, address);
+    Standing { source, status, health: Health::from_bits(health), age }
 }
 
 pub(super) fn glance(words: &[AtomicU32; WORDS], now: Micros) -> Glance {

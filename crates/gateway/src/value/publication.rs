@@ -79,4 +79,6 @@ impl fmt::Display for Published {
 }
 
 #[cfg(test)]
+mod sweep;
+#[cfg(test)]
 mod tests;

@@ -226,7 +226,7 @@ impl Trial {
         let (sent, runs) = (&self.site.sent[self.seen..], &self.site.runs[self.runs..]);
         if !self.free {
             for (at, timing, _) in runs {
-                let before = self.site.runs.iter().filter(|run| run.0 < *at).next_back();
+                let before = self.site.runs.iter().rfind(|run| run.0 < *at);
                 if before.map_or(115_200, |run| run.1.serial.baud) != timing.serial.baud {
                     self.changed = Some(*at);
                 }

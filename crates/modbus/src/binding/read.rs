@@ -2,6 +2,7 @@
 
 use clino_bus::{Counters, DriverEnable, Micros};
 use clino_gateway::settings::{self, Setting, console, port, slot};
+use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusHealth, Detail, Health, Published, Reading, SlotConfig, Status, Value};
 
 use super::{Binding, Site};
@@ -36,16 +37,6 @@ pub struct Reader<'r, 's, S> {
     config: Option<(usize, SlotConfig)>,
     bus: Option<(Bus, Counters, BusHealth, DriverEnable)>,
     summary: Option<Summary>,
-}
-
-/// All slots in a few numbers.
-#[derive(Clone, Copy, Default)]
-struct Summary {
-    online: u64,
-    valid: u64,
-    enabled: u32,
-    good: u32,
-    oldest: u32,
 }
 
 impl<'r, 's, S: Site> Reader<'r, 's, S> {
@@ -125,37 +116,19 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             }
             GatewayItem::Patch => u32::from(self.binding.site.version().2),
             GatewayItem::Uptime => (self.binding.now.0 / MICROS_PER_SECOND) as u32,
-            GatewayItem::Status => u32::from(self.binding.status_bits()),
+            GatewayItem::Status => u32::from(self.summary().signals.bits()),
             GatewayItem::Sequence => u32::from(self.binding.view.generation() as u16),
             GatewayItem::Online => bits(self.summary().online),
             GatewayItem::Valid => bits(self.summary().valid),
-            GatewayItem::Enabled => self.summary().enabled,
-            GatewayItem::Good => self.summary().good,
-            GatewayItem::OldestAge => self.summary().oldest,
+            GatewayItem::Enabled => u32::from(self.summary().enabled),
+            GatewayItem::Good => self.summary().good(),
+            GatewayItem::OldestAge => return age(Some(self.summary().oldest)),
         })
     }
 
     fn summary(&mut self) -> Summary {
         let binding = self.binding;
-        *self.summary.get_or_insert_with(|| {
-            let mut all = Summary::default();
-            for slot in 0..SLOTS {
-                let Some(value) = binding.value(slot).filter(|value| value.status != Status::Disabled) else {
-                    continue;
-                };
-                let bit = 1_u64.wrapping_shl(slot as u32);
-                all.enabled = all.enabled.wrapping_add(1);
-                all.oldest = all.oldest.max(age(value.age).unwrap_or(LONGEST_AGE_MS));
-                if value.status.is_online() {
-                    all.online |= bit;
-                }
-                if angle(&value).is_some() {
-                    all.valid |= bit;
-                    all.good = all.good.wrapping_add(1);
-                }
-            }
-            all
-        })
+        *self.summary.get_or_insert_with(|| binding.summary())
     }
 
     fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
@@ -259,6 +232,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             CommandItem::Sequence => u32::from(progress.sequence),
             CommandItem::Done => u32::from(progress.done),
             CommandItem::Of => u32::from(progress.of),
+            CommandItem::Silenced => u32::from(progress.silenced),
         }
     }
 }

@@ -521,4 +521,12 @@ const COMMAND: &[Entry] = &[
     command(10, Form::U16, C::Sequence, "command_sequence", "", "counts the accepted commands; wraps"),
     command(11, Form::U16, C::Done, "command_done", "", "steps done"),
     command(12, Form::U16, C::Of, "command_of", "", "of so many; 0 if that is not known"),
+    command(
+        14,
+        Form::U16,
+        C::Silenced,
+        "command_silenced",
+        "",
+        "other nodes, read by slots, that *sensor_baud* leaves at another bit rate than their bus",
+    ),
 ];

@@ -251,7 +251,7 @@ impl House {
             Source::Isu { .. } | Source::Pwm { .. } => {
                 self.isu_motion.at(self.now * 1_000) - i64::from(self.isu().null()) * 360_000_000 / 65_536
             }
-            Source::Off => return None,
+            Source::Off | Source::Incomplete { .. } => return None,
         };
         let from_zero = said - i64::from(config.soft_zero.udeg());
         let counted = if config.direction == Direction::Reversed { -from_zero } else { from_zero };
@@ -270,7 +270,8 @@ impl House {
 pub fn any_config(config: SlotConfig, dice: &mut Dice) -> SlotConfig {
     let samples = 1 + dice.below(8) as u8;
     SlotConfig {
-        filter: dice.one_of(&[Filter::Off, Filter::Mean(samples), Filter::Median(samples), Filter::Mean(8)]),
+        filter: dice.one_of(&[Filter::Off, Filter::Mean, Filter::Median]),
+        samples: dice.one_of(&[samples, 8]),
         direction: dice.one_of(&[Direction::Normal, Direction::Reversed]),
         range: dice.one_of(&[Range::Bidirectional, Range::Unidirectional]),
         soft_zero: Angle::from_mdeg(dice.below(360_000) as i32).unwrap(),

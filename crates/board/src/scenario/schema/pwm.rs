@@ -4,7 +4,7 @@ use clino_sim::pwm;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::intervals::Stuck;
+use super::intervals::{Interval, Stuck};
 use super::motion::Moves;
 use crate::scenario::units::{Hertz, Number};
 
@@ -24,6 +24,9 @@ pub struct Pwm {
     /// When the line stands still.
     #[serde(default)]
     pub stuck: Vec<Spanned<Stuck>>,
+    /// When its cable is cut.
+    #[serde(default)]
+    pub open: Vec<Spanned<Interval>>,
 }
 
 /// How finely a PWM source sets its high time.

@@ -39,7 +39,7 @@ impl PortSettings {
         self.bits(n.wrapping_mul(self.bits_per_character()))
     }
 
-    /// The longest silence within a frame.
+    /// The longest silence within a frame, by [`Pauses::Strict`](super::Pauses::Strict).
     pub const fn t1_5(&self) -> Micros {
         if self.baud > FIXED_ABOVE {
             return FIXED_T1_5;
