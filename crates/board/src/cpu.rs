@@ -99,6 +99,11 @@ impl Cpu {
         lock(&self.work).flash = Some(flash);
     }
 
+    /// Every instruction is left to the emulator from now on.
+    pub fn without_fast_path(&self) {
+        lock(&self.work).fast.is_off = true;
+    }
+
     /// The supply fails in the middle of this step of the flash, counted from power-up.
     pub fn cut_power_at(&self, step: u64, seed: u64) {
         if let Some(flash) = &mut lock(&self.work).flash {

@@ -5,6 +5,7 @@
 mod command_line;
 mod commissioning;
 mod console;
+mod fast_path;
 mod faults;
 mod flood;
 mod full_load;

@@ -53,7 +53,7 @@ pub fn add(a: u32, b: u32, carry: bool) -> Sum {
 
 /// A data-processing operation; what it leaves as they are of the flags comes in: the carry flag, the carry out of the
 /// shifter, the overflow flag.
-#[inline]
+#[inline(always)]
 pub fn data_processing(op: DpOp, a: u32, b: u32, carry: bool, shifted: bool, overflow: bool) -> Sum {
     match op {
         DpOp::And | DpOp::Tst => (a & b, shifted, overflow),

@@ -1,29 +1,22 @@
 //! The instructions in flash, each decoded once.
 
-use rsemu::cpu::arm::v7m::isa::{Insn, decode, is_32bit};
+use rsemu::cpu::arm::v7m::isa::{decode, is_32bit};
 
 use super::memory::Memory;
+use super::op::{Kind, Op};
 
 /// Halfwords of a page.
 const PAGE: usize = 2048;
 
-/// A decoded instruction.
-#[derive(Clone, Copy)]
-pub struct Decoded {
-    pub instruction: Insn,
-    /// Of four bytes, not two.
-    pub is_wide: bool,
-}
-
-/// What has been decoded so far, by page.
+/// Instructions decoded so far, by page and halfword.
 #[derive(Default)]
 pub struct Code {
     start: u32,
-    pages: Vec<Option<Box<[Option<Decoded>]>>>,
+    pages: Vec<Option<Box<[Op; PAGE]>>>,
 }
 
 impl Code {
-    /// Nothing is decoded yet of the flash of `memory`.
+    /// Of the flash of `memory`, with nothing decoded yet.
     pub fn of(memory: &Memory) -> Code {
         let (start, length) = memory.flash();
         let pages = (length as usize / 2).div_ceil(PAGE);
@@ -31,19 +24,25 @@ impl Code {
     }
 
     /// The instruction at `address`, if that is in flash.
-    #[inline]
-    pub fn at(&mut self, address: u32, memory: &Memory) -> Option<Decoded> {
-        let index = address.wrapping_sub(self.start) as usize / 2;
-        let page = self.pages.get_mut(index / PAGE)?;
-        if let Some(Some(decoded)) = page.as_ref().and_then(|page| page.get(index % PAGE)) {
-            return Some(*decoded);
-        }
+    #[inline(always)]
+    pub fn at(&mut self, address: u32, memory: &Memory) -> Option<Op> {
+        let index = self.index(address);
+        let known = self.pages.get(index / PAGE)?.as_ref().map_or(Op::UNKNOWN, |page| page[index % PAGE]);
+        if known.kind == Kind::Unknown { self.learn(address, memory) } else { Some(known) }
+    }
+
+    #[cold]
+    fn learn(&mut self, address: u32, memory: &Memory) -> Option<Op> {
+        let index = self.index(address);
         let (first, second) = memory.code(address)?;
-        let decoded = Decoded { instruction: decode(first, second), is_wide: is_32bit(first) };
-        let page = page.get_or_insert_with(|| vec![None; PAGE].into_boxed_slice());
-        if let Some(place) = page.get_mut(index % PAGE) {
-            *place = Some(decoded);
-        }
-        Some(decoded)
+        let op = Op::of(decode(first, second), is_32bit(first), address);
+        let page = self.pages.get_mut(index / PAGE)?;
+        page.get_or_insert_with(|| Box::new([Op::UNKNOWN; PAGE]))[index % PAGE] = op;
+        Some(op)
+    }
+
+    #[inline]
+    fn index(&self, address: u32) -> usize {
+        address.wrapping_sub(self.start) as usize / 2
     }
 }
