@@ -6,14 +6,13 @@
 //! Programs are named as `cargo nextest` names them: `clino-codec` is the unit tests of a library, `clino-codec::vectors`
 //! an integration test, `clino-clino::bin/clino` the unit tests of a program.
 
-use std::env;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde::Deserialize;
 
-use crate::command::{self, Failure};
+use crate::command::{self, Failure, Outcome};
 use crate::firmware;
 use crate::steps::Steps;
 
@@ -37,12 +36,6 @@ pub fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
 fn with_image(command: &mut Command) {
     command.env("CLINO_ELF", firmware::elf());
     command.env("CLINO_VBOARD", command::target_dir().join("debug").join("vboard"));
-}
-
-/// Whether `cargo nextest` is there and wanted: `CLINO_TEST_RUNNER=cargo` does without it.
-pub fn has_nextest() -> bool {
-    let unwanted = env::var_os("CLINO_TEST_RUNNER").is_some_and(|name| name == "cargo");
-    !unwanted && command::output_of("cargo", &["nextest", "--version"]).is_some()
 }
 
 /// What was built.
@@ -100,6 +93,21 @@ impl Program {
         command.current_dir(&self.folder);
         with_image(&mut command);
         command
+    }
+
+    /// Makes sure that it has a test whose name contains this: a filter that no test passes would be a success.
+    ///
+    /// # Errors
+    /// It has none.
+    pub fn must_have(&self, test: &str) -> Outcome {
+        let output = Command::new(&self.executable).arg("--list").output();
+        let list = output.map_err(|error| Failure::new(format!("{}: {error}", self.name)))?.stdout;
+        let list = String::from_utf8_lossy(&list);
+        let mut names = list.lines().filter_map(|line| line.strip_suffix(": test"));
+        if names.any(|name| name.contains(test)) {
+            return Ok(());
+        }
+        Err(Failure::new(format!("`{}` has no test `{test}`", self.name)))
     }
 
     /// From a line of cargo's messages, if it is about a test program or an example.

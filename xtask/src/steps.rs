@@ -81,8 +81,14 @@ impl Steps {
         let begun = Instant::now();
         let outcome = work();
         let failed = outcome.is_err();
-        self.rows.push(Row { name: name.to_owned(), wall: begun.elapsed(), cpu: None, failed });
+        self.rows.push(Row { name: name.to_owned(), wall: begun.elapsed(), cpu: None, failed, part: false });
         outcome
+    }
+
+    /// What the last step consisted of: how long each part took, and whether it failed.
+    pub fn consisted_of(&mut self, parts: impl IntoIterator<Item = (String, Duration, bool)>) {
+        let row = |(name, wall, failed)| Row { name, wall, cpu: None, failed, part: true };
+        self.rows.extend(parts.into_iter().map(row));
     }
 
     /// Runs all of these, in this order, as many side by side as there are cores.
@@ -122,11 +128,12 @@ impl Steps {
         println!("{}", table(self.command, &self.rows, wall));
         planned?;
         let failed: Vec<&str> =
-            self.rows.iter().filter(|row| row.failed).map(|row| row.name.as_str()).collect();
+            self.rows.iter().filter(|row| row.failed && !row.part).map(|row| row.name.as_str()).collect();
         if failed.is_empty() {
             return Ok(());
         }
-        let (count, all, names) = (failed.len(), self.rows.len(), failed.join(", "));
+        let all = self.rows.iter().filter(|row| !row.part).count();
+        let (count, names) = (failed.len(), failed.join(", "));
         Err(Failure::new(format!("{count} of {all} steps of `{}` failed: {names}", self.command)))
     }
 
@@ -157,7 +164,7 @@ impl Steps {
         if let Err(failure) = &outcome {
             eprintln!("FAILED {failure}");
         }
-        self.rows.push(Row { name: name.to_owned(), wall, cpu, failed: outcome.is_err() });
+        self.rows.push(Row { name: name.to_owned(), wall, cpu, failed: outcome.is_err(), part: false });
         outcome
     }
 

@@ -6,13 +6,16 @@
 use crate::command::{Failure, Outcome};
 use crate::programs::{self, Program, Programs};
 use crate::steps::{Step, Steps};
-use crate::{firmware, size};
+use crate::{firmware, nextest, size};
 
 /// The package whose tests run the image; all other tests are portable.
 const IMAGE_TESTS: &str = "clino-host-tests";
 /// The emulated chip against its manual: its tests are ignored by plain `cargo test`, because they need the thumb target.
 /// They share one run, and so one process.
 const SELFTEST: &str = "clino-board::selftest";
+
+/// Its tests wait most of the time: for silence, and for answers of simulated sensors.
+const WAITING: &str = "clino::sim";
 
 /// Programs that take longest, longest first: what is left for the end should be short.
 const LONGEST: [&str; 8] = [
@@ -26,12 +29,18 @@ const LONGEST: [&str; 8] = [
     "clino-commissioning::isu_power_cut",
 ];
 
-/// A few tests of the image: it reads every angle, tells a lost sensor from a good one, answers a Modbus master, keeps what
-/// is saved, and comes back from a crash.
-const HANDFUL: [(&str, &str); 3] = [
+/// A few tests of the image: it reads every angle, notices a lost sensor, takes commands, keeps what is saved, comes back from
+/// a crash, and answers a Modbus master.
+const HANDFUL: [(&str, &str); 6] = [
     ("clino-host-tests::board", "main_job::every_slot_tells_the_truth"),
-    ("clino-host-tests::board", "command_line::a_wrong_scenario_is_refused_with_file_and_line"),
-    ("clino-host-tests::board", "main_job::the_log_begins_with_version_and_clock"),
+    (
+        "clino-host-tests::board",
+        "unplugging::an_unplugged_t7_reads_no_answer_within_two_polls_and_comes_back",
+    ),
+    ("clino-host-tests::board", "console::a_slot_is_set_zeroed_and_shown"),
+    ("clino-host-tests::board", "saving::what_is_saved_survives_a_reset_and_is_not_written_twice"),
+    ("clino-host-tests::recovery", "crashes::a_panic_says_where_it_was"),
+    ("clino-host-tests::clients", "modbus::a_request_from_before_the_gateway_has_started_is_answered"),
 ];
 
 /// Every test.
@@ -53,8 +62,8 @@ fn everything(steps: &mut Steps) -> Outcome {
     steps.own("size", size::check)?;
     let programs = Programs::build(steps)?;
     let mut beside = Vec::new();
-    if programs::has_nextest() {
-        steps.run("tests", programs::cargo(["nextest", "run"]));
+    if nextest::is_there() {
+        nextest::run(steps, None);
     } else {
         beside.extend(longest_first(programs.tests()).map(all_of));
     }
@@ -68,12 +77,13 @@ fn everything(steps: &mut Steps) -> Outcome {
 fn handful(steps: &mut Steps) -> Outcome {
     firmware::build(steps)?;
     let programs = Programs::build(steps)?;
-    if programs::has_nextest() {
-        let of_image: Vec<String> =
-            HANDFUL.iter().map(|(program, test)| format!("binary_id({program}) & test(={test})")).collect();
-        let mut nextest = programs::cargo(["nextest", "run", "-E"]);
-        nextest.arg(format!("not package({IMAGE_TESTS}) | {}", of_image.join(" | ")));
-        steps.run("tests", nextest);
+    for (program, test) in HANDFUL {
+        programs.test(program)?.must_have(test)?;
+    }
+    if nextest::is_there() {
+        let of_image =
+            HANDFUL.iter().map(|(program, test)| format!(" | (binary_id({program}) & test(={test}))"));
+        nextest::run(steps, Some(format!("not package({IMAGE_TESTS}){}", of_image.collect::<String>())));
         return Ok(());
     }
     let mut beside = Vec::new();
@@ -91,7 +101,7 @@ fn handful(steps: &mut Steps) -> Outcome {
 /// All tests of a program, on one core.
 fn all_of(program: &Program) -> Step {
     let mut command = program.command();
-    command.env("RUST_TEST_THREADS", "1");
+    command.env("RUST_TEST_THREADS", if program.name == WAITING { "8" } else { "1" });
     Step::new(&program.name, command)
 }
 

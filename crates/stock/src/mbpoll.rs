@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::done;
+use crate::{alone, done};
 
 /// It, and the library it is linked to.
 const PACKAGES: [&str; 2] = ["mbpoll", "libmodbus5"];
@@ -29,6 +29,7 @@ impl Mbpoll {
             return Ok(own);
         }
         let root = place.join("mbpoll");
+        let _alone = alone(&root)?;
         if let Some(unpacked) = Mbpoll::unpacked(&root) {
             return Ok(unpacked);
         }
