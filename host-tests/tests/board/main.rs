@@ -11,6 +11,7 @@ mod full_load;
 mod hostile;
 mod impaired;
 mod main_job;
+mod port;
 mod pwm;
 mod saving;
 mod throughput;
