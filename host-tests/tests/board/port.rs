@@ -60,9 +60,15 @@ fn an_echo_provokes_nothing() {
         &[3, p, q, 0, 3],
     ]);
     // The last ones with the echoes of three requests on their way, none of which meets a request.
-    for (delay, every) in
-        [("0us", 190), ("300us", 190), ("2ms", 190), ("5ms", 190), ("90ms", 190), ("500ms", 700), ("500ms", 190)]
-    {
+    for (delay, every) in [
+        ("0us", 190),
+        ("300us", 190),
+        ("2ms", 190),
+        ("5ms", 190),
+        ("90ms", 190),
+        ("500ms", 700),
+        ("500ms", 190),
+    ] {
         let more = format!("[modbus]\necho = {{ delay = \"{delay}\" }}\n");
         let count = asked.len() as u64;
         // A second more: what an echo provokes comes later.
