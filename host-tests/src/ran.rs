@@ -4,12 +4,15 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use clino_board::HostPorts;
 use clino_board::analysis::Analysis;
 use clino_board::console::Line;
 use clino_board::elf::Image;
+use clino_board::impairment::Impaired;
 use clino_board::incident::{Event, Incident};
 use clino_board::oracle::{self, Reading};
 use clino_board::pwm::Pulse;
+use clino_board::reception::Reception;
 use clino_board::run::Run;
 use clino_board::scenario::Scenario;
 use defmt_decoder::Table;
@@ -48,6 +51,10 @@ pub struct Ran {
     pub log: Vec<String>,
     /// The bus log as text.
     pub bus_log: Vec<u8>,
+    /// What arrived at the console and at the Modbus port, with the flags of the receiver.
+    pub received: HostPorts<Vec<Reception>>,
+    /// What was done to it before.
+    pub impaired: HostPorts<Vec<Impaired>>,
     /// Resets, planted faults, a crystal that stops.
     pub incidents: Vec<Incident>,
     /// The summary for humans.
@@ -89,9 +96,27 @@ fn go(scenario: Result<Scenario, impl std::fmt::Display>) -> Ran {
     run.write_bus_log(&mut bus_log).expect("memory does not fail");
     let (summary, all_well) = run.summary();
     let pulses = [0, 1].map(|input| run.board().pwm_log(input));
+    let received = run.receptions();
+    let of = run.impairments();
+    let impaired =
+        HostPorts { console: of.console.lock().log().to_vec(), modbus: of.modbus.lock().log().to_vec() };
     let lowest_sp = run.board().stats().lowest_sp.unwrap_or(u32::MAX);
     let log = decode(&run.board().take_rtt());
-    Ran { lines, spoken, t7, isu, pulses, log, bus_log, incidents, summary, lowest_sp, all_well }
+    Ran {
+        lines,
+        spoken,
+        t7,
+        isu,
+        pulses,
+        log,
+        bus_log,
+        received,
+        impaired,
+        incidents,
+        summary,
+        lowest_sp,
+        all_well,
+    }
 }
 
 /// A reset has cut the line short: what comes after it is printed on.

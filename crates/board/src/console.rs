@@ -13,6 +13,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use clino_sim::node::Ns;
 
+use crate::gaps::{self, Gap, Waiting};
+
 use clino_segment::log::PS_PER_S;
 use clino_segment::wire::{Format, Received, Sent, Wire};
 
@@ -46,8 +48,8 @@ pub struct Terminal {
     unreadable: u64,
     /// Every byte since the last look, if somebody wants them.
     bytes: Option<Vec<u8>>,
-    /// What is to be typed, each character with its earliest start bit.
-    typed: VecDeque<(Ns, u8)>,
+    /// What is to be typed.
+    typed: VecDeque<Waiting>,
 }
 
 impl Terminal {
@@ -79,7 +81,12 @@ impl Terminal {
     /// Types these bytes at `at`, or as soon as the line is free. `at` must not be in the board's past, and not be
     /// before what was typed earlier.
     pub fn type_bytes(&mut self, at: Ns, bytes: &[u8]) {
-        self.typed.extend(bytes.iter().map(|&byte| (at, byte)));
+        self.type_with_gaps(at, bytes, &[]);
+    }
+
+    /// The same with pauses between them.
+    pub fn type_with_gaps(&mut self, at: Ns, bytes: &[u8], gaps: &[Gap]) {
+        self.typed.extend(gaps::waiting(at, bytes, gaps));
     }
 }
 
@@ -120,14 +127,14 @@ impl Console {
     /// When the next typed byte starts, if there is one and somebody to hear it.
     fn next_start(&self) -> Option<Ns> {
         self.receiver?;
-        let at = self.terminal.lock().typed.front().map(|&(at, _)| at)?;
-        Some(at.max(self.busy_until))
+        let next = self.terminal.lock().typed.front().copied()?;
+        Some(next.start(self.busy_until))
     }
 
     /// Starts the next typed byte at `start`.
     fn type_next(&mut self, start: Ns) {
         let typed = self.terminal.lock().typed.pop_front();
-        if let Some((_, byte)) = typed {
+        if let Some(Waiting { byte, .. }) = typed {
             let after = |half_bits: u64| start + (half_bits * BIT_PS / 2).div_ceil(1_000);
             self.arriving = Some((byte, after(2 * FRAME_BITS - 1)));
             self.busy_until = after(2 * FRAME_BITS);

@@ -3,10 +3,13 @@
 pub mod analysis;
 pub mod console;
 pub mod edges;
+pub mod gaps;
+pub mod impairment;
 pub mod incident;
 pub mod modbus;
 pub mod oracle;
 pub mod plant;
+pub mod reception;
 pub mod run;
 pub mod scenario;
 pub mod summary;
@@ -28,4 +31,4 @@ mod wrapped;
 
 pub use cpu::{CpuStats, Fault};
 pub use machine::{Board, BuildError, Stopped};
-pub use ports::Ports;
+pub use ports::{HostPorts, Ports, SerialPort};

@@ -11,7 +11,9 @@ use crate::elf::Image;
 use crate::flash::Sectors;
 use crate::incident::{Chronicle, Incident};
 use crate::plant::{Bait, NoBait, Plant};
+use crate::ports::SerialPort;
 use crate::pwm::{Pulse, Source};
+use crate::reception::{Reception, Receptions};
 use crate::rtt;
 use crate::timeline::Timeline;
 use clino_sim::node::Ns;
@@ -20,6 +22,7 @@ use rsemu::core::device::Device;
 use rsemu::core::space::{AddressSpace, MemAttrs};
 use rsemu::core::value::Width;
 use rsemu::machine::Machine;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use assembly::BuildError;
@@ -39,6 +42,7 @@ pub struct Board {
     cpu: Arc<Cpu>,
     watchdog: Arc<dyn Device>,
     pwm: [Arc<Source>; 2],
+    receptions: BTreeMap<&'static str, Receptions>,
     rtt: Option<Arc<rtt::Reader>>,
 }
 
@@ -141,6 +145,16 @@ impl Board {
     /// The pulses that PWM source `index` (0 or 1) has driven, complete ones, in order.
     pub fn pwm_log(&self, index: usize) -> Vec<Pulse> {
         self.pwm.get(index).map_or_else(Vec::new, |source| source.log())
+    }
+
+    /// The characters that have arrived at a serial port, with the flags that its receiver has raised, in order.
+    pub fn receptions(&self, port: SerialPort) -> Vec<Reception> {
+        self.receptions.get(port.name()).map_or_else(Vec::new, Receptions::all)
+    }
+
+    /// Drops those that came before `horizon`.
+    pub fn forget_receptions(&mut self, horizon: Ns) {
+        self.receptions.values().for_each(|receptions| receptions.forget(horizon));
     }
 
     /// What firmware has logged through RTT since the last call, up to the last millisecond: raw frames.

@@ -17,6 +17,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use clino_segment::wire::Received;
 use clino_sim::node::Ns;
 
+use crate::gaps::{self, Gap, Waiting};
+
 pub use framing::{Framing, Parity};
 pub use line::ModbusLine;
 
@@ -52,8 +54,10 @@ pub struct Traffic {
 #[derive(Debug, Default)]
 pub struct Master {
     framing: Framing,
-    /// What is to be sent, each character with its earliest start bit.
-    outgoing: VecDeque<(Ns, u8)>,
+    /// What is to be sent.
+    outgoing: VecDeque<Waiting>,
+    /// End of the last stop bit sent.
+    sent_until: Ns,
     heard: Vec<u8>,
     /// The answer that no silence has ended yet.
     open: Option<Answer>,
@@ -83,7 +87,17 @@ impl Master {
     ///
     /// `at` must not be in the board's past, nor before what was given to be sent earlier.
     pub fn send(&mut self, at: Ns, bytes: &[u8]) {
-        self.outgoing.extend(bytes.iter().map(|&byte| (at, byte)));
+        self.send_with_gaps(at, bytes, &[]);
+    }
+
+    /// The same with pauses between them.
+    pub fn send_with_gaps(&mut self, at: Ns, bytes: &[u8], gaps: &[Gap]) {
+        self.outgoing.extend(gaps::waiting(at, bytes, gaps));
+    }
+
+    /// When the next character is due.
+    fn next_start(&self) -> Option<Ns> {
+        self.outgoing.front().map(|next| next.start(self.sent_until))
     }
 
     /// Earliest instant at which a request is told from what was heard last.

@@ -14,6 +14,44 @@ const GPIOB: u64 = 0x4002_0400;
 const GPIOC: u64 = 0x4002_0800;
 const GPIOD: u64 = 0x4002_0c00;
 
+/// A serial port of the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SerialPort {
+    /// T7 bus: USART1.
+    T7,
+    /// ISU bus: USART3.
+    Isu,
+    /// Console: USART2.
+    Console,
+    /// Modbus uplink: USART6.
+    Modbus,
+}
+
+impl SerialPort {
+    /// All four.
+    pub const ALL: [SerialPort; 4] =
+        [SerialPort::T7, SerialPort::Isu, SerialPort::Console, SerialPort::Modbus];
+
+    /// The name that the board text and the bus log use.
+    pub const fn name(self) -> &'static str {
+        match self {
+            SerialPort::T7 => "t7",
+            SerialPort::Isu => "isu",
+            SerialPort::Console => "console",
+            SerialPort::Modbus => "modbus",
+        }
+    }
+}
+
+/// Something of each of the two ports that people and programs talk to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HostPorts<T> {
+    /// The console's.
+    pub console: T,
+    /// The Modbus port's.
+    pub modbus: T,
+}
+
 /// Everything outside the chip.
 pub struct Ports {
     /// T7 bus: USART1, TX PB6, RX PB7, DE PB8.

@@ -1,7 +1,7 @@
 //! A run: an image on a board with a scenario around it, from power-up until the scenario ends.
 
-use std::io;
 use std::sync::{Arc, MutexGuard, PoisonError};
+use std::{fmt, io};
 
 use clino_sim::node::Ns;
 
@@ -9,12 +9,14 @@ use crate::analysis::{Analysis, Protocol};
 use crate::console::{Console, Line, SharedTerminal};
 use crate::edges::Edges;
 use crate::elf::Image;
+use crate::impairment::SharedImpairments;
 use crate::incident::{self, Incident};
 use crate::modbus::{ModbusLine, SharedMaster};
 use crate::oracle::Oracle;
-use crate::scenario::{Bench, Scenario};
+use crate::reception::Reception;
+use crate::scenario::{Bench, Planned, Scenario};
 use crate::summary::Summary;
-use crate::{Board, BuildError, Ports, Stopped};
+use crate::{Board, BuildError, HostPorts, Ports, SerialPort, Stopped};
 use clino_segment::log::{Event, SegmentLog, SharedLog};
 
 /// How often the console is looked at, and the run may be stopped, in virtual time.
@@ -35,6 +37,7 @@ pub struct Run {
     terminal: SharedTerminal,
     modbus: SharedMaster,
     modbus_log: SharedLog,
+    impairments: HostPorts<SharedImpairments>,
     buses: [Bus; 2],
     /// Somebody is at the console or at the Modbus port.
     attended: bool,
@@ -56,8 +59,8 @@ impl Run {
         let Bench { t7, isu, pwm, truths } = scenario.build();
         let console = Console::new();
         let terminal = console.terminal();
-        for (at, line) in scenario.typed() {
-            terminal.lock().type_bytes(at, format!("{line}\r").as_bytes());
+        for Planned { at, what: line, gaps } in scenario.typed() {
+            terminal.lock().type_with_gaps(at, format!("{line}\r").as_bytes(), &gaps);
         }
         let buses = [
             Bus { name: "t7", protocol: Protocol::T7, log: t7.log(), since: 0 },
@@ -65,14 +68,17 @@ impl Run {
         ];
         let line = ModbusLine::new(scenario.modbus());
         let (modbus, modbus_log) = (line.master(), line.log());
-        for (at, bytes) in scenario.requests() {
-            modbus.lock().send(at, bytes);
+        for Planned { at, what: bytes, gaps } in scenario.requests() {
+            modbus.lock().send_with_gaps(at, bytes, &gaps);
         }
+        let lines = scenario.impair(HostPorts { console: Box::new(console), modbus: Box::new(line) });
+        let impairments =
+            HostPorts { console: lines.console.impairments(), modbus: lines.modbus.impairments() };
         let ports = Ports {
             t7: Box::new(t7),
             isu: Box::new(isu),
-            console: Box::new(console),
-            modbus: Box::new(line),
+            console: Box::new(lines.console),
+            modbus: Box::new(lines.modbus),
             pwm,
         };
         let mut board = Board::clocked_by(scenario.oscillators(), image, ports)?;
@@ -84,6 +90,7 @@ impl Run {
             terminal,
             modbus,
             modbus_log,
+            impairments,
             buses,
             attended: false,
             oracle: Oracle::new(truths),
@@ -156,6 +163,17 @@ impl Run {
         Arc::clone(&self.modbus_log)
     }
 
+    /// What is done to what comes in at the console and at the Modbus port.
+    pub fn impairments(&self) -> &HostPorts<SharedImpairments> {
+        &self.impairments
+    }
+
+    /// What has arrived at the console and at the Modbus port.
+    pub fn receptions(&self) -> HostPorts<Vec<Reception>> {
+        let of = |port| self.board.receptions(port);
+        HostPorts { console: of(SerialPort::Console), modbus: of(SerialPort::Modbus) }
+    }
+
     /// Virtual time that has been run.
     pub fn now(&self) -> Ns {
         self.now
@@ -177,6 +195,7 @@ impl Run {
             bus.since = forget(&bus.log, horizon).unwrap_or(bus.since);
         }
         forget(&self.modbus_log, horizon);
+        self.board.forget_receptions(horizon);
     }
 
     /// The readings so far.
@@ -256,14 +275,33 @@ impl Run {
             events.extend(log.in_order().into_iter().map(|event| (*name, &**log, event)));
         }
         events.sort_by_key(|(.., event)| event.at());
-        let mut incidents = self.incidents().into_iter().peekable();
+        let mut others = self.other_lines().into_iter().peekable();
         for (name, log, event) in events {
-            while let Some(incident) = incidents.next_if(|incident| incident.at <= event.at()) {
-                writeln!(out, "{incident}")?;
+            while let Some((_, line)) = others.next_if(|(at, _)| *at <= event.at()) {
+                writeln!(out, "{line}")?;
             }
             writeln!(out, "{}", log.text(name, event))?;
         }
-        incidents.try_for_each(|incident| writeln!(out, "{incident}"))
+        others.try_for_each(|(_, line)| writeln!(out, "{line}"))
+    }
+
+    /// Lines of the bus log that are not about a pair, each with its time, in order.
+    fn other_lines(&self) -> Vec<(Ns, String)> {
+        let incidents = self.incidents().into_iter().map(|incident| (incident.at, incident.to_string()));
+        let mut lines: Vec<_> = incidents.collect();
+        let (impairments, receptions) = (self.impairments(), self.receptions());
+        for (port, impairments, receptions) in [
+            (SerialPort::Console, &impairments.console, receptions.console),
+            (SerialPort::Modbus, &impairments.modbus, receptions.modbus),
+        ] {
+            let line = |at, what, details: &dyn fmt::Display| {
+                (at, format!("{at:>12} {} {what:<10} gateway {details}", port.name()))
+            };
+            lines.extend(impairments.lock().log().iter().map(|done| line(done.at, "impaired", done)));
+            lines.extend(receptions.iter().map(|seen| line(seen.at, "received", seen)));
+        }
+        lines.sort_by_key(|(at, _)| *at);
+        lines
     }
 }
 

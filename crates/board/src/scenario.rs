@@ -18,12 +18,17 @@ use std::path::{Path, PathBuf};
 use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
 
+use crate::HostPorts;
+use crate::gaps::Gap;
+use crate::impairment::ImpairedLine;
 use crate::modbus::Framing;
 use crate::oscillators::Oscillators;
 use crate::plant::Plant;
 use crate::pwm::PwmWaveform;
 use clino_segment::Segment;
+use clino_segment::wire::Wire;
 
+pub(crate) use units::duration;
 pub use units::{BadTime, Time};
 
 /// What is wrong with a scenario file.
@@ -113,6 +118,25 @@ pub struct Bench {
     pub truths: Vec<Truth>,
 }
 
+/// Something that is sent to the gateway.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Planned<'a, T: ?Sized> {
+    /// When.
+    pub at: Ns,
+    /// What.
+    pub what: &'a T,
+    /// Pauses in it.
+    pub gaps: Vec<Gap>,
+}
+
+fn in_order<'a, T: ?Sized + 'a>(
+    planned: impl Iterator<Item = Planned<'a, T>>,
+) -> impl Iterator<Item = Planned<'a, T>> {
+    let mut planned: Vec<_> = planned.collect();
+    planned.sort_by_key(|planned| planned.at);
+    planned.into_iter()
+}
+
 /// A scenario that can be run.
 #[derive(Debug)]
 pub struct Scenario {
@@ -151,11 +175,8 @@ impl Scenario {
     }
 
     /// What is typed at the console, and when, in order.
-    pub fn typed(&self) -> impl Iterator<Item = (Ns, &str)> {
-        let mut typed: Vec<_> =
-            self.file.typed.iter().map(|typed| (typed.at.0, typed.line.as_str())).collect();
-        typed.sort_by_key(|&(at, _)| at);
-        typed.into_iter()
+    pub fn typed(&self) -> impl Iterator<Item = Planned<'_, str>> {
+        in_order(self.file.typed.iter().map(schema::Typed::planned))
     }
 
     /// Bit rate and framing of the master at the Modbus port.
@@ -164,12 +185,13 @@ impl Scenario {
     }
 
     /// What the master at the Modbus port sends, and when, in order.
-    pub fn requests(&self) -> impl Iterator<Item = (Ns, &[u8])> {
-        let requests = self.file.modbus.request.iter();
-        let mut requests: Vec<_> =
-            requests.map(|request| (request.at.0, request.bytes.get_ref().0.as_slice())).collect();
-        requests.sort_by_key(|&(at, _)| at);
-        requests.into_iter()
+    pub fn requests(&self) -> impl Iterator<Item = Planned<'_, [u8]>> {
+        in_order(self.file.modbus.request.iter().map(schema::Request::planned))
+    }
+
+    /// The lines of the console and of the Modbus port with what is done to them.
+    pub fn impair(&self, wires: HostPorts<Box<dyn Wire>>) -> HostPorts<ImpairedLine> {
+        build::impaired(&self.file, wires)
     }
 
     /// Faults to be planted into the running firmware.

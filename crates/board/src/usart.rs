@@ -21,6 +21,7 @@
 mod device;
 mod registers;
 
+use crate::reception::Receptions;
 use crate::timeline::{Actor, PS_PER_NS, Rate, Timeline, lock};
 use clino_segment::wire::{Format, Received, Sent, Wire};
 use clino_sim::node::Ns;
@@ -55,6 +56,8 @@ pub(crate) struct Connections {
     pub rx: Pin,
     /// What hangs on the pins.
     pub wire: Box<dyn Wire>,
+    /// Where it notes what arrives.
+    pub receptions: Receptions,
 }
 
 /// One USART.
@@ -74,6 +77,7 @@ struct State {
     tx: Pin,
     rx: Pin,
     wire: Box<dyn Wire>,
+    receptions: Receptions,
     /// End of what is being shifted out (a character or the idle preamble), in picoseconds.
     shifting_until: Option<u64>,
     /// The shifter holds a character, not the preamble.
@@ -86,7 +90,7 @@ struct State {
 
 impl Usart {
     fn new(connections: Connections, timeline: Arc<Timeline>) -> Usart {
-        let Connections { clock, tx, rx, wire } = connections;
+        let Connections { clock, tx, rx, wire, receptions } = connections;
         Usart {
             timeline,
             gate: ClockGate::new(),
@@ -100,6 +104,7 @@ impl Usart {
                 tx,
                 rx,
                 wire,
+                receptions,
                 shifting_until: None,
                 shifting_character: false,
                 listening: None,
@@ -200,7 +205,8 @@ impl Usart {
         if !self.connected(state.rx) {
             return;
         }
-        state.registers.receive(received);
+        let reception = state.registers.receive(received);
+        state.receptions.note(reception);
         let character = character_ps(format) / PS_PER_NS;
         let quiet_from = received.at + format.bit_ps / 2 / PS_PER_NS;
         // Idle once a whole character of ones has passed; known for sure when a character that began just

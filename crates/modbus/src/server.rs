@@ -23,16 +23,15 @@ use crate::frame::Frame;
 use crate::functions;
 use crate::host::Host;
 use crate::identification::Identification;
-use crate::receiver::{Ended, Receiver};
+use crate::own::Own;
+use crate::receiver::{CHECKSUM, Ended, Receiver};
+use crate::repeat::{ECHO_WINDOW, Repeats};
+use crate::request::{self, Form, function};
 use crate::settings::Settings;
 
 /// Requests to everybody.
 const BROADCAST: u8 = 0;
-/// Set in the function code of an exception's answer.
-const EXCEPTION: u8 = 0x80;
 
-/// Until so many bits after our last stop bit a character is our own, coming back: no master can have sent a whole one.
-const ECHO_BITS: u32 = 5;
 /// An answer takes its own time; this times that, and the port has forgotten it.
 const SENDING_TIMES: u64 = 2;
 /// And that: the port may keep a pause before it.
@@ -43,8 +42,8 @@ const SENDING_MORE: Micros = Micros::from_millis(10);
 pub struct Server {
     receiver: Receiver,
     state: State,
-    /// What is heard until then is our own.
-    deaf_until: Micros,
+    own: Own,
+    repeats: Repeats,
     changed: bool,
     inner: Inner,
 }
@@ -80,24 +79,38 @@ impl Server {
         Server {
             receiver: Receiver::new(&settings, now),
             state: State::Listening,
-            deaf_until: Micros::ZERO,
+            own: Own::new(settings.echo),
+            repeats: Repeats::new(),
             changed: false,
             inner: Inner { settings, identification, counters, next: None },
         }
     }
 
-    /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, nothing is heard.
+    /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, what is heard is its echo at best.
     pub fn heard(&mut self, character: Character, at: Micros) {
-        if matches!(self.state, State::Sending { .. }) || at < self.deaf_until {
+        if self.own.is_deaf(at) {
+            self.repeats.doubt();
+        }
+        // The answer stays in the frame until something else is heard.
+        if self.own.is_own(character, at, self.receiver.frame.bytes(), &self.inner.settings) {
             return;
         }
-        let prepared = self.state != State::Listening;
+        let prepared = self.state != State::Listening && self.receiver.goes_on(at);
+        let appended = self.receiver.is_appended(character);
+        let lost = self.receiver.heard(character, at);
+        if prepared && appended && self.receiver.is_whole() {
+            // A zero behind a request to read: its answer stays, until t3.5 after that.
+            return;
+        }
         self.state = State::Listening;
-        if self.receiver.heard(character, at) {
-            bump(&mut self.inner.counters.unanswered);
-        } else if prepared {
+        if prepared {
             // The request was none, and its answer stands in its place.
             self.receiver.spoil();
+        }
+        match lost {
+            Ended::Silence => {}
+            Ended::Whole => bump(&mut self.inner.counters.unanswered),
+            Ended::Spoilt { overrun } => self.count_spoilt(overrun),
         }
     }
 
@@ -110,6 +123,7 @@ impl Server {
         }
         match self.state {
             State::Sending { .. } => {
+                self.own.forget();
                 self.listen(now);
                 return None;
             }
@@ -118,7 +132,7 @@ impl Server {
                 return None;
             }
             State::Listening => {
-                if !self.serve(host) {
+                if !self.serve(now, host) {
                     self.run_as_asked(now);
                     return None;
                 }
@@ -127,6 +141,8 @@ impl Server {
         }
         let bytes = self.receiver.frame.bytes();
         let time = self.inner.settings.characters(bytes.len() as u32);
+        self.repeats.sent(bytes, now + time.times(2) + ECHO_WINDOW);
+        self.own.begin();
         self.state = State::Sending { give_up: now + time.times(SENDING_TIMES) + SENDING_MORE };
         Some(bytes)
     }
@@ -143,7 +159,7 @@ impl Server {
     /// The last stop bit of the answer was out at `at`, or the port has given it up.
     pub fn sent(&mut self, at: Micros) {
         if matches!(self.state, State::Sending { .. }) {
-            self.deaf_until = at + self.inner.settings.bits(ECHO_BITS);
+            self.own.out(at, &self.inner.settings);
             self.listen(at);
         }
     }
@@ -156,6 +172,10 @@ impl Server {
 
     /// Runs the port like this from `now` on. A request in hand is lost.
     pub fn set(&mut self, settings: Settings, now: Micros) {
+        if settings.echo != self.inner.settings.echo {
+            self.own = Own::new(settings.echo);
+        }
+        self.own.forget();
         self.inner.settings = settings;
         self.inner.next = None;
         self.changed = true;
@@ -186,14 +206,17 @@ impl Server {
 
     /// Whether the frame asks us for registers and nothing else.
     fn is_to_read(&self) -> bool {
-        let &[address, function, ..] = self.receiver.frame.bytes() else { return false };
-        address == self.inner.settings.address && functions::only_reads(function) && self.receiver.is_whole()
+        let address = self.inner.settings.address;
+        self.receiver.is_whole()
+            && self.receiver.exactly().is_some_and(|request| {
+                request::only_reads(&request, address) && !self.repeats.knows(&request)
+            })
     }
 
     /// Makes the answer to a request that only reads, while t3.5 goes on.
     fn prepare<H: Host>(&mut self, host: &mut H) {
-        self.receiver.open();
-        let refused = self.answer(false, host);
+        self.receiver.cut(request::READ.saturating_sub(CHECKSUM));
+        let refused = self.answer(|inner, frame| functions::execute(inner, frame, false, host));
         self.state = State::Prepared { refused };
     }
 
@@ -208,27 +231,48 @@ impl Server {
         }
     }
 
+    fn count_spoilt(&mut self, overrun: bool) {
+        self.repeats.doubt();
+        let counters = &mut self.inner.counters;
+        bump(&mut counters.errors);
+        if overrun {
+            bump(&mut counters.overruns);
+        }
+    }
+
     /// The silence is over. Says whether there is an answer in the frame.
-    fn serve<H: Host>(&mut self, host: &mut H) -> bool {
+    fn serve<H: Host>(&mut self, now: Micros, host: &mut H) -> bool {
         let counters = &mut self.inner.counters;
         match self.receiver.end() {
             Ended::Silence => return false,
             Ended::Spoilt { overrun } => {
-                bump(&mut counters.errors);
-                if overrun {
-                    bump(&mut counters.overruns);
-                }
+                self.count_spoilt(overrun);
                 return false;
             }
             Ended::Whole => bump(&mut counters.messages),
         }
-        let &[address, ..] = self.receiver.frame.bytes() else { return false };
+        let frame = self.receiver.frame.bytes();
+        let &[address, ..] = frame else { return false };
         let broadcast = address == BROADCAST;
         if !broadcast && address != self.inner.settings.address {
             return false;
         }
         bump(&mut counters.requests);
-        if self.answer(broadcast, host) {
+        let form = request::form(frame);
+        if form == Form::Answer {
+            self.repeats.doubt();
+        }
+        let (Form::Request(length), false) = (form, self.repeats.is_echo(frame, now)) else {
+            bump(&mut counters.unanswered);
+            return false;
+        };
+        let busy = !broadcast && request::is_its_answer(frame) && self.repeats.is_full(frame, now);
+        self.receiver.cut(length.saturating_sub(CHECKSUM));
+        let refused = self.answer(|inner, frame| match busy {
+            true => Err(Exception::ServerDeviceBusy),
+            false => functions::execute(inner, frame, broadcast, host),
+        });
+        if refused {
             bump(&mut self.inner.counters.exceptions);
         }
         if broadcast {
@@ -237,11 +281,11 @@ impl Server {
         !broadcast
     }
 
-    /// Carries the request in the frame out and puts the answer in its place; says whether that is an exception.
-    fn answer<H: Host>(&mut self, broadcast: bool, host: &mut H) -> bool {
+    /// Puts what is made of the request in its place, as an answer; says whether that is an exception.
+    fn answer(&mut self, make: impl FnOnce(&mut Inner, &mut Frame) -> Result<(), Exception>) -> bool {
         let frame = &mut self.receiver.frame;
         let &[address, function, ..] = frame.bytes() else { return false };
-        let result = functions::execute(&mut self.inner, frame, broadcast, host);
+        let result = make(&mut self.inner, frame);
         if let Err(exception) = result {
             refuse(frame, address, function, exception);
         }
@@ -250,7 +294,7 @@ impl Server {
     }
 }
 
-fn refuse(frame: &mut Frame, address: u8, function: u8, exception: Exception) {
+fn refuse(frame: &mut Frame, address: u8, code: u8, exception: Exception) {
     frame.truncate(0);
-    frame.extend(&[address, function | EXCEPTION, exception as u8]);
+    frame.extend(&[address, code | function::EXCEPTION, exception as u8]);
 }

@@ -5,6 +5,7 @@
 //! above, fixed: 750 µs and 1.750 ms).
 
 use clino_bus::Micros;
+use clino_bus::line::EchoMode;
 
 /// Above this bit rate the two silences do not shrink any further, bit/s.
 const FIXED_ABOVE: u32 = 19_200;
@@ -27,6 +28,12 @@ pub struct Settings {
     pub parity: Parity,
     /// Stop bits.
     pub stop_bits: StopBits,
+    /// Whether the port hears what it sends.
+    pub echo: EchoMode,
+    /// Which pauses a frame may have.
+    pub pauses: Pauses,
+    /// The port is read-only: requests that change anything are refused. Only another door can unlock it.
+    pub locked: bool,
 }
 
 /// Bit rates of the port, bit/s.
@@ -57,10 +64,28 @@ pub enum StopBits {
     Two = 2,
 }
 
+/// Which pauses a frame may have. Below t3.5, both say that it goes on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Pauses {
+    /// All of them: a USB adapter hands its characters over in packets, 1 ms apart and more.
+    #[default]
+    Tolerant = 0,
+    /// At most t1.5, as the specification has it: a frame with a longer pause is dropped.
+    Strict = 1,
+}
+
 impl Settings {
-    /// Address 1, 19200 bit/s, 8E1.
-    pub const DEFAULT: Settings =
-        Settings { address: 1, baud: 19_200, parity: Parity::Even, stop_bits: StopBits::One };
+    /// Address 1, 19200 bit/s, 8E1; no echo, tolerant of pauses, not locked.
+    pub const DEFAULT: Settings = Settings {
+        address: 1,
+        baud: 19_200,
+        parity: Parity::Even,
+        stop_bits: StopBits::One,
+        echo: EchoMode::Off,
+        pauses: Pauses::Tolerant,
+        locked: false,
+    };
 
     /// Bits of a character on the line: start bit, eight data bits, parity, stop bits.
     pub const fn bits_per_character(&self) -> u32 {
@@ -83,7 +108,7 @@ impl Settings {
         self.bits(n.wrapping_mul(self.bits_per_character()))
     }
 
-    /// The longest silence within a frame.
+    /// The longest silence within a frame, by [`Pauses::Strict`].
     pub const fn t1_5(&self) -> Micros {
         if self.baud > FIXED_ABOVE {
             return FIXED_T1_5;

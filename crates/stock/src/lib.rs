@@ -1,10 +1,13 @@
 //! Stock programs that know nothing of us, for tests: installed once, below the target directory, without root. Tests that
 //! run at the same time, in one process or in several, wait for each other.
 //!
-//! Needs the network the first time, and `python3` with venv or pip, or on a Debian `apt-get` and `dpkg`. What cannot be
+//! Needs the network the first time, and `python3` with venv or pip, `npm`, or on a Debian `apt-get` and `dpkg`. What cannot be
 //! had is an error that says what was tried; a test decides whether it fails, or says that it was skipped ([`skipped`]).
 
+mod debian;
+mod libmodbus;
 mod mbpoll;
+mod node;
 mod python;
 
 use std::fs::{self, File};
@@ -12,7 +15,9 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
+pub use libmodbus::Libmodbus;
 pub use mbpoll::Mbpoll;
+pub use node::Node;
 pub use python::Python;
 
 /// Says on standard error that a test did not test what it is for, and why: also when the test's own output is

@@ -78,7 +78,8 @@ impl Board {
         let (device, handle) = lazy(&machine, "eflash")?;
         cpu.execute_from(BusyFlash::new(device, handle));
         let (watchdog, _) = lazy(&machine, "iwdg")?;
-        Ok(Board { machine, scheduled: 0, space, timeline, chronicle, cpu, watchdog, pwm, rtt })
+        let receptions = parts.receptions.clone();
+        Ok(Board { machine, scheduled: 0, space, timeline, chronicle, cpu, watchdog, pwm, receptions, rtt })
     }
 }
 

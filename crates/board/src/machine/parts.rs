@@ -15,8 +15,9 @@ use crate::crystal;
 use crate::incident::Chronicle;
 use crate::narrow;
 use crate::oscillators::CrystalLife;
-use crate::ports::{self, Ports};
+use crate::ports::{self, Ports, SerialPort};
 use crate::pwm::{self, PwmDevice, PwmWaveform, Source};
+use crate::reception::Receptions;
 use crate::timeline::{Actor, Timeline, lock};
 use crate::usart::{self, Connections, UsartDevice};
 use crate::wrapped::Wrapped;
@@ -28,6 +29,8 @@ pub(super) struct Parts {
     life: CrystalLife,
     wires: Mutex<BTreeMap<&'static str, Box<dyn Wire>>>,
     waveforms: Mutex<BTreeMap<u64, Box<dyn PwmWaveform>>>,
+    /// What arrives at each serial port.
+    pub receptions: BTreeMap<&'static str, Receptions>,
     // Left for the assembly.
     pub crystal: Mutex<Option<Arc<crystal::Pins>>>,
     pub cpu: Mutex<Option<Arc<Cpu>>>,
@@ -46,6 +49,7 @@ impl Parts {
             life,
             wires: Mutex::new(BTreeMap::from(wires)),
             waveforms: Mutex::new(BTreeMap::from([(1, pwm1), (2, pwm2)])),
+            receptions: SerialPort::ALL.map(|port| (port.name(), Receptions::default())).into(),
             crystal: Mutex::new(None),
             cpu: Mutex::new(None),
             actors: Mutex::new(Vec::new()),
@@ -69,10 +73,12 @@ impl Parts {
     fn build_usart(&self, props: &Props) -> Result<Arc<UsartDevice>> {
         let name = props.require("port")?.to_str("port")?;
         let wire = lock(&self.wires).remove(name);
-        let (Some((clock, tx, rx)), Some(wire)) = (ports::pins(name), wire) else {
+        let receptions = self.receptions.get(name).cloned();
+        let (Some((clock, tx, rx)), Some(wire), Some(receptions)) = (ports::pins(name), wire, receptions)
+        else {
             return Err(Error::Property(format!("there is no serial port `{name}`, or it is taken")));
         };
-        let connections = Connections { clock, tx, rx, wire };
+        let connections = Connections { clock, tx, rx, wire, receptions };
         let device = Arc::new(UsartDevice::new(connections, Arc::clone(&self.timeline)));
         lock(&self.actors).push(device.actor());
         Ok(device)

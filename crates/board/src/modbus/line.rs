@@ -7,6 +7,7 @@ use clino_segment::{Noise, Segment, Settings};
 use clino_sim::node::Ns;
 
 use super::{Framing, SharedMaster};
+use crate::gaps::Waiting;
 
 /// Name of the master in the log.
 const NAME: &str = "master";
@@ -49,7 +50,7 @@ impl ModbusLine {
         if master.framing != self.framing {
             return Some(self.clock);
         }
-        let waiting = master.outgoing.front().map(|&(at, _)| at.max(self.clock));
+        let waiting = master.next_start().map(|at| at.max(self.clock));
         [self.sending_until.or(waiting), master.answer_ends()].into_iter().flatten().min()
     }
 
@@ -66,16 +67,17 @@ impl ModbusLine {
         if self.sending_until.is_some_and(|until| until > now) {
             return;
         }
-        let due = master.outgoing.front().is_some_and(|&(at, _)| at <= now);
+        let due = master.next_start().is_some_and(|at| at <= now);
         if due != self.sending_until.is_some() {
             self.pair.drive_as_guest(now, due);
         }
         self.sending_until = None;
-        if due && let Some((_, byte)) = master.outgoing.pop_front() {
+        if due && let Some(Waiting { byte, .. }) = master.outgoing.pop_front() {
             let end = now + self.framing.character();
             let word = self.framing.put_together(byte);
             self.pair.send_as_guest(Sent { start: now, word, format: self.framing.format() });
             self.sending_until = Some(end);
+            master.sent_until = end;
             master.traffic.sent += 1;
         }
     }

@@ -7,13 +7,18 @@ use toml::Spanned;
 
 use super::schema::{self, File, Lasting, Latency, bounds};
 use super::{Bench, Identity, Kind, Truth};
+use crate::HostPorts;
+use crate::impairment::ImpairedLine;
 use crate::pwm::{PwmWaveform, Steady};
 use clino_segment::chance::{Chance, Topic};
+use clino_segment::wire::Wire;
 use clino_segment::{LineFaults, Noise, Probability, Segment, Settings, Station, Stuck};
 
 /// Parts of the run that have their own chance.
 const T7_BUS: u64 = 1;
 const ISU_BUS: u64 = 2;
+const CONSOLE: u64 = 3;
+const MODBUS: u64 = 4;
 
 /// A T7 reports 0.001°; the gateway may round once more.
 const T7_TOLERANCE: i64 = 2_000;
@@ -50,6 +55,23 @@ pub fn bench(file: &File) -> Bench {
         pwm: [1, 2].map(|channel| waveform(file, channel)),
         truths,
     }
+}
+
+/// Hands the lines on with what is done to them.
+pub fn impaired(file: &File, wires: HostPorts<Box<dyn Wire>>) -> HostPorts<ImpairedLine> {
+    let chance = Chance::new(file.seed);
+    let HostPorts { console, modbus } = wires;
+    let (console, modbus) =
+        (ImpairedLine::new(console, chance.part(CONSOLE)), ImpairedLine::new(modbus, chance.part(MODBUS)));
+    for (line, echo, impairments) in [
+        (&console, &file.console.echo, &file.console.impairment),
+        (&modbus, &file.modbus.echo, &file.modbus.impairment),
+    ] {
+        let shared = line.impairments();
+        shared.lock().set_echo(echo.as_ref().map(schema::Echo::in_line));
+        impairments.iter().for_each(|impairment| shared.lock().add(impairment.in_line()));
+    }
+    HostPorts { console, modbus }
 }
 
 fn settings(segment: &schema::Segment, chance: Chance) -> Settings {

@@ -6,8 +6,10 @@ use std::ops::{Range, RangeInclusive};
 use clino_sim::{isu, t7};
 use toml::Spanned;
 
-use super::schema::{Crystal, File, Lasting, Latency, Modbus, Moves, Pwm};
+use super::schema::{Crystal, File, Impairment, Lasting, Latency, Modbus, Moves, Pwm};
 use super::units::Time;
+use crate::impairment::Effect;
+use crate::modbus::Parity;
 use crate::oscillators::LSI_RANGE;
 use crate::plant::What;
 
@@ -23,6 +25,9 @@ const PWM_CHANNELS: RangeInclusive<u8> = 1..=2;
 /// Bit rates of the Modbus port.
 const MODBUS_BAUD: RangeInclusive<u32> = 1_200..=1_000_000;
 const STOP_BITS: RangeInclusive<u8> = 1..=2;
+/// Bits of a character without and with a parity bit.
+const DATA_WORD: u16 = 0x0ff;
+const PARITY_WORD: u16 = 0x1ff;
 
 /// A complaint and the bytes of the file it is about.
 #[derive(Debug)]
@@ -81,6 +86,10 @@ pub fn file(file: &File) -> Checked {
     }
     unique(file.isu.iter().map(|isu| &isu.address), "ISU address")?;
     modbus(&file.modbus)?;
+    let parity = file.modbus.framing().parity != Parity::None;
+    for (impairments, parity) in [(&file.console.impairment, false), (&file.modbus.impairment, parity)] {
+        impairments.iter().try_for_each(|one| impairment(one, parity))?;
+    }
     if let Some(hz) = file.lsi_hz.as_ref().filter(|hz| !LSI_RANGE.contains(hz.get_ref())) {
         let (lowest, highest) = (LSI_RANGE.start(), LSI_RANGE.end());
         return complain(hz, format!("lsi_hz {}, expected {lowest} to {highest}", hz.get_ref()));
@@ -110,6 +119,37 @@ fn modbus(modbus: &Modbus) -> Checked {
     match modbus.request.iter().find(|request| request.bytes.get_ref().0.is_empty()) {
         Some(empty) => complain(&empty.bytes, "a request without bytes, expected at least one"),
         None => Ok(()),
+    }
+}
+
+fn impairment(impairment: &Impairment, parity_bit: bool) -> Checked {
+    let Impairment { effect, character, count, rate, within } = impairment;
+    match (character, rate) {
+        (Some(_), None) => {
+            if let Some(within) = within {
+                return complain(within, "within of chosen characters, expected it with rate only");
+            }
+        }
+        (None, Some(_)) => {
+            if let Some(count) = count {
+                return complain(count, "count of random characters, expected it with character only");
+            }
+            intervals(within.as_slice())?;
+        }
+        _ => return complain(effect, "an effect with no or with two choices, expected character or rate"),
+    }
+    if let Some(count) = count.as_ref().filter(|count| *count.get_ref() == 0) {
+        return complain(count, "count 0, expected at least 1");
+    }
+    let bits = if parity_bit { PARITY_WORD } else { DATA_WORD };
+    match *effect.get_ref() {
+        Effect::ParityError if !parity_bit => {
+            complain(effect, "parity_error on a line without parity, expected another effect")
+        }
+        Effect::Flipped(mask) if mask == 0 || mask & !bits != 0 => {
+            complain(effect, format!("flipped {mask:#x}, expected some bits of {bits:#x}"))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -6,6 +6,7 @@
 mod answers;
 mod chip;
 mod clients;
+mod impairments;
 mod intervals;
 mod motion;
 mod nodes;
@@ -19,7 +20,8 @@ use super::units::Time;
 
 pub use answers::{Fault, Latency};
 pub use chip::{Crystal, Plant};
-pub use clients::{Modbus, Typed};
+pub use clients::{Console, Modbus, Request, Typed};
+pub use impairments::{Echo, Impairment};
 pub use intervals::{Babble, Lasting, StuckLevel, bounds};
 pub use motion::Moves;
 pub use nodes::{Isu, T7};
@@ -54,6 +56,9 @@ pub struct File {
     /// What somebody types at the console.
     #[serde(default)]
     pub typed: Vec<Typed>,
+    /// The console's line.
+    #[serde(default)]
+    pub console: Console,
     /// The master at the Modbus port.
     #[serde(default)]
     pub modbus: Modbus,

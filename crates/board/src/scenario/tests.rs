@@ -76,6 +76,14 @@ fn every_mistake_names_its_line_and_what_was_expected() {
         ("[[modbus.request]]\nat = \"1s\"\nbytes = \"\"".into(), 3, vec!["without bytes"]),
         ("[[modbus.request]]\nat = \"1s\"\nbytes = \"1 04\"".into(), 3, vec!["`1` is no byte", "two hexadecimal digits"]),
         ("[[modbus.request]]\nat = \"1s\"\nbytes = \"+1\"".into(), 3, vec!["`+1` is no byte"]),
+        (impairment("console", "effect = \"lost\""), 2, vec!["no or with two choices", "character or rate"]),
+        (impairment("console", "effect = \"lost\", character = 1, rate = 0.5"), 2, vec!["two choices"]),
+        (impairment("console", "effect = \"lost\", character = 1, count = 0"), 2, vec!["count 0"]),
+        (impairment("console", "effect = \"lost\", rate = 0.5, count = 2"), 2, vec!["with character only"]),
+        (impairment("console", "effect = \"parity_error\", rate = 0.5"), 2, vec!["without parity"]),
+        (impairment("console", "effect = { flipped = 0x100 }, rate = 0.5"), 2, vec!["flipped 0x100", "0xff"]),
+        (impairment("modbus", "effect = { flipped = 0 }, rate = 0.5"), 2, vec!["flipped 0x0", "0x1ff"]),
+        (impairment("modbus", "effect = \"garbled\", rate = 0.5"), 2, vec!["unknown variant `garbled`"]),
         ("lsi_hz = 16999".into(), 1, vec!["lsi_hz 16999", "17000 to 47000"]),
         ("[crystal]\ninternal_error = 0.05".into(), 2, vec!["0.05 is out of range", "-0.08 to 0.045"]),
         ("[crystal]\ndead = true\nstops_at = \"1s\"".into(), 3, vec!["dead crystal"]),
@@ -115,7 +123,7 @@ fn the_masters_settings_and_requests_are_what_the_file_says() {
     )
     .unwrap();
     assert_eq!(scenario.modbus().to_string(), "9600 8N2");
-    let requests: Vec<_> = scenario.requests().collect();
+    let requests: Vec<_> = scenario.requests().map(|request| (request.at, request.what)).collect();
     assert_eq!(requests, [(SECOND, &[0x01, 0xff][..]), (2 * SECOND, &[0x0a])]);
 }
 
@@ -310,4 +318,9 @@ fn the_scenarios_that_come_with_the_project_are_good() {
         let kinds = |kind| bench.truths.iter().filter(|truth| truth.who.kind == kind).count();
         assert_eq!([kinds(Kind::T7), kinds(Kind::Isu), kinds(Kind::Pwm)], [3, 1, 2], "{name}");
     }
+}
+
+/// A line with one impairment.
+fn impairment(port: &str, keys: &str) -> String {
+    format!("[{port}]\nimpairment = [{{ {keys} }}]")
 }

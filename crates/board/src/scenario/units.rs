@@ -104,6 +104,14 @@ impl<'de> Deserialize<'de> for Time {
     }
 }
 
+/// A duration as the board counts it, for types that are read from a scenario as they are.
+///
+/// # Errors
+/// It is no duration.
+pub(crate) fn duration<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Ns, D::Error> {
+    Time::deserialize(deserializer).map(|time| time.0)
+}
+
 /// A unit of plain numbers: what is allowed and what it becomes.
 pub trait Unit {
     /// What the number becomes.

@@ -2,6 +2,8 @@
 
 use clino_segment::wire::Received;
 
+use crate::reception::Reception;
+
 /// Status register.
 pub(super) mod sr {
     pub const PE: u16 = 1 << 0;
@@ -171,23 +173,31 @@ impl Registers {
         self.sr |= sr::TC;
     }
 
-    /// A character arrived.
-    pub fn receive(&mut self, received: Received) {
+    /// A character arrived; says which flags it has raised.
+    pub fn receive(&mut self, received: Received) -> Reception {
+        let Received { at, word, framing_error, noise } = received;
+        let clean = Reception { at, word, ..Reception::default() };
         if self.sr & sr::RXNE != 0 {
             // The old character stays; of the new one only the overrun is told (RM0090 §30.6.1, ORE and FE).
             self.sr |= sr::ORE;
-            return;
+            return Reception { overrun: true, ..clean };
         }
-        self.received = received.word;
+        self.received = word;
         self.sr |= sr::RXNE;
-        let noise = received.noise && self.cr3 & cr3::ONEBIT == 0;
-        let odd_ones = received.word.count_ones() % 2 == 1;
-        let parity = self.has(cr1::PCE) && odd_ones != self.has(cr1::PS);
-        for (is, flag) in [(received.framing_error, sr::FE), (noise, sr::NF), (parity, sr::PE)] {
+        let odd_ones = word.count_ones() % 2 == 1;
+        let reception = Reception {
+            framing: framing_error,
+            noise: noise && self.cr3 & cr3::ONEBIT == 0,
+            parity: self.has(cr1::PCE) && odd_ones != self.has(cr1::PS),
+            ..clean
+        };
+        for (is, flag) in [(reception.framing, sr::FE), (reception.noise, sr::NF), (reception.parity, sr::PE)]
+        {
             if is {
                 self.sr |= flag;
             }
         }
+        reception
     }
 
     /// Sets status flags.

@@ -19,6 +19,8 @@ pub enum Topic {
     Shorten,
     /// Seeds handed to others.
     Seed,
+    /// Impairments of a line that is no bus.
+    Impair,
 }
 
 /// The seed of a run or of a part of it.

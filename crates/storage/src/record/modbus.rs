@@ -31,5 +31,6 @@ pub(crate) fn decode(reader: &mut Reader<'_>) -> Result<Settings, Reject> {
         baud: reader.number("bit rate")?,
         parity: reader.choice("parity", &PARITY)?,
         stop_bits: reader.choice("stop bits", &STOP_BITS)?,
+        ..Settings::DEFAULT
     })
 }

@@ -139,6 +139,7 @@ fn ports() -> impl Strategy<Value = Modbus> {
         baud: clino_modbus::settings::BIT_RATES[rate],
         parity,
         stop_bits: if two { StopBits::Two } else { StopBits::One },
+        ..Modbus::DEFAULT
     })
 }
 
@@ -380,7 +381,13 @@ mod stored {
 
     #[test]
     fn version_2() {
-        let modbus = Modbus { address: 17, baud: 9_600, parity: Parity::None, stop_bits: StopBits::Two };
+        let modbus = Modbus {
+            address: 17,
+            baud: 9_600,
+            parity: Parity::None,
+            stop_bits: StopBits::Two,
+            ..Modbus::DEFAULT
+        };
         let record = record(2, &[T7, ISU, MODBUS], 0xF75A196);
         assert_eq!(read(&record), Ok((expected(), modbus)));
         assert_eq!(written(&expected(), &modbus), record);

@@ -3,7 +3,9 @@
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::impairments::{Echo, Gap, Impairment};
 use crate::modbus::{Framing, Parity};
+use crate::scenario::Planned;
 use crate::scenario::hex::Hex;
 use crate::scenario::units::Time;
 
@@ -15,6 +17,26 @@ pub struct Typed {
     pub at: Time,
     /// The line without its end.
     pub line: String,
+    /// Pauses in it.
+    #[serde(default)]
+    pub gaps: Vec<Gap>,
+}
+
+impl Typed {
+    /// In the terms of a run.
+    pub fn planned(&self) -> Planned<'_, str> {
+        Planned { at: self.at.0, what: &self.line, gaps: self.gaps.iter().map(Gap::in_line).collect() }
+    }
+}
+
+/// The console's line.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Console {
+    /// The gateway hears what it sends.
+    pub echo: Option<Echo>,
+    /// What is done to what is typed.
+    pub impairment: Vec<Impairment>,
 }
 
 /// The master at the Modbus port.
@@ -29,6 +51,10 @@ pub struct Modbus {
     pub stop_bits: Option<Spanned<u8>>,
     /// What it sends.
     pub request: Vec<Request>,
+    /// The gateway hears what it sends.
+    pub echo: Option<Echo>,
+    /// What is done to what the master sends.
+    pub impairment: Vec<Impairment>,
 }
 
 /// The bit after the data bits.
@@ -68,4 +94,15 @@ pub struct Request {
     pub at: Time,
     /// All of it, checksum included.
     pub bytes: Spanned<Hex>,
+    /// Pauses in it.
+    #[serde(default)]
+    pub gaps: Vec<Gap>,
+}
+
+impl Request {
+    /// In the terms of a run.
+    pub fn planned(&self) -> Planned<'_, [u8]> {
+        let gaps = self.gaps.iter().map(Gap::in_line).collect();
+        Planned { at: self.at.0, what: &self.bytes.get_ref().0, gaps }
+    }
 }
