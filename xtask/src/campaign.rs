@@ -1,9 +1,4 @@
 //! `cargo xtask campaign`: long runs of what the tests show in short. Their last results are in `docs/campaigns.md`.
-//!
-//! **To add one**: give the test a size that the environment can raise (`CLINO_…`: a number of scripts, of days, a seed)
-//! and make the daily size its default, so that `cargo xtask test` runs the short form; add a [`Campaign`] to
-//! [`CAMPAIGNS`] that raises it; add a line to `docs/campaigns.md`. What cannot be made short is `#[ignore]`d: a campaign
-//! runs ignored tests, too.
 
 use std::ops::RangeInclusive;
 
@@ -11,6 +6,12 @@ use crate::command::{self, Failure, Outcome};
 use crate::firmware;
 use crate::programs::Programs;
 use crate::steps::Steps;
+
+const HOW_TO_ADD: &str = "\
+To add one: let the environment raise the size of a test (CLINO_...: a number of scripts, of days, a seed), and make
+the daily size its default: `cargo xtask test` runs that. A test that cannot be made short is #[ignore]d; a campaign
+runs ignored tests, too. Add a line to CAMPAIGNS in xtask/src/campaign.rs, which raises it, and one to
+docs/campaigns.md.";
 
 /// A long run.
 struct Campaign {
@@ -110,7 +111,7 @@ const CAMPAIGNS: &[Campaign] = &[
 /// Runs the named campaigns; without a name, lists them.
 pub fn run(names: &[String]) -> Outcome {
     if names.is_empty() {
-        println!("Campaigns:\n{}", known());
+        println!("Campaigns:\n{}\n\n{HOW_TO_ADD}", known());
         return Ok(());
     }
     let find = |name: &String| {
@@ -153,7 +154,9 @@ impl Run {
     fn add_to(&self, steps: &mut Steps, name: &str, built: Option<&Programs>) -> Outcome {
         let tests = |program: &str, test: &str, environment: &[Variable]| {
             let built = built.ok_or_else(|| Failure::new("the test programs are not built"))?;
-            let mut command = built.test(program)?.command();
+            let program = built.test(program)?;
+            program.must_have(test)?;
+            let mut command = program.command();
             command.args(["--include-ignored", "--nocapture", test]).envs(environment.iter().copied());
             Ok::<_, Failure>(command)
         };

@@ -23,12 +23,14 @@ Usage: cargo xtask <command>
              build the firmware and run it on the virtual board; `sim --help` says more
   test [--quick]
              every test: portable, firmware build, firmware on the virtual board;
-             --quick: the portable ones, and a handful on the firmware image
+             --quick: the portable ones, and a handful on the firmware image.
+             With `cargo nextest` where it is installed; CLINO_TEST_RUNNER=cargo does without it
   lint       formatting, clippy for host and target, documentation
   check [NAME ...]
              figures of the reusable crates: panics, instructions, coverage, fuzzing, ...
   campaign [NAME ...]
-             long runs of what the tests show in short; without a name it lists them
+             long runs of what the tests show in short; without a name it lists them, and says
+             how to add one
   size       flash and RAM of the firmware image, against its budget
   flash      put the firmware on a real STM32F407 board (needs probe-rs)
 

@@ -12,7 +12,7 @@ use std::process::Command;
 
 use serde::Deserialize;
 
-use crate::command::{self, Failure};
+use crate::command::{self, Failure, Outcome};
 use crate::firmware;
 use crate::steps::Steps;
 
@@ -93,6 +93,21 @@ impl Program {
         command.current_dir(&self.folder);
         with_image(&mut command);
         command
+    }
+
+    /// Makes sure that it has a test whose name contains this: a filter that no test passes would be a success.
+    ///
+    /// # Errors
+    /// It has none.
+    pub fn must_have(&self, test: &str) -> Outcome {
+        let output = Command::new(&self.executable).arg("--list").output();
+        let list = output.map_err(|error| Failure::new(format!("{}: {error}", self.name)))?.stdout;
+        let list = String::from_utf8_lossy(&list);
+        let mut names = list.lines().filter_map(|line| line.strip_suffix(": test"));
+        if names.any(|name| name.contains(test)) {
+            return Ok(());
+        }
+        Err(Failure::new(format!("`{}` has no test `{test}`", self.name)))
     }
 
     /// From a line of cargo's messages, if it is about a test program or an example.

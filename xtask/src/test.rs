@@ -29,12 +29,18 @@ const LONGEST: [&str; 8] = [
     "clino-commissioning::isu_power_cut",
 ];
 
-/// A few tests of the image: it reads every angle, tells a lost sensor from a good one, answers a Modbus master, keeps what
-/// is saved, and comes back from a crash.
-const HANDFUL: [(&str, &str); 3] = [
+/// A few tests of the image: it reads every angle, notices a lost sensor, takes commands, keeps what is saved, comes back from
+/// a crash, and answers a Modbus master.
+const HANDFUL: [(&str, &str); 6] = [
     ("clino-host-tests::board", "main_job::every_slot_tells_the_truth"),
-    ("clino-host-tests::board", "command_line::a_wrong_scenario_is_refused_with_file_and_line"),
-    ("clino-host-tests::board", "main_job::the_log_begins_with_version_and_clock"),
+    (
+        "clino-host-tests::board",
+        "unplugging::an_unplugged_t7_reads_no_answer_within_two_polls_and_comes_back",
+    ),
+    ("clino-host-tests::board", "console::a_slot_is_set_zeroed_and_shown"),
+    ("clino-host-tests::board", "saving::what_is_saved_survives_a_reset_and_is_not_written_twice"),
+    ("clino-host-tests::recovery", "crashes::a_panic_says_where_it_was"),
+    ("clino-host-tests::clients", "modbus::a_request_from_before_the_gateway_has_started_is_answered"),
 ];
 
 /// Every test.
@@ -71,6 +77,9 @@ fn everything(steps: &mut Steps) -> Outcome {
 fn handful(steps: &mut Steps) -> Outcome {
     firmware::build(steps)?;
     let programs = Programs::build(steps)?;
+    for (program, test) in HANDFUL {
+        programs.test(program)?.must_have(test)?;
+    }
     if nextest::is_there() {
         let of_image =
             HANDFUL.iter().map(|(program, test)| format!(" | (binary_id({program}) & test(={test}))"));

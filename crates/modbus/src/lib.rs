@@ -51,6 +51,7 @@ mod host;
 mod identification;
 pub mod map;
 pub mod number;
+mod own;
 mod parts;
 mod receiver;
 mod repeat;

@@ -15,7 +15,6 @@
 //! else is carried out only then.
 
 use clino_bus::Micros;
-use clino_bus::line::{Echo, Verdict};
 use clino_codec::character::Character;
 
 use crate::diagnostics::{Counters, bump};
@@ -24,6 +23,7 @@ use crate::frame::Frame;
 use crate::functions;
 use crate::host::Host;
 use crate::identification::Identification;
+use crate::own::Own;
 use crate::receiver::{CHECKSUM, Ended, Receiver};
 use crate::repeat::{ECHO_WINDOW, Repeats};
 use crate::request::{self, Form, function};
@@ -32,8 +32,6 @@ use crate::settings::Settings;
 /// Requests to everybody.
 const BROADCAST: u8 = 0;
 
-/// Until so many bits after our last stop bit a character is our own, coming back: no master can have sent a whole one.
-const ECHO_BITS: u32 = 5;
 /// An answer takes its own time; this times that, and the port has forgotten it.
 const SENDING_TIMES: u64 = 2;
 /// And that: the port may keep a pause before it.
@@ -44,11 +42,7 @@ const SENDING_MORE: Micros = Micros::from_millis(10);
 pub struct Server {
     receiver: Receiver,
     state: State,
-    /// What is heard until then is our own.
-    deaf_until: Micros,
-    echo: Echo,
-    /// A part of our answer has come back: a character that is whole until then may be the next one of it.
-    tail: Option<Micros>,
+    own: Own,
     repeats: Repeats,
     changed: bool,
     inner: Inner,
@@ -85,9 +79,7 @@ impl Server {
         Server {
             receiver: Receiver::new(&settings, now),
             state: State::Listening,
-            deaf_until: Micros::ZERO,
-            echo: Echo::new(settings.echo),
-            tail: None,
+            own: Own::new(settings.echo),
             repeats: Repeats::new(),
             changed: false,
             inner: Inner { settings, identification, counters, next: None },
@@ -96,16 +88,13 @@ impl Server {
 
     /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, what is heard is its echo at best.
     pub fn heard(&mut self, character: Character, at: Micros) {
-        if matches!(self.state, State::Sending { .. }) || at < self.deaf_until {
+        if self.own.is_deaf(at) {
             self.repeats.doubt();
-            _ = self.is_own(character);
+        }
+        // The answer stays in the frame until something else is heard.
+        if self.own.is_own(character, at, self.receiver.frame.bytes(), &self.inner.settings) {
             return;
         }
-        if self.tail.is_some_and(|until| at < until) && self.is_own(character) {
-            self.expect_tail(at);
-            return;
-        }
-        self.tail = None;
         let prepared = self.state != State::Listening && self.receiver.goes_on(at);
         let appended = self.receiver.is_appended(character);
         let lost = self.receiver.heard(character, at);
@@ -134,6 +123,7 @@ impl Server {
         }
         match self.state {
             State::Sending { .. } => {
+                self.own.forget();
                 self.listen(now);
                 return None;
             }
@@ -152,9 +142,7 @@ impl Server {
         let bytes = self.receiver.frame.bytes();
         let time = self.inner.settings.characters(bytes.len() as u32);
         self.repeats.sent(bytes, now + time.times(2) + ECHO_WINDOW);
-        _ = self.echo.end();
-        self.echo.begin();
-        self.tail = None;
+        self.own.begin();
         self.state = State::Sending { give_up: now + time.times(SENDING_TIMES) + SENDING_MORE };
         Some(bytes)
     }
@@ -171,8 +159,7 @@ impl Server {
     /// The last stop bit of the answer was out at `at`, or the port has given it up.
     pub fn sent(&mut self, at: Micros) {
         if matches!(self.state, State::Sending { .. }) {
-            self.deaf_until = at + self.inner.settings.bits(ECHO_BITS);
-            self.expect_tail(at);
+            self.own.out(at, &self.inner.settings);
             self.listen(at);
         }
     }
@@ -186,9 +173,9 @@ impl Server {
     /// Runs the port like this from `now` on. A request in hand is lost.
     pub fn set(&mut self, settings: Settings, now: Micros) {
         if settings.echo != self.inner.settings.echo {
-            self.echo = Echo::new(settings.echo);
+            self.own = Own::new(settings.echo);
         }
-        self.tail = None;
+        self.own.forget();
         self.inner.settings = settings;
         self.inner.next = None;
         self.changed = true;
@@ -242,18 +229,6 @@ impl Server {
         if refused {
             bump(&mut counters.exceptions);
         }
-    }
-
-    /// Whether a character is of our last answer, which stays in the frame until something else is heard.
-    fn is_own(&mut self, character: Character) -> bool {
-        let sent = self.receiver.frame.bytes();
-        self.echo.judge(character, sent, sent.len()) != Verdict::Foreign
-    }
-
-    /// Something of ours was out or has come back until `at`. What is left of the echo follows within t3.5.
-    fn expect_tail(&mut self, at: Micros) {
-        let settings = &self.inner.settings;
-        self.tail = self.echo.is_coming_back().then_some(at + settings.t3_5() + settings.characters(1));
     }
 
     fn count_spoilt(&mut self, overrun: bool) {

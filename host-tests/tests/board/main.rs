@@ -16,6 +16,7 @@ mod main_job;
 mod meaning;
 mod orders;
 mod publication;
+mod port;
 mod pwm;
 mod registers;
 mod saving;

@@ -12,13 +12,12 @@
 //! set_up MDEG                                         what the unused slot reads then
 //! ```
 //!
-//! Where a client cannot be had, its test says SKIPPED on standard error.
+//! A computer may be much slower than real time: they read until all angles are there, and wait for an answer for a
+//! minute. Where a client cannot be had, its test says SKIPPED on standard error.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::thread;
-use std::time::Duration;
 
 use clino_stock::{Libmodbus, Node, Python, said, skipped};
 
@@ -55,8 +54,6 @@ fn check(name: &str, client: Result<Command, String>, knows: Knows) {
         Err(why) => return skipped(name, &format!("it could not be had\n{why}")),
     };
     let board = Board::start(name);
-    // All slots have their angles: an ISU takes 533 ms for one.
-    thread::sleep(Duration::from_secs(4));
     client
         .arg(&board.modbus)
         .args(REGISTERS.map(|register| register.to_string()))

@@ -31,7 +31,7 @@ static int raw(const uint8_t *request, int length, uint8_t *answer) {
     struct pollfd port = {.fd = modbus_get_socket(master), .events = POLLIN};
     int got = 0;
     check(modbus_send_raw_request(master, request, length), "send");
-    for (int wait = 5000; poll(&port, 1, wait) > 0; wait = 100) {
+    for (int wait = 60000; poll(&port, 1, wait) > 0; wait = 1000) {
         int more = (int)read(port.fd, answer + got, 256 - (size_t)got);
         if (more <= 0) break;
         got += more;
@@ -53,10 +53,13 @@ int main(int count, char **arguments) {
     master = modbus_new_rtu(arguments[1], 19200, 'N', 8, 1);
     check(modbus_set_slave(master, 1), "address");
     check(modbus_connect(master), "connect");
-    check(modbus_set_response_timeout(master, 5, 0), "timeout");
-    check(modbus_set_byte_timeout(master, 5, 0), "timeout");
+    check(modbus_set_response_timeout(master, 60, 0), "timeout");
+    check(modbus_set_byte_timeout(master, 60, 0), "timeout");
 
-    read_words(angles, 2 * SLOTS, words);
+    for (int tries = 0, right = 0; right < SLOTS && tries < 300; tries++) {
+        read_words(angles, 2 * SLOTS, words);
+        for (right = 0; right < SLOTS && signed_at(words + 2 * right) != INT32_MIN;) right++;
+    }
     printf("angles");
     for (int slot = 0; slot < SLOTS; slot++) printf(" %d", (int)signed_at(words + 2 * slot));
     read_words(ages, SLOTS, words);

@@ -9,7 +9,7 @@ import minimalmodbus
 SLOTS = 6
 angles, ages, floats, cdab, counter, settings, spare = map(int, sys.argv[2:])
 master = minimalmodbus.Instrument(sys.argv[1], 1)
-master.serial.baudrate, master.serial.timeout = 19200, 5
+master.serial.baudrate, master.serial.timeout = 19200, 60
 
 
 def each(read, address, step):
@@ -21,7 +21,11 @@ def angle(address):
 
 
 swapped = minimalmodbus.BYTEORDER_LITTLE_SWAP
-print("angles", *each(angle, angles, 2))
+for _ in range(100):
+    shown = each(angle, angles, 2)
+    if -0x80000000 not in shown:
+        break
+print("angles", *shown)
 print("ages", *each(master.read_register, ages, 1))
 print("floats", *each(master.read_float, floats, 2))
 for order in (minimalmodbus.BYTEORDER_LITTLE, swapped, minimalmodbus.BYTEORDER_BIG_SWAP, minimalmodbus.BYTEORDER_BIG):
@@ -31,7 +35,8 @@ for order in (minimalmodbus.BYTEORDER_LITTLE, swapped, minimalmodbus.BYTEORDER_B
         print("cdab", *values)
         break
 print("counter", master.read_long(counter))
-master.serial.timeout = 1
+# No more than a frame: what is asked for next comes after it.
+master.serial.timeout = 5
 answer = master._perform_command(43, b"\x0e\x02\x00")
 at = 6
 for _ in range(answer[5]):
@@ -40,7 +45,7 @@ for _ in range(answer[5]):
     at += 2 + length
 answer = master._perform_command(8, b"\x00\x0b\x00\x00")
 print("messages", int.from_bytes(answer[2:4], "big"))
-master.serial.timeout = 5
+master.serial.timeout = 60
 master.write_registers(settings, [1, 1, spare, 2])
 for _ in range(300):
     shown = angle(angles + 2 * SLOTS)

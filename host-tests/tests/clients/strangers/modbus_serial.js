@@ -5,6 +5,7 @@
 const ModbusRTU = require("modbus-serial");
 
 const SLOTS = 6;
+const NONE = -0x80000000;
 const [port, ...numbers] = process.argv.slice(2);
 const [angles, ages, floats, cdab, counter, settings, spare] = numbers.map(Number);
 const each = (of) => Array.from({ length: SLOTS }, (_, slot) => of(slot));
@@ -13,11 +14,15 @@ async function main() {
   const master = new ModbusRTU();
   await master.connectRTUBuffered(port, { baudRate: 19200 });
   master.setID(1);
-  master.setTimeout(5000);
+  master.setTimeout(60000);
   const read = async (address, count) => (await master.readHoldingRegisters(address, count)).buffer;
 
-  let block = await read(angles, 2 * SLOTS);
-  console.log("angles", ...each((slot) => block.readInt32BE(4 * slot)));
+  let block, shown;
+  for (let tries = 0; tries < 300 && !(shown && !shown.includes(NONE)); tries++) {
+    block = await read(angles, 2 * SLOTS);
+    shown = each((slot) => block.readInt32BE(4 * slot));
+  }
+  console.log("angles", ...shown);
   const { data } = await master.readInputRegisters(ages, SLOTS);
   console.log("ages", ...data);
   block = await read(floats, 2 * SLOTS);
@@ -37,8 +42,8 @@ async function main() {
   if ((await read(angles, 2)).length !== 4) throw new Error("no reading after the identification");
 
   await master.writeRegisters(settings, [1, 1, spare, 2]);
-  let shown = -0x80000000;
-  for (let tries = 0; tries < 300 && shown === -0x80000000; tries++) {
+  shown = NONE;
+  for (let tries = 0; tries < 300 && shown === NONE; tries++) {
     shown = (await read(angles + 2 * SLOTS, 2)).readInt32BE(0);
   }
   console.log("set_up", shown);
