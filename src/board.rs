@@ -16,6 +16,7 @@
 //! and where they are set, is in `docs/registers.md`.
 
 use clino_bus::Event;
+use clino_console::Received;
 use clino_gateway::{Bus, Capture, Restraint};
 use clino_recovery::{Clock, Mode};
 use cortex_m::peripheral::{DWT, NVIC};
@@ -74,7 +75,7 @@ pub struct Board {
     /// How much of it is to run.
     pub mode: Mode,
     /// What is typed.
-    pub keys: Consumer<'static, u8>,
+    pub keys: Consumer<'static, Received>,
     /// Who stores the configuration.
     pub keeper: &'static mut Keeper,
 }

@@ -76,7 +76,7 @@ pub fn while_silent<R>(work: impl FnOnce(&Gateway) -> R) -> Option<R> {
 
 /// The bit rate of a bus, and its waits.
 pub fn timing(bus: Bus) -> Timing {
-    with(|gateway| *gateway.timing(bus)).unwrap_or(match bus {
+    with(|gateway| gateway.bus_settings(bus).timing).unwrap_or(match bus {
         Bus::T7 => params::T7.timing,
         Bus::Isu => params::ISU.timing,
     })
@@ -85,8 +85,8 @@ pub fn timing(bus: Bus) -> Timing {
 /// What happened on a bus since reset, and how it is set.
 pub fn state(bus: Bus) -> Option<BusState> {
     with(|gateway| BusState {
-        timing: *gateway.timing(bus),
-        line: *gateway.line_settings(bus),
+        settings: *gateway.bus_settings(bus),
+        in_force: gateway.is_in_force(bus),
         counters: *gateway.counters(bus),
         health: gateway.health(bus),
         driver: ports::driver_enable(bus),

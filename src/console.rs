@@ -1,19 +1,28 @@
 //! The console's USART: a queue of characters in each direction, moved by its interrupt.
 //!
-//! Writing waits for room, and only the people level writes: nothing else depends on it. What is received and not
-//! fetched in time is lost and counted: a terminal is not flow-controlled, and the buses come first.
+//! Writing waits for room, and only the people level writes: nothing else depends on it.
+//!
+//! A terminal is not flow-controlled, and the buses come first: characters that are not fetched in time are lost. A loss keeps
+//! its place: the next character that gets into the queue tells how many were lost before it ([`Received::lost`]), whether
+//! the queue was full or the receiver overran, as it does while a sector of flash is erased. A character that the receiver
+//! complained about goes into the queue with the complaint; what that means for its line is for the console to judge.
+//!
+//! Nobody has listened before the start: a first character that follows it at once may be the rest of a line.
 
 use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 
+use clino_bus::Micros;
+use clino_codec::character::LineErrors;
+use clino_console::Received;
 use clino_recovery::Duty;
 use critical_section::Mutex;
 use embedded_io::{ErrorType, Write};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::{self, interrupt};
 
-use crate::params::CONSOLE_LOW_WATER;
-use crate::{shared, uart, watchdog};
+use crate::params::{CONSOLE_LOW_WATER, CONSOLE_START};
+use crate::{clock, shared, uart, watchdog};
 
 /// Characters that can wait to be sent: more than the longest line on top of the low-water mark.
 pub const OUTGOING: usize = 256;
@@ -28,7 +37,7 @@ pub const INCOMING: usize = 192;
 /// The queues between the interrupt and the people level.
 pub struct Queues {
     outgoing: Queue<u8, OUTGOING>,
-    incoming: Queue<u8, INCOMING>,
+    incoming: Queue<Received, INCOMING>,
 }
 
 impl Queues {
@@ -40,7 +49,39 @@ impl Queues {
 struct Port {
     uart: pac::USART2,
     outgoing: Consumer<'static, u8>,
-    incoming: Producer<'static, u8>,
+    incoming: Incoming,
+}
+
+/// The writing end of what is received.
+struct Incoming {
+    queue: Producer<'static, Received>,
+    /// Characters lost since the last one that got into the queue.
+    lost: u8,
+    /// When the receiver was switched on, until the first character has come.
+    started: Option<Micros>,
+}
+
+impl Incoming {
+    fn lose(&mut self) -> u32 {
+        self.lost = self.lost.saturating_add(1);
+        1
+    }
+
+    /// Takes a character; returns how many were lost with that.
+    fn take(&mut self, byte: u8, errors: LineErrors) -> u32 {
+        if let Some(started) = self.started.take()
+            && clock::now().since(started) < CONSOLE_START
+        {
+            self.lose();
+        }
+        match self.queue.enqueue(Received { byte, errors, lost: self.lost }) {
+            Ok(()) => {
+                self.lost = 0;
+                0
+            }
+            Err(_) => self.lose(),
+        }
+    }
 }
 
 static PORT: Mutex<RefCell<Option<Port>>> = Mutex::new(RefCell::new(None));
@@ -48,11 +89,12 @@ static WRITER: Mutex<RefCell<Option<Producer<'static, u8>>>> = Mutex::new(RefCel
 static LOST: Mutex<Cell<u32>> = Mutex::new(Cell::new(0));
 
 /// Takes over a USART whose clock is on. Returns the reading end; the writing end is [`Console`].
-pub fn start(uart: pac::USART2, divider: u16, queues: &'static mut Queues) -> Consumer<'static, u8> {
+pub fn start(uart: pac::USART2, divider: u16, queues: &'static mut Queues) -> Consumer<'static, Received> {
     uart::set_up(&uart, divider);
     uart.cr1().modify(|_, w| w.re().set_bit().rxneie().set_bit());
     let (writer, outgoing) = queues.outgoing.split();
-    let (incoming, reader) = queues.incoming.split();
+    let (queue, reader) = queues.incoming.split();
+    let incoming = Incoming { queue, lost: 0, started: Some(clock::now()) };
     critical_section::with(|cs| {
         PORT.replace(cs, Some(Port { uart, outgoing, incoming }));
         WRITER.replace(cs, Some(writer));
@@ -101,7 +143,7 @@ impl Write for Console {
     }
 }
 
-/// Received characters that nobody fetched in time, since reset.
+/// Received characters that were lost, since reset: overruns, and what found the queue full.
 pub fn lost() -> u32 {
     critical_section::with(|cs| LOST.borrow(cs).get())
 }
@@ -124,13 +166,19 @@ fn USART2() {
         let mut port = PORT.borrow_ref_mut(cs);
         let Some(Port { uart, outgoing, incoming }) = port.as_mut() else { return };
         let status = uart.sr().read();
-        if status.rxne().bit_is_set() || status.ore().bit_is_set() {
+        let (full, overrun) = (status.rxne().bit_is_set(), status.ore().bit_is_set());
+        if full || overrun {
             // Reading the data register clears every receive flag (RM0090 section 30.6.1).
             let byte = uart.dr().read().dr().bits() as u8;
-            // A spoilt character is no character: a command with one in it would not be what was typed.
-            let whole = status.fe().bit_is_clear() && status.nf().bit_is_clear();
-            let lost =
-                u32::from(!whole || incoming.enqueue(byte).is_err()) + u32::from(status.ore().bit_is_set());
+            let mut lost = 0;
+            if full {
+                let flags = uart::line_errors(&status);
+                lost += incoming.take(byte, flags.without(LineErrors::OVERRUN));
+            }
+            if overrun {
+                // The register kept its character; what came behind it is lost.
+                lost += incoming.lose();
+            }
             LOST.borrow(cs).set(LOST.borrow(cs).get().wrapping_add(lost));
             shared::note_work();
         }

@@ -21,7 +21,7 @@ use crate::{bus, clock, modbus, params, watchdog};
 /// 2400 bit/s, lasts 1.17 s.
 const LONGEST_WAIT: Micros = Micros::from_millis(1_300);
 
-/// What was in force when it was stored last: revision of the gateway's settings, and the Modbus port.
+/// What was in force when it was stored last: fingerprint of the gateway's settings, and the Modbus port.
 static STORED: Mutex<Cell<(u32, clino_modbus::Settings)>> = Mutex::new(Cell::new((0, params::MODBUS)));
 
 /// Whether the configuration in force is not the one that is stored, or would be delivered.
@@ -30,7 +30,7 @@ pub fn is_unsaved() -> bool {
 }
 
 fn in_force() -> (u32, clino_modbus::Settings) {
-    (bus::with(|gateway| gateway.revision()).unwrap_or(0), modbus::settings())
+    (bus::with(|gateway| gateway.fingerprint()).unwrap_or(0), modbus::settings())
 }
 
 fn note_stored(stored: (u32, clino_modbus::Settings)) {
@@ -59,7 +59,8 @@ impl Keeper {
             }
             Err(LoadError::Flash(_) | LoadError::Library) => log!(error, "the configuration cannot be read"),
         }
-        note_stored((0, *modbus));
+        let fingerprint = bus::with(|gateway| gateway.fingerprint()).unwrap_or(0);
+        note_stored((fingerprint, *modbus));
     }
 
     /// Stores what is in force.

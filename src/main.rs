@@ -39,7 +39,6 @@ mod watchdog;
 use clino_console::Shell;
 use clino_recovery::Mode;
 use cortex_m_rt::entry;
-use heapless::spsc::Consumer;
 use stm32f4xx_hal::pac;
 
 use crate::board::{Board, Queues};
@@ -57,17 +56,17 @@ fn main() -> ! {
     core.DWT.enable_cycle_counter();
     let Board { mode, keys, keeper } = Board::init(peripherals, &mut core.NVIC, QUEUES);
     watchdog::begin(core.SYST, &mut core.SCB, mode);
-    serve(mode, keys, Gateway { keeper })
+    serve(mode, Gateway { keeper, keys })
 }
 
 /// The people level. The console is on its stack for good: 1.4 KB.
-fn serve(mode: Mode, mut keys: Consumer<'static, u8>, mut host: Gateway) -> ! {
+fn serve(mode: Mode, mut host: Gateway) -> ! {
     let mut shell = Shell::new(Console);
     loop {
         if mode != Mode::Normal && clock::now() >= params::SAFE_MODE {
             start::retry();
         }
-        if let Some(key) = keys.dequeue() {
+        if let Some(key) = host.keys.dequeue() {
             shell.input(key, &mut host);
         } else if let Some(wish) = modbus::wish() {
             modbus::done(host.fulfil(wish));

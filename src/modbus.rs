@@ -87,6 +87,11 @@ pub fn done(well: bool) {
     wake();
 }
 
+/// Whether a command of the master is under way.
+pub fn has_command() -> bool {
+    LEVEL.with(|level| level.desk.has_command()).unwrap_or(false)
+}
+
 /// How the port runs.
 pub fn settings() -> Settings {
     critical_section::with(|cs| SETTINGS.borrow(cs).get())

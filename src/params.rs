@@ -59,6 +59,10 @@ const fn number(digits: &str) -> u16 {
 /// is fresh.
 pub const CONSOLE_LOW_WATER: usize = 16;
 
+/// A character that comes so soon after the start may belong to a line that began before it: three times the pause that a USB
+/// adapter makes between two frames of 1 ms.
+pub const CONSOLE_START: Micros = Micros::from_millis(3);
+
 /// A PWM input without a cycle for this long has no signal: two and a half nominal periods, so that one lost
 /// cycle is not yet a fault.
 pub const PWM_NO_SIGNAL: Micros = Micros(PWM_PERIOD.as_micros() as u64 * 5 / 2);

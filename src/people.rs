@@ -1,8 +1,10 @@
 //! The gateway as the console sees it.
 
 use clino_bus::Micros;
-use clino_console::{BusState, Host, Saved, StorageError};
+use clino_console::{BusState, Host, Received, Saved, StorageError};
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::console::ConsoleSettings;
+use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
@@ -10,13 +12,16 @@ use clino_modbus::Settings;
 use clino_modbus::desk::Wish;
 use clino_recovery::Start;
 use cortex_m::peripheral::SCB;
+use heapless::spsc::Consumer;
 
-use crate::keeper::Keeper;
+use crate::keeper::{self, Keeper};
 use crate::{bus, clock, console, modbus, shared, start};
 
-/// The gateway: all of it is shared, but for who stores its configuration.
+/// The gateway: all of it is shared, but for who stores its configuration, and what is typed.
 pub struct Gateway {
     pub keeper: &'static mut Keeper,
+    /// What is typed.
+    pub keys: Consumer<'static, Received>,
 }
 
 impl Gateway {
@@ -47,6 +52,13 @@ impl Host for Gateway {
 
     fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
         shared::SNAPSHOT.read(|view| view.glance(slot, now))
+    }
+
+    fn summary(&self) -> Summary {
+        let (start, unsaved, command) = (start::start(), keeper::is_unsaved(), modbus::has_command());
+        let parts = bus::with(|gateway| clino_modbus::parts(gateway, &start, unsaved, command));
+        let (parts, now) = (parts.unwrap_or_default(), clock::now());
+        shared::SNAPSHOT.read(|view| Summary::of(|slot| view.standing(slot, now), &parts))
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {
@@ -80,6 +92,14 @@ impl Host for Gateway {
         result.unwrap_or(Err(Refusal::Busy))
     }
 
+    fn flush(&mut self) {
+        console::drain();
+    }
+
+    fn received(&mut self) -> Option<Received> {
+        self.keys.dequeue()
+    }
+
     fn lost_characters(&self) -> u32 {
         console::lost()
     }
@@ -103,6 +123,10 @@ impl Host for Gateway {
     fn reboot(&mut self) {
         console::drain();
         SCB::sys_reset()
+    }
+
+    fn console(&self) -> ConsoleSettings {
+        bus::with(|gateway| gateway.console_settings()).unwrap_or(ConsoleSettings::DEFAULT)
     }
 
     fn modbus(&self) -> Option<Settings> {

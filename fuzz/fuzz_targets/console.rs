@@ -81,9 +81,7 @@ struct Typist {
 impl Typist {
     fn types(&mut self, byte: u8) {
         self.ever_typed_y |= byte == b'y';
-        if byte.is_ascii() {
-            self.line.push(byte);
-        }
+        self.line.push(byte);
     }
 
     fn reads(&mut self, printed: &str) {
@@ -106,6 +104,7 @@ impl Typist {
             panic!("{:?} is no line", self.line.escape_ascii());
         };
         assert!(self.ever_typed_y);
+        assert!(line.is_ascii(), "{:?} is damaged", line.escape_ascii());
         // What editing has made of a line is not followed here.
         if line.iter().any(u8::is_ascii_control) {
             return;

@@ -13,7 +13,7 @@ use clino_commissioning::t7::{Device, Rates};
 use clino_gateway::config::{Ask, Filter};
 use clino_gateway::order::Order;
 use clino_gateway::{
-    Action, Asker, Bus, Capture, Gateway, PwmInput, Settings, SlotConfig, Source, Status, task,
+    Action, Asker, Bus, BusChange, Capture, Gateway, PwmInput, Settings, SlotConfig, Source, Status, task,
 };
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
@@ -188,19 +188,20 @@ impl World {
                 let config = SlotConfig {
                     ask: if c & 1 == 0 { Ask::Angle } else { Ask::Everything },
                     confirm: c & 2 != 0,
-                    filter: if c & 4 == 0 { Filter::Off } else { Filter::Median(c >> 4) },
+                    filter: if c & 4 == 0 { Filter::Off } else { Filter::Median },
+                    samples: c >> 4,
                     partner: (c & 8 != 0).then_some(c >> 4),
                     ..SlotConfig::usual(source(kind >> 4, b))
                 };
                 Order::Slot { slot: a % 50, config }
             }
             3 => {
-                let serial = Serial { baud: [115_200, 9_600, 57_600, 1][usize::from(a & 3)] };
-                let (bus, timing) = match b & 1 {
-                    0 => (Bus::T7, Timing::t7(serial)),
-                    _ => (Bus::Isu, Timing { serial, ..Timing::isu() }),
+                let change = BusChange {
+                    baud: [None, Some(9_600), Some(57_600), Some(1)][usize::from(a & 3)],
+                    guard: (b & 2 != 0).then_some(Micros(c.into())),
+                    ..BusChange::NONE
                 };
-                Order::Bus { bus, timing, line: timing.line() }
+                Order::Bus { bus: BUSES[usize::from(b & 1)], change }
             }
             4 => Order::Cancel(BUSES[usize::from(a & 1)]),
             5 => Order::T7(match b % 5 {
@@ -254,7 +255,7 @@ impl World {
             let Some(raw) = reading.raw(self.now) else { continue };
             assert_eq!(reading.status(self.now), Status::Ok);
             let said = match reading.source {
-                Source::Off => false,
+                Source::Off | Source::Incomplete { .. } => false,
                 Source::T7 { address, axis } => self.wires[0].t7_said(address.get(), axis, raw.udeg()),
                 Source::Isu { address } => self.wires[1].isu_said(address.get(), raw.udeg()),
                 Source::Pwm { input } => self.cycles[usize::from(input != PwmInput::Pwm1)],

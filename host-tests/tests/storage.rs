@@ -1,7 +1,7 @@
 //! The flash driver and the store of the firmware on the virtual board, which knows the flash controller: the power is cut
 //! while words are programmed and sectors erased, and afterwards there is the old configuration or the new one.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
@@ -24,11 +24,12 @@ fn image() -> &'static Image {
     static IMAGE: OnceLock<Image> = OnceLock::new();
     IMAGE.get_or_init(|| {
         let crate_dir = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("storage-firmware");
-        let target_dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("storage");
+        // The workspace's own, `CARGO_TARGET_TMPDIR` is below it: what other firmware has built there is not built again.
+        let target_dir = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("a folder");
         let status = Command::new(env!("CARGO"))
             .current_dir(&crate_dir)
             .args(["build", "--release", "--target", "thumbv7em-none-eabihf", "--target-dir"])
-            .arg(&target_dir)
+            .arg(target_dir)
             .status()
             .expect("cargo runs");
         assert!(status.success(), "the firmware does not build: is the thumb target installed?");

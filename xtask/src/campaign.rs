@@ -1,108 +1,180 @@
 //! `cargo xtask campaign`: long runs of what the tests show in short. Their last results are in `docs/campaigns.md`.
+//!
+//! **To add one**: give the test a size that the environment can raise (`CLINO_…`: a number of scripts, of days, a seed)
+//! and make the daily size its default, so that `cargo xtask test` runs the short form; add a [`Campaign`] to
+//! [`CAMPAIGNS`] that raises it; add a line to `docs/campaigns.md`. What cannot be made short is `#[ignore]`d: a campaign
+//! runs ignored tests, too.
 
-use std::process::Command;
+use std::ops::RangeInclusive;
 
 use crate::command::{self, Failure, Outcome};
 use crate::firmware;
+use crate::programs::Programs;
+use crate::steps::Steps;
 
 /// A long run.
 struct Campaign {
     name: &'static str,
+    /// What it shows, and how long it takes on a quiet machine.
     shows: &'static str,
-    run: fn() -> Outcome,
+    runs: &'static [Run],
 }
+
+/// A variable of the environment and its value.
+type Variable = (&'static str, &'static str);
+
+/// A part of a campaign.
+enum Run {
+    /// A script and its arguments.
+    Script(&'static str, &'static [&'static str]),
+    /// Tests of a program, as `cargo nextest` names it, whose names have this in them, in this environment.
+    Tests(&'static str, &'static str, &'static [Variable]),
+    /// The same once for each seed, which is in the variable that is named last.
+    Seeds(&'static str, &'static str, &'static [Variable], &'static str, RangeInclusive<u32>),
+}
+
+use Run::{Script, Seeds, Tests};
 
 const CAMPAIGNS: &[Campaign] = &[
     Campaign {
         name: "codec",
         shows: "every T7 header, every angle payload (5 min)",
-        run: || script("crates/codec/checks/campaign.sh", &[]),
+        runs: &[Script("crates/codec/checks/campaign.sh", &[])],
     },
     Campaign {
         name: "miri",
         shows: "the codec under Miri, both byte orders (10 min)",
-        run: || script("crates/codec/checks/miri.sh", &[]),
+        runs: &[Script("crates/codec/checks/miri.sh", &[])],
     },
     Campaign {
         name: "fuzz",
         shows: "every decoder, parser and store with other random input each time (30 min)",
-        run: || script("fuzz/checks/fuzz.sh", &["300", "0"]),
+        runs: &[Script("fuzz/checks/fuzz.sh", &["300", "0"])],
+    },
+    Campaign {
+        name: "altered",
+        shows: "a million damaged scripts at the console, five ways each (30 min)",
+        run: || {
+            let mut cargo =
+                command::cargo(["test", "--release", "--package", "clino-console", "--test", "console"]);
+            cargo.args(["--", "--nocapture", "altered::"]).env("CLINO_SCRIPTS", "1000000");
+            command::run(cargo)
+        },
     },
     Campaign {
         name: "commissioning",
         shows: "the power cut at every character of an ISU's set-up and repair (3 min)",
-        run: || tests("clino-commissioning", "isu_power_cut", ""),
+        runs: &[Tests("clino-commissioning::isu_power_cut", "every_character", &[])],
     },
     Campaign {
         name: "storage",
         shows: "the power cut at every word of saves, every seed (5 min)",
-        run: || tests("clino-storage", "power", "campaign"),
+        runs: &[Tests("clino-storage::power", "campaign", &[])],
+    },
+    Campaign {
+        name: "publication",
+        shows: "every ISU code, PWM tick and T7 angle with every soft zero, as published (10 min)",
+        run: || {
+            let mut cargo =
+                command::cargo(["test", "--release", "--package", "clino-gateway", "--lib", "--"]);
+            cargo.args(["--nocapture", "publication::sweep"]).env("CLINO_EVERY_ANGLE", "1");
+            command::run(cargo)
+        },
     },
     Campaign {
         name: "core",
-        shows: "thirty days of the gateway core, five seeds (30 min)",
-        run: || {
-            (2..=6).try_for_each(|seed: u32| {
-                let mut cargo = command::cargo(["test", "--package", "clino-gateway", "--lib", "--"]);
-                cargo.args(["--ignored", "--nocapture", "thirty_days"]).env("CLINO_SEED", seed.to_string());
-                command::run(cargo)
-            })
-        },
+        shows: "thirty days of the gateway core, six seeds; a day, twice the same (35 min)",
+        runs: &[
+            Seeds("clino-gateway", "days_with_faults", &[("CLINO_DAYS", "30")], "CLINO_SEED", 1..=6),
+            Tests("clino-gateway", "twenty_four_hours", &[]),
+        ],
     },
     Campaign {
         name: "power",
         shows: "the power cut at every step of the shipped image's saves (30 min)",
-        run: || board("recovery", &["a_cut_in_any_step"], &[("CLINO_EVERY_CUT", "1")]),
+        runs: &[Tests("clino-host-tests::recovery", "a_cut_in_any_step", &[("CLINO_EVERY_CUT", "1")])],
     },
     Campaign {
         name: "soak",
-        shows: "ten minutes of the shipped image with everything at once, three seeds (1.5 h)",
-        run: || {
-            ["2", "3", "4"]
-                .into_iter()
-                .try_for_each(|seed| board("soak", &["ten_minutes"], &[("CLINO_SOAK_SEED", seed)]))
-        },
+        shows: "ten minutes of the shipped image with everything at once, four seeds (2 h)",
+        runs: &[Seeds(
+            "clino-host-tests::soak",
+            "everything",
+            &[("CLINO_SOAK_MINUTES", "10")],
+            "CLINO_SOAK_SEED",
+            1..=4,
+        )],
     },
 ];
 
-/// Runs the named campaigns.
+/// Runs the named campaigns; without a name, lists them.
 pub fn run(names: &[String]) -> Outcome {
-    let known = || {
-        let line = |campaign: &Campaign| format!("  {:<14}{}", campaign.name, campaign.shows);
-        CAMPAIGNS.iter().map(line).collect::<Vec<_>>().join("\n")
-    };
     if names.is_empty() {
         println!("Campaigns:\n{}", known());
         return Ok(());
     }
-    for name in names {
-        let Some(campaign) = CAMPAIGNS.iter().find(|campaign| campaign.name == name) else {
+    let find = |name: &String| {
+        CAMPAIGNS.iter().find(|campaign| campaign.name == name).ok_or_else(|| {
             let message = format!("there is no campaign `{name}`, only:\n{}", known());
-            return Err(Failure { message, status: crate::BAD_USAGE });
-        };
-        (campaign.run)()?;
+            Failure { message, status: crate::BAD_USAGE }
+        })
+    };
+    let wanted = names.iter().map(find).collect::<Result<Vec<&Campaign>, Failure>>()?;
+    let mut steps = Steps::new("campaign");
+    let planned = all(&mut steps, &wanted);
+    steps.end(planned)
+}
+
+fn all(steps: &mut Steps, wanted: &[&Campaign]) -> Outcome {
+    let runs = || wanted.iter().flat_map(|campaign| campaign.runs);
+    if runs().filter_map(Run::program).any(|program| program.starts_with("clino-host-tests")) {
+        firmware::build(steps)?;
+    }
+    // Scripts build what they need themselves.
+    let built = if runs().any(|run| run.program().is_some()) { Some(Programs::build(steps)?) } else { None };
+    for campaign in wanted {
+        for run in campaign.runs {
+            run.add_to(steps, campaign.name, built.as_ref())?;
+        }
     }
     Ok(())
 }
 
-fn script(path: &str, arguments: &[&str]) -> Outcome {
-    let mut script = Command::new("sh");
-    script.arg(path).args(arguments).current_dir(command::root());
-    script.env("CARGO_TARGET_DIR", command::target_dir());
-    command::run(script)
+impl Run {
+    /// The test program that it needs.
+    fn program(&self) -> Option<&'static str> {
+        match self {
+            Script(..) => None,
+            Tests(program, ..) | Seeds(program, ..) => Some(program),
+        }
+    }
+
+    /// Runs it, as steps whose names begin with the campaign's.
+    fn add_to(&self, steps: &mut Steps, name: &str, built: Option<&Programs>) -> Outcome {
+        let tests = |program: &str, test: &str, environment: &[Variable]| {
+            let built = built.ok_or_else(|| Failure::new("the test programs are not built"))?;
+            let mut command = built.test(program)?.command();
+            command.args(["--include-ignored", "--nocapture", test]).envs(environment.iter().copied());
+            Ok::<_, Failure>(command)
+        };
+        match self {
+            Script(path, arguments) => steps.run(name, command::script(path, arguments)),
+            Tests(program, test, environment) => {
+                steps.run(&format!("{name} {test}"), tests(program, test, environment)?);
+            }
+            Seeds(program, test, environment, variable, seeds) => {
+                for seed in seeds.clone() {
+                    let mut command = tests(program, test, environment)?;
+                    command.env(variable, seed.to_string());
+                    steps.run(&format!("{name} {test} {seed}"), command);
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
-/// The ignored tests of a package whose names have this in them.
-fn tests(package: &str, target: &str, name: &str) -> Outcome {
-    let mut cargo = command::cargo(["test", "--package", package, "--test", target, "--"]);
-    cargo.args(["--ignored", "--nocapture"]).args(Some(name).filter(|name| !name.is_empty()));
-    command::run(cargo)
-}
-
-/// Tests of the shipped image.
-fn board(suite: &str, names: &[&str], environment: &[(&str, &str)]) -> Outcome {
-    let elf = firmware::build()?;
-    let mut tests = firmware::suite(&elf, suite);
-    tests.arg("--").arg("--nocapture").args(names).envs(environment.iter().copied());
-    command::run(tests)
+fn known() -> String {
+    let line = |campaign: &Campaign| format!("  {:<14}{}", campaign.name, campaign.shows);
+    CAMPAIGNS.iter().map(line).collect::<Vec<_>>().join("\n")
 }

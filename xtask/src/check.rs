@@ -3,6 +3,7 @@
 use std::process::Command;
 
 use crate::command::{self, Failure, Outcome};
+use crate::steps::{Step, Steps};
 
 /// A script that shows something, prints its figure, and fails when the figure is not good enough.
 struct Check {
@@ -10,11 +11,13 @@ struct Check {
     script: &'static str,
     /// Arguments when it runs among all others; named on the command line, it runs without.
     among_all: &'static [&'static str],
+    /// It uses all cores, or measures time: it runs after the others, which run side by side.
+    alone: bool,
     shows: &'static str,
 }
 
 const fn script(name: &'static str, script: &'static str, shows: &'static str) -> Check {
-    Check { name, script, among_all: &[], shows }
+    Check { name, script, among_all: &[], alone: false, shows }
 }
 
 const CHECKS: &[Check] = &[
@@ -47,15 +50,24 @@ const CHECKS: &[Check] = &[
         "the codec's tests pass with the oldest compiler it promises",
     ),
     script("coverage", "crates/codec/checks/coverage.sh", "line and branch coverage of the codec"),
-    script("fuzz", "fuzz/checks/fuzz.sh", "30 s of fuzzing for whatever takes bytes from outside"),
+    Check {
+        alone: true,
+        ..script("fuzz", "fuzz/checks/fuzz.sh", "5 s of fuzzing for each part that takes bytes from outside")
+    },
     script("stack", "crates/inspect/checks/stack.sh", "worst-case stack of the firmware image"),
     script(
         "panics",
         "crates/inspect/checks/panics.sh",
         "the panics left in the firmware image are those listed",
     ),
-    script("throughput", "crates/clino/checks/throughput.sh", "frames a second of the bench tool"),
+    Check {
+        alone: true,
+        ..script("throughput", "crates/clino/checks/throughput.sh", "frames a second of the bench tool")
+    },
 ];
+
+/// Targets without an operating system for which the reusable crates are built.
+const TARGETS: [&str; 3] = ["thumbv6m-none-eabi", "thumbv7em-none-eabihf", "riscv32imc-unknown-none-elf"];
 
 /// Runs the named checks, or all.
 pub fn run(names: &[String]) -> Outcome {
@@ -66,15 +78,35 @@ pub fn run(names: &[String]) -> Outcome {
         return Err(Failure { message, status: crate::BAD_USAGE });
     }
     let all = names.is_empty();
-    for check in CHECKS {
-        let named = names.iter().any(|name| name == check.name);
-        if named || all {
-            let arguments = if named { &[] } else { check.among_all };
-            let mut script = Command::new("sh");
-            script.arg(check.script).args(arguments).current_dir(command::root());
-            script.env("CARGO_TARGET_DIR", command::target_dir());
-            command::run(script)?;
-        }
+    let mut steps = Steps::new("check");
+    if all && let Err(failure) = install(&mut steps) {
+        return steps.end(Err(failure));
     }
-    Ok(())
+    let wanted = |check: &&Check| all || names.iter().any(|name| name == check.name);
+    let step = |check: &Check| {
+        let arguments = if all { check.among_all } else { &[] };
+        Step::new(check.name, command::script(check.script, arguments))
+    };
+    let (alone, beside): (Vec<&Check>, Vec<&Check>) =
+        CHECKS.iter().filter(wanted).partition(|check| check.alone);
+    steps.side_by_side(beside.into_iter().map(step).collect());
+    for check in alone {
+        steps.side_by_side(vec![step(check)]);
+    }
+    steps.end(Ok(()))
+}
+
+/// Installs what several scripts want of rustup: it must not be run several times at once. What is there stays as it is.
+fn install(steps: &mut Steps) -> Outcome {
+    let rustup = |arguments: &str| {
+        let mut rustup = Command::new("rustup");
+        rustup.args(arguments.split(' '));
+        rustup
+    };
+    if command::output_of("rustc", &["+nightly", "--version"]).is_none() {
+        steps.need("nightly", rustup("toolchain install nightly --profile minimal"))?;
+    }
+    steps.need("installed targets", rustup(&format!("target add {}", TARGETS.join(" "))))?;
+    steps.need("installed tools", rustup("component add llvm-tools"))?;
+    steps.need("installed nightly tools", rustup("component add llvm-tools --toolchain nightly"))
 }

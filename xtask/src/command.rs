@@ -48,13 +48,16 @@ pub fn target_dir() -> PathBuf {
     env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |folder| root().join(folder))
 }
 
+/// A command line as one would type it.
+pub fn shown(command: &Command) -> String {
+    let shown = format!("{command:?}").replace('"', "");
+    shown.rsplit_once("/cargo ").map_or(shown.clone(), |(_, rest)| format!("cargo {rest}"))
+}
+
 /// Runs a program to its end, showing what it prints.
 pub fn run(mut command: Command) -> Outcome {
-    let shown = format!("{command:?}").replace('"', "");
-    eprintln!(
-        "$ {}",
-        shown.rsplit_once("/cargo ").map_or(shown.clone(), |(_, rest)| format!("cargo {rest}"))
-    );
+    let shown = shown(&command);
+    eprintln!("$ {shown}");
     match command.status() {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(Failure {
@@ -63,6 +66,14 @@ pub fn run(mut command: Command) -> Outcome {
         }),
         Err(error) => Err(Failure::new(format!("`{shown}` could not be started: {error}"))),
     }
+}
+
+/// A script of the repository, which builds below our target directory.
+pub fn script(path: &str, arguments: &[&str]) -> Command {
+    let mut script = Command::new("sh");
+    script.arg(path).args(arguments).current_dir(root());
+    script.env("CARGO_TARGET_DIR", target_dir());
+    script
 }
 
 /// Standard output of a program that succeeds, or `None`.

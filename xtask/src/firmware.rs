@@ -1,39 +1,48 @@
 //! Building the firmware image.
 
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::PathBuf;
 use std::process::Command;
 
 use crate::command::{self, Failure, Outcome};
+use crate::steps::Steps;
 
 /// Cortex-M4 with its floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 /// The root package.
 pub const PACKAGE: &str = "clino-firmware";
 
-/// Builds the release image and returns where it is.
-pub fn build() -> Result<PathBuf, Failure> {
-    add_target()?;
-    command::run(command::cargo(["build", "--release", "--package", PACKAGE, "--target", TARGET]))?;
-    Ok(command::target_dir().join(TARGET).join("release").join(PACKAGE))
+/// Where the release image is.
+pub fn elf() -> PathBuf {
+    command::target_dir().join(TARGET).join("release").join(PACKAGE)
 }
 
-/// Builds the image without its log, in a folder of its own, and returns where it is.
-pub fn build_without_log() -> Result<PathBuf, Failure> {
-    add_target()?;
-    let folder = command::target_dir().join("without-log");
-    let mut cargo = command::cargo(["build", "--release", "--package", PACKAGE, "--target", TARGET]);
-    cargo.arg("--no-default-features").arg("--target-dir").arg(&folder);
-    command::run(cargo)?;
-    Ok(folder.join(TARGET).join("release").join(PACKAGE))
+/// Where the release image without its log is.
+pub fn elf_without_log() -> PathBuf {
+    elf().with_file_name(format!("{PACKAGE}-without-log"))
 }
 
-/// A suite of tests of this image on the virtual board.
-pub fn suite(elf: &Path, name: &str) -> Command {
-    let package = ["test", "--package", "clino-host-tests", "--features", "virtual-board", "--test", name];
-    let mut tests = command::cargo(package);
-    tests.env("CLINO_ELF", elf);
-    tests.env("CLINO_VBOARD", command::target_dir().join("debug").join("vboard"));
-    tests
+/// Builds the release image.
+pub fn build(steps: &mut Steps) -> Outcome {
+    add_target()?;
+    steps.need("image", build_command())
+}
+
+/// Builds the release image, with its log and without. Both are built in one folder, so that what they have in common is
+/// built once; the one with its log stays where everybody looks for it.
+pub fn build_both(steps: &mut Steps) -> Outcome {
+    add_target()?;
+    let mut without = build_command();
+    without.arg("--no-default-features");
+    steps.need("image without its log", without)?;
+    let (from, to) = (elf(), elf_without_log());
+    let failed = |error| Failure::new(format!("{} to {}: {error}", from.display(), to.display()));
+    fs::copy(&from, &to).map_err(failed)?;
+    steps.need("image", build_command())
+}
+
+fn build_command() -> Command {
+    command::cargo(["build", "--release", "--package", PACKAGE, "--target", TARGET])
 }
 
 /// Installs the target's standard library if it is missing.

@@ -4,6 +4,7 @@ use std::process::Command;
 
 use crate::command::{self, Failure, Outcome};
 use crate::firmware;
+use crate::steps::Steps;
 
 const CHIP: &str = "STM32F407VGTx";
 
@@ -22,7 +23,8 @@ pub fn run() -> Outcome {
              it (https://probe.rs/docs/getting-started/probe-setup)",
         ));
     }
-    let elf = firmware::build()?;
+    firmware::build(&mut Steps::new("flash"))?;
+    let elf = firmware::elf();
     let mut probe = Command::new("probe-rs");
     probe.args(["run", "--chip", CHIP]).arg(elf);
     command::run(probe)

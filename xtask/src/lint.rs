@@ -4,49 +4,42 @@ use std::process::Command;
 
 use crate::command::{self, Outcome};
 use crate::firmware::{self, PACKAGE, TARGET};
+use crate::steps::Steps;
 
 /// Formatting, clippy for host and target, documentation; a warning is a failure.
 pub fn run() -> Outcome {
+    let mut steps = Steps::new("lint");
+    let planned = all(&mut steps);
+    steps.end(planned)
+}
+
+fn all(steps: &mut Steps) -> Outcome {
     let mut components = Command::new("rustup");
     components.args(["component", "add", "rustfmt", "clippy"]).current_dir(command::root());
-    command::run(components)?;
+    steps.need("rustfmt and clippy", components)?;
     firmware::add_target()?;
-    command::run(command::cargo(["fmt", "--all", "--check"]))?;
-    command::run(command::cargo(["clippy", "--all-targets", "--all-features", "--", "-D", "warnings"]))?;
-    command::run(command::cargo([
-        "clippy",
-        "--package",
-        PACKAGE,
-        "--target",
-        TARGET,
-        "--",
-        "-D",
-        "warnings",
-    ]))?;
-    // And the image without its log.
-    command::run(command::cargo([
-        "clippy",
-        "--package",
-        PACKAGE,
-        "--no-default-features",
-        "--target",
-        TARGET,
-        "--",
-        "-D",
-        "warnings",
-    ]))?;
-    let mut documentation = command::cargo(["doc", "--no-deps", "--document-private-items"]);
-    documentation.env("RUSTDOCFLAGS", "-D warnings");
-    command::run(documentation)?;
-    let mut documentation = command::cargo([
-        "doc",
-        "--no-deps",
-        "--document-private-items",
-        "--package",
-        PACKAGE,
-        "--target",
-        TARGET,
-    ]);
-    documentation.env("RUSTDOCFLAGS", "-D warnings");
-    command::run(documentation)
+    steps.run("formatting", command::cargo(["fmt", "--all", "--check"]));
+    let image = ["--package", PACKAGE, "--target", TARGET];
+    steps.run("clippy", clippy(["--all-targets", "--all-features"]));
+    steps.run("clippy of the image", clippy(image));
+    steps.run(
+        "clippy of the image without its log",
+        clippy(image.into_iter().chain(["--no-default-features"])),
+    );
+    steps.run("documentation", documentation([]));
+    steps.run("documentation of the image", documentation(image));
+    Ok(())
+}
+
+fn clippy<'a>(selection: impl IntoIterator<Item = &'a str>) -> Command {
+    let mut clippy = command::cargo(["clippy"].into_iter().chain(selection));
+    clippy.args(["--", "-D", "warnings"]);
+    clippy
+}
+
+fn documentation<'a>(selection: impl IntoIterator<Item = &'a str>) -> Command {
+    let mut doc =
+        command::cargo(["doc", "--no-deps", "--document-private-items"].into_iter().chain(selection));
+    doc.env("RUSTDOCFLAGS", "-D warnings");
+    doc
 }

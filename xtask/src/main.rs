@@ -6,8 +6,11 @@ mod command;
 mod firmware;
 mod flash;
 mod lint;
+mod nextest;
+mod programs;
 mod sim;
 mod size;
+mod steps;
 mod test;
 
 use std::env;
@@ -18,7 +21,9 @@ Usage: cargo xtask <command>
 
   sim [--duration 5s] [--scenario FILE] [--bus-log FILE] [--realtime] [--console-pty] [--modbus-pty]
              build the firmware and run it on the virtual board; `sim --help` says more
-  test       every test: portable, firmware build, firmware on the virtual board
+  test [--quick]
+             every test: portable, firmware build, firmware on the virtual board;
+             --quick: the portable ones, and a handful on the firmware image
   lint       formatting, clippy for host and target, documentation
   check [NAME ...]
              figures of the reusable crates: panics, instructions, coverage, fuzzing, ...
@@ -40,6 +45,7 @@ fn main() -> ExitCode {
     let result = match command.as_deref() {
         Some("sim") => sim::run(&rest),
         Some("test") if rest.is_empty() => test::run(),
+        Some("test") if rest == ["--quick"] => test::quick(),
         Some("check") => check::run(&rest),
         Some("campaign") => campaign::run(&rest),
         Some("lint") if rest.is_empty() => lint::run(),

@@ -11,6 +11,7 @@ use serde::Deserialize;
 
 use crate::command::{self, Failure, Outcome};
 use crate::firmware;
+use crate::steps::Steps;
 
 /// The table of budgets, below the workspace's root.
 const BUDGETS: &str = "budgets.toml";
@@ -55,11 +56,18 @@ impl Budget {
     }
 }
 
-/// Builds the image with and without its log and prints their sizes; fails when the latter is over its budget.
+/// Builds the image with and without its log, and [`check`]s them.
 pub fn run() -> Outcome {
+    let mut steps = Steps::new("size");
+    firmware::build_both(&mut steps)?;
+    check()
+}
+
+/// Prints the sizes of the image with and without its log; fails when the latter is over its budget.
+pub fn check() -> Outcome {
     let budgets = Budgets::read()?;
-    print("image with its log", &firmware::build()?)?;
-    let (flash, ram) = print("image without its log", &firmware::build_without_log()?)?;
+    print("image with its log", &firmware::elf())?;
+    let (flash, ram) = print("image without its log", &firmware::elf_without_log())?;
     let flash = budgets.flash.compare("flash", flash);
     let ram = budgets.static_ram.compare("static RAM", ram);
     flash.and(ram)

@@ -1,82 +1,110 @@
-//! `cargo xtask test`: every test there is.
+//! `cargo xtask test`: every test there is; `--quick`: the portable ones, and a handful on the image.
+//!
+//! `cargo nextest`, where it is installed, packs the tests of all programs onto the cores. Without it, programs run side by
+//! side, one core each.
 
-use std::fs::{self, File};
-use std::path::PathBuf;
-use std::process::{Child, Command};
+use crate::command::{Failure, Outcome};
+use crate::programs::{self, Program, Programs};
+use crate::steps::{Step, Steps};
+use crate::{firmware, nextest, size};
 
-use crate::command::{self, Failure, Outcome};
-use crate::{firmware, size};
+/// The package whose tests run the image; all other tests are portable.
+const IMAGE_TESTS: &str = "clino-host-tests";
+/// The emulated chip against its manual: its tests are ignored by plain `cargo test`, because they need the thumb target.
+/// They share one run, and so one process.
+const SELFTEST: &str = "clino-board::selftest";
 
-/// The drivers' examples; each checks the angle it reads against the simulated sensor's.
-const EXAMPLES: [&str; 6] = ["t7_blocking", "t7_nb", "t7_async", "isu_blocking", "isu_async", "rs485"];
+/// Its tests wait most of the time: for silence, and for answers of simulated sensors.
+const WAITING: &str = "clino::sim";
 
-/// With the image on the virtual board: by itself, when it goes wrong, its storage by itself, and with stock clients in
-/// real time.
-const SUITES: [&str; 4] = ["board", "recovery", "storage", "clients"];
+/// Programs that take longest, longest first: what is left for the end should be short.
+const LONGEST: [&str; 8] = [
+    "clino-host-tests::soak",
+    "clino-host-tests::board",
+    "clino-host-tests::recovery",
+    "clino-host-tests::storage",
+    "clino-host-tests::clients",
+    SELFTEST,
+    "clino-gateway",
+    "clino-commissioning::isu_power_cut",
+];
 
-/// The firmware image (built, sized); beside everything else ten minutes of it on the virtual board, and a month of the
-/// gateway core in virtual time; portable tests and examples; the virtual board's own; the image on the virtual board.
+/// A few tests of the image: it reads every angle, tells a lost sensor from a good one, answers a Modbus master, keeps what
+/// is saved, and comes back from a crash.
+const HANDFUL: [(&str, &str); 3] = [
+    ("clino-host-tests::board", "main_job::every_slot_tells_the_truth"),
+    ("clino-host-tests::board", "command_line::a_wrong_scenario_is_refused_with_file_and_line"),
+    ("clino-host-tests::board", "main_job::the_log_begins_with_version_and_clock"),
+];
+
+/// Every test.
 pub fn run() -> Outcome {
-    size::run()?;
-    let elf = firmware::build()?;
-    command::run(command::cargo(["build", "--package", "clino-board", "--bin", "vboard"]))?;
-    let mut soak = firmware::suite(&elf, "soak");
-    soak.args(["--", "--nocapture", "--test-threads", "1"]);
-    let soak = Beside::start("soak", soak)?;
-
-    command::run(command::cargo(["test"]))?;
-    command::run(command::cargo(["test", "--package", "clino-drivers", "--all-features"]))?;
-    for example in EXAMPLES {
-        let run = ["run", "--package", "clino-drivers", "--all-features", "--example", example];
-        command::run(command::cargo(run))?;
-    }
-    let selftest = ["test", "--package", "clino-board", "--test", "selftest", "--", "--include-ignored"];
-    command::run(command::cargo(selftest))?;
-    let core = ["test", "--package", "clino-gateway", "--lib", "--", "--ignored", "--nocapture"];
-    let core = Beside::start("core", command::cargo(core))?;
-    for suite in SUITES {
-        command::run(firmware::suite(&elf, suite))?;
-    }
-    core.end()?;
-    soak.end()
+    let mut steps = Steps::new("test");
+    let planned = everything(&mut steps);
+    steps.end(planned)
 }
 
-/// Something long that runs beside the rest; what it prints is kept until it has ended.
-struct Beside {
-    name: &'static str,
-    child: Child,
-    output: PathBuf,
+/// The portable tests, and a handful on the image.
+pub fn quick() -> Outcome {
+    let mut steps = Steps::new("test --quick");
+    let planned = handful(&mut steps);
+    steps.end(planned)
 }
 
-impl Beside {
-    fn start(name: &'static str, mut command: Command) -> Result<Beside, Failure> {
-        let output = command::target_dir().join(format!("{name}.log"));
-        let failed = |error| Failure::new(format!("{name}: {error}"));
-        let file = File::create(&output).map_err(failed)?;
-        command.stderr(file.try_clone().map_err(failed)?).stdout(file);
-        eprintln!("({name} runs beside what follows)");
-        Ok(Beside { name, child: command.spawn().map_err(failed)?, output })
+fn everything(steps: &mut Steps) -> Outcome {
+    firmware::build_both(steps)?;
+    steps.own("size", size::check)?;
+    let programs = Programs::build(steps)?;
+    let mut beside = Vec::new();
+    if nextest::is_there() {
+        nextest::run(steps, None);
+    } else {
+        beside.extend(longest_first(programs.tests()).map(all_of));
     }
-
-    fn end(mut self) -> Outcome {
-        eprintln!("(waiting for {})", self.name);
-        let ended = self.child.wait();
-        print!("{}", fs::read_to_string(&self.output).unwrap_or_default());
-        match ended {
-            Ok(status) if status.success() => Ok(()),
-            Ok(status) => Err(Failure::new(format!("{} failed: {status}", self.name))),
-            Err(error) => Err(Failure::new(format!("{}: {error}", self.name))),
-        }
-    }
+    beside.push(selftest(&programs)?);
+    beside.push(Step::new("documentation", programs::cargo(["test", "--doc"])));
+    beside.extend(programs.examples().map(|example| Step::new(&example.name, example.command())));
+    steps.side_by_side(beside);
+    Ok(())
 }
 
-impl Drop for Beside {
-    /// What failed ends everything: cargo, and the tests that it runs.
-    fn drop(&mut self) {
-        if !matches!(self.child.try_wait(), Ok(None)) {
-            return;
-        }
-        _ = Command::new("pkill").args(["-P", &self.child.id().to_string()]).status();
-        _ = self.child.kill();
+fn handful(steps: &mut Steps) -> Outcome {
+    firmware::build(steps)?;
+    let programs = Programs::build(steps)?;
+    if nextest::is_there() {
+        let of_image =
+            HANDFUL.iter().map(|(program, test)| format!(" | (binary_id({program}) & test(={test}))"));
+        nextest::run(steps, Some(format!("not package({IMAGE_TESTS}){}", of_image.collect::<String>())));
+        return Ok(());
     }
+    let mut beside = Vec::new();
+    for (program, test) in HANDFUL {
+        let mut command = programs.test(program)?.command();
+        command.args(["--exact", test]);
+        beside.push(Step::new(format!("{program} {test}"), command));
+    }
+    let portable = programs.tests().filter(|program| !program.name.starts_with(IMAGE_TESTS));
+    beside.extend(longest_first(portable).map(all_of));
+    steps.side_by_side(beside);
+    Ok(())
+}
+
+/// All tests of a program, on one core.
+fn all_of(program: &Program) -> Step {
+    let mut command = program.command();
+    command.env("RUST_TEST_THREADS", if program.name == WAITING { "8" } else { "1" });
+    Step::new(&program.name, command)
+}
+
+fn selftest(programs: &Programs) -> Result<Step, Failure> {
+    let mut command = programs.test(SELFTEST)?.command();
+    command.arg("--ignored").env("RUST_TEST_THREADS", "1");
+    Ok(Step::new("selftest", command))
+}
+
+fn longest_first<'a>(programs: impl Iterator<Item = &'a Program>) -> impl Iterator<Item = &'a Program> {
+    let mut programs: Vec<&Program> = programs.collect();
+    let place = |program: &&Program| LONGEST.iter().position(|name| *name == program.name);
+    programs.sort_by_key(|program| place(program).unwrap_or(LONGEST.len()));
+    programs.into_iter()
 }

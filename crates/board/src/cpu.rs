@@ -19,6 +19,7 @@
 
 mod clocks;
 mod device;
+mod fast;
 mod idle;
 mod plant;
 mod reset;
@@ -96,6 +97,11 @@ impl Cpu {
     /// Takes the flash that the core executes from, and stalls for.
     pub fn execute_from(&self, flash: BusyFlash) {
         lock(&self.work).flash = Some(flash);
+    }
+
+    /// Every instruction is left to the emulator from now on.
+    pub fn without_fast_path(&self) {
+        lock(&self.work).fast.is_off = true;
     }
 
     /// The supply fails in the middle of this step of the flash, counted from power-up.

@@ -106,6 +106,11 @@ impl Board {
         self.cpu.stats()
     }
 
+    /// Leaves every instruction to the emulator from now on: several times slower, and nothing else.
+    pub fn without_fast_path(&mut self) {
+        self.cpu.without_fast_path();
+    }
+
     /// Cuts the power in the middle of a step of the flash: a word programmed, or a sector erased. Steps are counted from
     /// power-up, from 1; what the torn step leaves behind follows from `seed`.
     pub fn cut_power_at(&mut self, step: u64, seed: u64) {

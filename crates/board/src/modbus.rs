@@ -67,6 +67,8 @@ pub struct Master {
     /// Last rise of the gateway's DE, and the fall after it.
     de: (Option<Ns>, Option<Ns>),
     traffic: Traffic,
+    /// The gateway's receiver has been on.
+    gateway_has_listened: bool,
 }
 
 impl Master {
@@ -116,6 +118,11 @@ impl Master {
     /// Characters since power-up.
     pub fn traffic(&self) -> Traffic {
         self.traffic
+    }
+
+    /// The gateway has started: its receiver has been on since power-up. Before that, requests are lost.
+    pub fn gateway_has_listened(&self) -> bool {
+        self.gateway_has_listened
     }
 
     fn hear(&mut self, received: Received) {

@@ -120,9 +120,14 @@ impl Timeline {
         self.nudged.store(true, Ordering::Relaxed);
     }
 
+    /// Whether somebody asked for that since the last [`Timeline::take_nudge`].
+    pub fn is_nudged(&self) -> bool {
+        self.nudged.load(Ordering::Relaxed)
+    }
+
     /// Whether somebody asked for that since the last call.
     pub fn take_nudge(&self) -> bool {
-        self.nudged.load(Ordering::Relaxed) && self.nudged.swap(false, Ordering::Relaxed)
+        self.is_nudged() && self.nudged.swap(false, Ordering::Relaxed)
     }
 }
 

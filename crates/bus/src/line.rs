@@ -30,7 +30,7 @@ mod echo;
 mod event;
 mod settings;
 
-use echo::{Echo, Verdict};
+pub use echo::{Echo, Verdict};
 pub use event::{Event, Step, SubmitError};
 pub use settings::{EchoMode, Settings};
 

@@ -1,27 +1,54 @@
-//! Bytes as hexadecimal text, tolerant on the way in: any case, with or without blanks, commas, `0x`.
+//! Bytes as text, in any customary way of writing them, and back.
 //!
-//! Groups of digits are separated by blanks or commas; each holds whole bytes and may begin with `0x`. A lone digit
-//! is refused: it is as likely half a byte lost as a byte below 10.
+//! | way | examples |
+//! |---|---|
+//! | groups of whole bytes, apart by blanks, `, ; : - . _` `\|`, quotes or brackets | `05 06`, `0506`, `05:06`, `[05][06]`, `{05,06}` |
+//! | with a mark before each group, or an `h` behind it | `0x05`, `\x05`, `$05`, `#05`, `%05`, `&H05`, `16#05`, `8'h05`, `05h` |
+//! | as source code | `uint8_t a[] = {0x05, (byte)0x83};`, `bytes.fromhex("0506")`, `vec![0x05]` |
+//! | a text with escapes | `b"\x05N\xff"` |
+//! | a dump with its offset and its ASCII column | what `xxd`, `hexdump -C`, `od -t x1`, `tcpdump -X`, Wireshark and `candump` print |
+//!
+//! Any case; blanks are all that Unicode has, byte order marks and zero-width spaces among them. What can be read in two
+//! ways is refused, with its place; so is what looks as if something was lost: half a byte, a bracket that nobody closes,
+//! two commas.
 
 use std::fmt::Write as _;
 
 use crate::bad::Bad;
+
+mod dump;
+mod literal;
+mod scan;
 
 /// The bytes that the text shows, which are at least one.
 ///
 /// # Errors
 /// What is no hexadecimal text, and at which character (the first is 1).
 pub fn parse(text: &[u8]) -> Result<Vec<u8>, Bad> {
-    let mut bytes = Vec::new();
-    let mut position = 1;
-    for group in text.split(|&character| is_separator(character)) {
-        parse_group(group, position, &mut bytes)?;
-        position += group.len() + 1;
+    if let Some(bytes) = pairs(text) {
+        return Ok(bytes);
     }
+    let text = String::from_utf8_lossy(text);
+    // A mark of the byte order is no character of the text.
+    let text: Vec<char> = text.strip_prefix('\u{FEFF}').unwrap_or(&text).chars().collect();
+    let bytes = match dump::parse(&text)? {
+        Some(bytes) => bytes,
+        None => scan::parse(&text)?,
+    };
     if bytes.is_empty() {
         return Err(Bad::new("empty", "no bytes"));
     }
     Ok(bytes)
+}
+
+/// The bytes of a text that is written as most are, which is quick: two digits each, one blank between them.
+fn pairs(text: &[u8]) -> Option<Vec<u8>> {
+    let digit = |character: u8| char::from(character).to_digit(16);
+    let byte = |pair: &[u8]| match *pair {
+        [high, low] | [high, low, b' '] => u8::try_from(digit(high)? << 4 | digit(low)?).ok(),
+        _ => None,
+    };
+    (!text.is_empty()).then(|| text.chunks(3).map(byte).collect()).flatten()
 }
 
 /// The usual way to show bytes: two upper-case digits each, separated by blanks.
@@ -44,81 +71,38 @@ pub fn without_prefix(group: &[u8]) -> Option<&[u8]> {
     group.strip_prefix(b"0x").or_else(|| group.strip_prefix(b"0X"))
 }
 
-fn parse_group(group: &[u8], position: usize, bytes: &mut Vec<u8>) -> Result<(), Bad> {
-    let (digits, position) = match without_prefix(group) {
-        Some([]) => return Err(odd(group, position)),
-        Some(digits) => (digits, position + 2),
-        None => (group, position),
-    };
-    if let Some(offset) = digits.iter().position(|character| !character.is_ascii_hexdigit()) {
-        let character = digits[offset].escape_ascii().to_string();
-        let message = format!("'{character}' is not a hexadecimal digit");
-        return Err(Bad::new("not_hex", message)
-            .with("character", character.as_str())
-            .with("position", position + offset));
-    }
-    let (pairs, rest) = digits.as_chunks();
-    if !rest.is_empty() {
-        return Err(odd(group, position));
-    }
-    bytes.extend(pairs.iter().map(|&[high, low]| nibble(high) << 4 | nibble(low)));
-    Ok(())
+/// What Unicode calls white space, and what takes no room at all.
+fn is_blank(character: char) -> bool {
+    character.is_whitespace() || matches!(character, '\u{FEFF}' | '\u{200B}'..='\u{200D}' | '\u{2060}')
 }
 
-fn odd(group: &[u8], position: usize) -> Bad {
-    let group = group.escape_ascii().to_string();
-    Bad::new("odd_digits", format!("'{group}' is not a whole number of bytes"))
-        .with("digits", group.as_str())
-        .with("position", position)
+/// The bytes of these digits, if they are whole.
+fn bytes(digits: &[char]) -> Option<Vec<u8>> {
+    let values: Option<Vec<u8>> =
+        digits.iter().map(|digit| digit.to_digit(16).and_then(|value| value.try_into().ok())).collect();
+    let values = values?;
+    let (pairs, rest) = values.as_chunks();
+    rest.is_empty().then(|| pairs.iter().map(|&[high, low]| high << 4 | low).collect())
 }
 
-/// The value of a hexadecimal digit.
-fn nibble(digit: u8) -> u8 {
-    match digit {
-        b'0'..=b'9' => digit - b'0',
-        _ => (digit | 0x20) - b'a' + 10,
-    }
+fn not_hex(text: &[char], at: usize) -> Bad {
+    let character = text.get(at).map_or(String::new(), |character| character.escape_debug().to_string());
+    Bad::new("not_hex", format!("'{character}' is not a hexadecimal digit"))
+        .with("character", character.as_str())
+        .with("position", at + 1)
+}
+
+/// `digits` are at `at`.
+fn odd(digits: &[char], at: usize) -> Bad {
+    let digits: String = digits.iter().collect();
+    Bad::new("odd_digits", format!("'{digits}' is not a whole number of bytes"))
+        .with("digits", digits.as_str())
+        .with("position", at + 1)
+}
+
+fn ambiguous(what: &str, at: usize) -> Bad {
+    Bad::new("ambiguous", what).with("position", at + 1)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_customary_way_to_write_bytes() {
-        for text in [
-            "05 01 8a",
-            "05018A",
-            "0501 8A",
-            " 05\t01  8a \r",
-            "0x05 0x01 0x8A",
-            "0X05,0x01, 0x8a,",
-            "0x05018A",
-        ] {
-            assert_eq!(parse(text.as_bytes()).unwrap(), [0x05, 0x01, 0x8A], "{text}");
-        }
-        let all: Vec<u8> = (0..=255).collect();
-        assert_eq!(parse(show(&all).as_bytes()).unwrap(), all);
-        assert_eq!(parse(show(&all).to_lowercase().as_bytes()).unwrap(), all);
-    }
-
-    #[test]
-    fn what_is_not_bytes_is_refused_with_its_place() {
-        for (text, kind, position) in [
-            ("05 1 80", "odd_digits", Some("4")),
-            ("05 0x", "odd_digits", Some("4")),
-            ("05 0x1", "odd_digits", Some("6")),
-            ("05 0G", "not_hex", Some("5")),
-            ("0x0x05", "not_hex", Some("4")),
-            ("05;01", "not_hex", Some("3")),
-            ("\u{b0}5", "not_hex", Some("1")),
-            ("", "empty", None),
-            (" , ", "empty", None),
-        ] {
-            let error = serde_json::to_value(parse(text.as_bytes()).unwrap_err()).unwrap();
-            assert_eq!(error["error"]["kind"], kind, "{text}");
-            let found = error["error"].get("position").map(ToString::to_string);
-            assert_eq!(found.as_deref(), position, "{text}");
-        }
-    }
-}
+mod tests;

@@ -32,7 +32,7 @@ fn every_example_prints_what_is_shown() {
     let directory = Path::new(CLINO).parent().unwrap();
     let path = format!("{}:{}", directory.display(), std::env::var("PATH").unwrap());
     let examples = examples();
-    assert_eq!(examples.len(), 12);
+    assert_eq!(examples.len(), 13);
     for (command, shown) in examples {
         let output = Command::new("sh").arg("-c").arg(&command).env("PATH", &path).output().unwrap();
         assert_eq!(String::from_utf8_lossy(&output.stdout), shown, "{command}");

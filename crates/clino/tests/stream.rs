@@ -73,6 +73,35 @@ fn the_longest_frame_fits_a_line_however_it_is_written() {
     assert_eq!(objects[0]["data"].as_array().unwrap().len(), 253);
 }
 
+/// Row 15 of the issue, and others of its kind, through the tool; what each way means is tested in `hex/tests.rs`.
+#[test]
+fn a_frame_in_every_customary_way() {
+    let ways = [
+        "05:06:81:FF:FF:4E:FF:29",
+        "05-06-81-FF-FF-4E-FF-29",
+        "[05][06][81][FF][FF][4E][FF][29]",
+        r"\x05\x06\x81\xFF\xFF\x4E\xFF\x29",
+        "$05 $06 $81 $FF $FF $4E $FF $29",
+        "05h 06h 81h FFh FFh 4Eh FFh 29h",
+        "05H,06H,81H,FFH,FFH,4EH,FFH,29H",
+        "05;06;81;FF;FF;4E;FF;29",
+        "05|06|81|FF|FF|4E|FF|29",
+        "\u{FEFF}05 06 81 FF FF 4E FF 29",
+        "{0x05, 0x06, 0x81, 0xFF, 0xFF, 0x4E, 0xFF, 0x29}",
+        r#"b"\x05\x06\x81\xff\xffN\xff)""#,
+        "00000000: 0506 81ff ff4e ff29                      .....N.)",
+        "00000000  05 06 81 ff ff 4e ff 29                           |.....N.)|",
+        "0000   05 06 81 ff ff 4e ff 29                           .....N.)",
+        "0000000 05 06 81 ff ff 4e ff 29",
+        "can0  123   [8]  05 06 81 FF FF 4E FF 29",
+        "05\u{A0}06\u{A0}81\u{A0}FF\u{A0}FF\u{A0}4E\u{A0}FF\u{A0}29\t",
+    ];
+    let run = fed("t7 decode --stdin", ways.join("\n"));
+    assert_eq!(run.status, 0, "{run:?}");
+    let expected = fed("t7 decode --stdin", GOOD).objects().remove(0);
+    assert!(run.objects().iter().all(|object| *object == expected) && run.objects().len() == ways.len());
+}
+
 /// Would hang, not fail, if answers were kept until the end of the input.
 #[test]
 fn an_answer_comes_before_the_next_line_is_asked_for() {

@@ -66,6 +66,12 @@ impl LineErrors {
         Self(self.0 | other.0)
     }
 
+    /// The errors of this set that are not in the other.
+    #[must_use]
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
     /// The errors of all these sets.
     #[inline(never)]
     pub(crate) fn all(sets: &[Self]) -> Self {

@@ -19,6 +19,7 @@
 //!   only after reading has shown that it did not happen ([`WRITE_TRIES`]).
 //! - [Cancelling](Operation::cancel) takes effect between two exchanges. Once something has been written, the operation
 //!   goes on to its next consistent point first.
+//! - A zero is written only while the sensor stands still: motion is looked at first.
 //! - An address that every sensor answers to (T7: 126, ISU: 0) is used only with an [`Alone`], the caller's statement
 //!   that one sensor is attached; or by [`AskAll`](t7::AskAll), which reports every answer and every suspected collision.
 //!
@@ -43,6 +44,7 @@
 mod alone;
 pub mod ascii;
 pub mod isu;
+mod motion;
 mod operation;
 mod report;
 mod runner;

@@ -142,7 +142,8 @@ fn the_null_position_becomes_where_it_stands() {
 #[test]
 fn a_lost_answer_of_reset_null_is_no_second_write() {
     let sensor = at(3);
-    let mut bench = spoilt::<Isu>(&sensor, Spoil::Answer(1, Spoilt::Lost));
+    // After the 16 readings of its EEPROM and three of its angle.
+    let mut bench = spoilt::<Isu>(&sensor, Spoil::Answer(19, Spoilt::Lost));
     let nulled = run(&mut bench, ResetNull::new(module(3))).result.unwrap();
     assert_eq!((nulled.after, nulled.writes), (0, 1));
 }

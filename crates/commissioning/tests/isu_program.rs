@@ -357,11 +357,16 @@ fn repair_looks_at_the_third_address_of_an_interrupted_change() {
 /// A null reset that the module noticed in the middle: its checksum is right in the end, a reset is all it takes.
 #[test]
 fn repair_of_a_module_that_only_needs_a_reset() {
-    let watchful = Options { supervision: Supervision::Continuous, phase: 80 * MS, ..options() };
-    let sensor = with(3, ChecksumScope::default(), watchful);
-    let mut bench = bench::<Isu>(&[&sensor]);
-    let failure = run(&mut bench, ResetNull::new(module(3))).result.unwrap_err();
-    assert_eq!((failure.cause, failure.repair), (Cause::HardError, true));
+    let watched = |phase: u64| {
+        let watchful = Options { supervision: Supervision::Continuous, phase: phase * MS, ..options() };
+        let sensor = with(3, ChecksumScope::default(), watchful);
+        let mut bench = bench::<Isu>(&[&sensor]);
+        let failure = run(&mut bench, ResetNull::new(module(3))).result.err()?;
+        assert_eq!((failure.cause, failure.repair), (Cause::HardError, true));
+        Some((sensor, bench))
+    };
+    let (sensor, mut bench) =
+        (0..533).step_by(5).find_map(watched).expect("it looks in the middle of a write in some phase");
     assert!(eeprom(&sensor).is_sound());
     let repaired = run(&mut bench, Repair::new(module(3))).result.unwrap();
     assert_eq!((repaired.reading, repaired.writes), (None, 0));

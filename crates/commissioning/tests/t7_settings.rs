@@ -161,7 +161,8 @@ fn zero_waits_out_the_damping_and_reads_zero() {
     let run = run(&mut bench, SetZero::new(device(5), Axis::Two));
     let zeroed = run.result.unwrap();
     assert_eq!((zeroed.before, zeroed.after, zeroed.writes), (Millidegrees(30_000), Millidegrees(0), 1));
-    assert!((1_510..1_600).contains(&run.took.as_millis()), "{:?}", run.took);
+    // Damping and margin, then 258 ms to see whether it moves.
+    assert!((1_768..1_860).contains(&run.took.as_millis()), "{:?}", run.took);
     assert_eq!(store(&sensor).offsets, [0, 0, -30_000]);
 }
 
@@ -192,7 +193,7 @@ fn a_lone_device_needs_no_address() {
 
 #[test]
 fn a_cancel_before_the_write_leaves_everything_as_it_is() {
-    for after in 0..2 {
+    for after in 0..6 {
         let sensor = at(5);
         let mut bench = bench(&[&sensor]);
         let before = store(&sensor);

@@ -1,65 +1,76 @@
 //! The buses: how they run, and how much they have to do.
 
-use clino_bus::{Micros, Serial, Timing, line};
-use clino_gateway::Bus;
 use clino_gateway::lint::Lint;
-use clino_gateway::order::{LONGEST_DELAY, LONGEST_GUARD, Order};
+use clino_gateway::order::Order;
+use clino_gateway::settings;
+use clino_gateway::settings::bus::id;
+use clino_gateway::{Bus, BusFault, BusSettings};
 
 use crate::host::BusState;
-use crate::job::{Job, Outcome, Told};
+use crate::job::{Job, Outcome};
 use crate::meter::BUSES;
-use crate::table;
+use crate::settings::{Change, entries};
 use crate::typed::Opt;
-use crate::value::Value;
+use crate::value::{Label, Value};
 use crate::words::Words as _;
 
-const BAUD: Opt = Opt(Some('b'), "baud");
-const GUARD: Opt = Opt(Some('g'), "guard");
-const PRE: Opt = Opt(None, "pre");
-const POST: Opt = Opt(None, "post");
-const ECHO: Opt = Opt(Some('e'), "echo");
+/// Options of `bus`, and the settings that they name.
+const OPTIONS: [(Opt, u8); 5] = [
+    (Opt(Some('b'), "baud"), id::BAUD),
+    (Opt(Some('g'), "guard"), id::GUARD),
+    (Opt(None, "pre"), id::PRE),
+    (Opt(None, "post"), id::POST),
+    (Opt(Some('e'), "echo"), id::ECHO),
+];
 
 /// `bus BUS`, and with options what is to change.
 pub fn bus(job: &mut Job<'_, '_>) -> Outcome {
-    let mut words = [None; 5];
-    for (word, option) in words.iter_mut().zip([BAUD, GUARD, PRE, POST, ECHO]) {
+    let mut words = [None; OPTIONS.len()];
+    for (word, (option, _)) in words.iter_mut().zip(OPTIONS) {
         *word = job.option(option)?;
     }
-    let [baud, guard, pre, post, echo] = words;
     let bus: Bus = job.one_of("bus")?;
     job.end()?;
-    let Some(BusState { mut timing, mut line, health, .. }) = job.host.bus(bus) else { return Ok(()) };
     if words.iter().all(Option::is_none) {
-        table::bus(&mut job.reply, bus, &line, health.fault);
+        show(job, bus);
         return Ok(());
     }
-    if let Some(word) = baud {
-        let serial = Serial { baud: job.up_to(word, "baud", u32::MAX)? };
-        timing = match bus {
-            Bus::T7 => Timing::t7(serial),
-            Bus::Isu => Timing { serial, ..Timing::isu() },
-        };
+    let mut change = Change::default();
+    for (word, (_, id)) in words.into_iter().zip(OPTIONS) {
+        let setting = settings::bus::settings(bus).iter().find(|setting| setting.id == id);
+        if let (Some(word), Some(setting)) = (word, setting) {
+            change.name(id, job.value(setting, word)?);
+        }
     }
-    micros(job, guard, "guard_us", LONGEST_GUARD, &mut timing.guard)?;
-    line = line::Settings { serial: timing.serial, guard: timing.guard, ..line };
-    micros(job, pre, "pre_us", LONGEST_DELAY, &mut line.pre_delay)?;
-    micros(job, post, "post_us", LONGEST_DELAY, &mut line.post_delay)?;
-    if let Some(word) = echo {
-        line.echo = job.meaning(word)?;
-    }
-    job.order(Order::Bus { bus, timing, line })
+    change_bus(job, bus, &change)
+}
+
+/// `set BUS SETTING VALUE`
+pub fn set(job: &mut Job<'_, '_>, bus: Bus) -> Outcome {
+    let change = job.change(settings::bus::settings(bus), &settings::bus::NAMES)?;
+    job.end()?;
+    change_bus(job, bus, &change)
+}
+
+/// How a bus is set, and whether it is out of order.
+pub fn show(job: &mut Job<'_, '_>, bus: Bus) {
+    let Some(BusState { settings, health, .. }) = job.host.bus(bus) else { return };
+    job.reply.begin_list("bus", bus.name().into());
+    entries(&mut job.reply, settings::bus::settings(bus), &settings, |_| true);
+    job.reply.entry(Label::plain("fault"), health.fault.map(BusFault::name).into());
+    job.reply.end_list();
 }
 
 #[inline(never)]
-fn micros(
-    job: &mut Job<'_, '_>,
-    word: Option<&str>,
-    what: &'static str,
-    most: Micros,
-    place: &mut Micros,
-) -> Result<(), Told> {
-    if let Some(word) = word {
-        *place = Micros(job.up_to(word, what, most.0 as u32)?.into());
+fn change_bus(job: &mut Job<'_, '_>, bus: Bus, change: &Change) -> Outcome {
+    let Some(BusState { settings, .. }) = job.host.bus(bus) else { return Ok(()) };
+    let result = settings::bus::named(bus, &settings, &|id| change.of(id));
+    let result = result.and_then(|change| job.host.order(Order::Bus { bus, change }));
+    job.accepted(result)?;
+    // An exchange in hand goes on as it was begun.
+    match job.host.bus(bus) {
+        Some(BusState { in_force: false, .. }) => job.reply.accepted(),
+        _ => job.reply.done(),
     }
     Ok(())
 }
@@ -67,7 +78,7 @@ fn micros(
 /// `load`
 pub fn load(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    let (Some(t7), Some(isu)) = (timing(job, Bus::T7), timing(job, Bus::Isu)) else { return Ok(()) };
+    let (Some(t7), Some(isu)) = (of_bus(job, Bus::T7), of_bus(job, Bus::Isu)) else { return Ok(()) };
     let (host, reply) = (&*job.host, &mut job.reply);
     let slot = |slot: u8| host.config(slot.into());
     // What a T7 averages over is not kept.
@@ -83,6 +94,6 @@ pub fn load(job: &mut Job<'_, '_>) -> Outcome {
 
 /// A function of its own, so that the rest of what is told of a bus is forgotten at once.
 #[inline(never)]
-fn timing(job: &mut Job<'_, '_>, bus: Bus) -> Option<Timing> {
-    job.host.bus(bus).map(|state| state.timing)
+fn of_bus(job: &mut Job<'_, '_>, bus: Bus) -> Option<BusSettings> {
+    job.host.bus(bus).map(|state| state.settings)
 }

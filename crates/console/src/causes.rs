@@ -15,6 +15,7 @@ pub const fn t7(cause: &t7::Cause) -> &'static str {
         Cause::OutOfRange { .. } => "out_of_range",
         Cause::NotTaken { .. } => "not_taken",
         Cause::NotZero { .. } => "not_zero",
+        Cause::Moving { .. } => "moving",
         Cause::UnknownProduct { .. } => "unknown_product",
         Cause::WrongSerial { .. } => "wrong_serial",
         Cause::AddressTaken { .. } => "address_taken",
@@ -43,6 +44,7 @@ pub const fn isu(cause: &isu::Cause) -> &'static str {
         Cause::StillAt { .. } => "still_at_old_address",
         Cause::NotBooted { .. } => "not_booted",
         Cause::NotZero { .. } => "not_zero",
+        Cause::Moving { .. } => "moving",
         Cause::NotFound { .. } => "not_found",
         Cause::Cancelled => "cancelled",
     }

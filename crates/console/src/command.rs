@@ -1,9 +1,8 @@
 //! The command language: what can be typed, how, and what `help` says of it.
 
-use embedded_cli::autocomplete::{Autocompletion, Request};
-use embedded_cli::service::{Autocomplete, Help};
-
+use crate::line::Line;
 use crate::reply::Reply;
+use crate::settings;
 
 /// What can be done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,14 +56,12 @@ static COMMANDS: [Command; 22] = [
          [-p PERIOD_MS] [-r RETRIES] [-s STALE_MS]",
         "what a slot reads; the rest as usual",
     ),
-    command(Verb::Show, "show", "SLOT", "how a slot is set"),
+    command(Verb::Show, "show", "SLOT|t7|isu|modbus|console", "how it is set"),
     command(
         Verb::Set,
         "set",
-        "SLOT enabled|confirm on|off, ask angle|everything, filter off|mean N|median N, \
-         direction normal|reversed, range bidirectional|unidirectional, period|timeout|stale|report MS, \
-         retries N, zero DEG, rate DEG_S, partner SLOT|none, tolerance G|DEG",
-        "change one thing of a slot",
+        "SLOT|t7|isu|modbus|console SETTING VALUE ...",
+        "change settings, up to five at once",
     ),
     command(Verb::Zero, "zero", "SLOT", "the slot reads zero as it stands; nothing is written to the sensor"),
     command(
@@ -84,18 +81,13 @@ static COMMANDS: [Command; 22] = [
         Verb::Isu,
         "isu",
         "info A | reset A | zero A | null A POSITION | address A NEW | repair A; [--yes]",
-        "set up and repair ISUs",
+        "set up and repair ISUs; reset, null, address and repair start the module again: no angle for up to 5 s",
     ),
     command(Verb::Cancel, "cancel", "", "stop what t7 and isu have begun, at the next safe point"),
     command(Verb::Counters, "counters", "[SLOT]", "what happened since reset"),
     command(Verb::Trace, "trace", "[N]", "the last transactions, newest first"),
     command(Verb::Load, "load", "", "load and polls of each bus, and what is not wise"),
-    command(
-        Verb::Modbus,
-        "modbus",
-        "[address N | baud RATE | parity none|even|odd | stop_bits 1|2]",
-        "show or set the Modbus port",
-    ),
+    command(Verb::Modbus, "modbus", "[SETTING VALUE ...]", "show or set the Modbus port"),
     command(Verb::Save, "save", "", "keep all settings over a reset"),
     command(
         Verb::FactoryReset,
@@ -116,9 +108,16 @@ impl Command {
         COMMANDS.iter().find(|command| command.name == name)
     }
 
-    /// Tells how to use it.
+    /// Tells how to use it, and what it can set.
     #[inline(never)]
     pub fn describe(&self, reply: &mut Reply<'_>) {
+        self.usage(reply);
+        if matches!(self.verb, Verb::Set | Verb::Modbus) {
+            settings::describe(reply, self.verb == Verb::Set);
+        }
+    }
+
+    fn usage(&self, reply: &mut Reply<'_>) {
         if reply.is_for_people() {
             _ = writeln!(reply.out, "{} {}\n{}", self.name, self.usage, self.help);
         } else {
@@ -133,22 +132,40 @@ pub fn describe_all(reply: &mut Reply<'_>) {
         if reply.is_for_people() {
             _ = writeln!(reply.out, "  {:<14} {}", command.name, command.help);
         } else {
-            command.describe(reply);
+            command.usage(reply);
         }
     }
 }
 
-/// What the line editor knows of the language: the names, to complete them.
-pub struct Names;
-
-impl Autocomplete for Names {
-    fn autocomplete(request: Request<'_>, completion: &mut Autocompletion<'_>) {
-        let Request::CommandName(begun) = request else { return };
-        for rest in COMMANDS.iter().filter_map(|command| command.name.strip_prefix(begun)) {
-            completion.merge_autocompletion(rest);
+/// Completes the word before the cursor as far as it is clear which is meant, with a blank behind it if it is whole.
+///
+/// Where nothing can be completed a blank is put behind the word: a tab in a text that is pasted keeps its words apart.
+pub fn complete(line: &mut Line) {
+    let before = line.before_cursor();
+    let begun = before.bytes().rev().take_while(|&byte| byte != b' ').count();
+    let is_first = begun == before.trim_ascii_start().len();
+    let begun = before.get(before.len().saturating_sub(begun)..).unwrap_or("");
+    let mut found: Option<&'static str> = None;
+    let mut is_whole = !begun.is_empty();
+    for rest in COMMANDS.iter().filter_map(|command| command.name.strip_prefix(begun)) {
+        if !is_first {
+            break;
         }
+        // A name that is whole is meant, even if another begins with it.
+        is_whole = found.is_none() || rest.is_empty();
+        found = Some(if rest.is_empty() { rest } else { found.map_or(rest, |found| common(found, rest)) });
+        if rest.is_empty() {
+            break;
+        }
+    }
+    found.unwrap_or("").bytes().for_each(|byte| line.insert(byte));
+    if is_whole {
+        line.insert(b' ');
     }
 }
 
-/// `help` is a command like any other.
-impl Help for Names {}
+/// What both begin with.
+fn common(one: &'static str, other: &str) -> &'static str {
+    let same = one.bytes().zip(other.bytes()).take_while(|(one, other)| one == other).count();
+    one.get(..same).unwrap_or("")
+}

@@ -3,14 +3,17 @@
 use core::fmt::{self, Display};
 
 use clino_codec::t7::EncodeError;
+use clino_gateway::config::Kind;
 use clino_gateway::order::Refusal;
-use clino_gateway::{INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_PPM};
+use clino_gateway::settings::Number;
+use clino_gateway::{Consequence, INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_PPM};
 
 use crate::causes;
+use crate::consequences::{self, Told};
 use crate::host::StorageError;
-use crate::number;
+use crate::line::{Damage, ERROR, LONGEST_LINE, Reason};
 use crate::reply::Reply;
-use crate::value::Value;
+use crate::value::{Label, Value};
 
 /// Why a command was not carried out.
 pub enum Error<'a> {
@@ -21,7 +24,11 @@ pub enum Error<'a> {
     /// A word that is none of those expected.
     Word { value: &'a str, expected: &'static [&'static str] },
     /// A number out of its range, in units of its last decimal; or no number.
-    Range { what: &'static str, word: &'a str, value: Option<i64>, least: i64, most: i64, decimals: u32 },
+    Range { what: Label, word: &'a str, value: Option<i64>, least: i64, most: i64, decimals: u8 },
+    /// An address that no single sensor of this kind has.
+    NotOne { kind: Kind, value: u8 },
+    /// A setting that slots of this kind do not have.
+    NotOf { setting: &'static str, kind: Kind },
     /// A number below zero, or what looks like one, without `--` before it.
     BareMinus,
     /// A word, or an option with the dashes before it, that this command does not take.
@@ -30,10 +37,14 @@ pub enum Error<'a> {
     UnexpectedLetter(char),
     /// It asks for what cannot be.
     Refused(Refusal),
-    /// A program's line is longer than this many characters.
-    TooLong(usize),
+    /// The line is not what was typed, or cannot be known to be.
+    Damaged(Damage),
+    /// It came while a task works that a person waits for.
+    Working,
+    /// A quotation mark without its other one, or in the middle of a word.
+    Quotes,
     /// What is done cannot be undone, and a program has not said that it is meant.
-    Unconfirmed,
+    Unconfirmed(Consequence),
     /// The slot has no value that could be taken.
     NoValue { slot: u8, status: Status },
     /// What is stored cannot be read or written.
@@ -47,7 +58,7 @@ impl Error<'_> {
     #[inline(never)]
     pub fn write(&self, reply: &mut Reply<'_>) {
         if reply.is_for_people() {
-            _ = writeln!(reply.out, "error: {self}");
+            _ = writeln!(reply.out, "{ERROR}{self}");
             return;
         }
         let (kind, names, values) = self.parts();
@@ -71,8 +82,12 @@ impl Error<'_> {
             Error::Range { what, word, value, least, most, decimals } => {
                 let kind = if value.is_some() { "out_of_range" } else { "bad_argument" };
                 let value = value.map_or(Value::Text(word), |value| scaled(value, decimals));
-                (kind, RANGE, [what.into(), value, scaled(least, decimals), scaled(most, decimals)])
+                (kind, RANGE, [Value::Label(what), value, scaled(least, decimals), scaled(most, decimals)])
             }
+            Error::NotOne { kind, value } => {
+                ("out_of_range", ADDRESS, ["address".into(), value.into(), one(kind).into(), NONE])
+            }
+            Error::NotOf { setting, .. } => ("no_effect", "what why", [setting.into(), why, NONE, NONE]),
             Error::BareMinus => ("bad_argument", "why", [why, NONE, NONE, NONE]),
             Error::Unexpected(dashes, value) => {
                 let kind = if dashes.is_empty() { "unexpected_argument" } else { "unexpected_option" };
@@ -81,8 +96,20 @@ impl Error<'_> {
             Error::UnexpectedLetter(ref letter) => {
                 ("unexpected_option", "value", [Value::Words(letter), NONE, NONE, NONE])
             }
-            Error::Refused(Refusal::Range { what, value, least, most }) => {
-                ("out_of_range", RANGE, [what.into(), value.into(), least.into(), most.into()])
+            Error::Refused(Refusal::Range { number, least, most }) => {
+                let [least, most] = [least, most].map(|limit| scaled(limit, number.decimals));
+                ("out_of_range", RANGE, [Value::Label(label(&number)), told(&number), least, most])
+            }
+            Error::Refused(Refusal::Shorter { number, least }) => (
+                "does_not_fit",
+                "what value least why",
+                [Value::Label(label(&number)), told(&number), told(&least), why],
+            ),
+            Error::Refused(Refusal::Address { kind, value }) => {
+                ("out_of_range", ADDRESS, ["address".into(), value.into(), addresses(kind).into(), NONE])
+            }
+            Error::Refused(Refusal::Excluded(what)) => {
+                ("excluded", "what why", [what.into(), why, NONE, NONE])
             }
             Error::Refused(Refusal::T7(EncodeError::OutOfRange { value, min, max, .. })) => {
                 ("out_of_range", "value least most", [value.into(), min.into(), max.into(), NONE])
@@ -97,8 +124,22 @@ impl Error<'_> {
                 ("inexact_clock", "clock_off_percent most_percent why", [off, most, why, NONE])
             }
             Error::Refused(Refusal::Restrained(_)) => ("no_buses", "why", [why, NONE, NONE, NONE]),
-            Error::TooLong(most) => ("line_too_long", "most", [Value::from(most as u64), NONE, NONE, NONE]),
-            Error::Unconfirmed => ("unconfirmed", "why", [why, NONE, NONE, NONE]),
+            Error::Damaged(Damage { reason: Reason::TooLong, characters }) => {
+                let most = Value::from(LONGEST_LINE as u64);
+                ("line_too_long", "most characters", [most, characters.into(), NONE, NONE])
+            }
+            Error::Damaged(Damage { reason, characters }) => {
+                ("damaged_line", "reason characters", [reason.name().into(), characters.into(), NONE, NONE])
+            }
+            Error::Working => ("busy", "why", [why, NONE, NONE, NONE]),
+            Error::Quotes => ("bad_argument", "why", [why, NONE, NONE, NONE]),
+            Error::Unconfirmed(Consequence { silenced: 0, shared: None }) => {
+                ("unconfirmed", "why", [why, NONE, NONE, NONE])
+            }
+            Error::Unconfirmed(consequence) => {
+                let (names, value) = consequences::named(consequence);
+                ("unconfirmed", names, [why, value, NONE, NONE])
+            }
             Error::NoValue { slot, status } => {
                 ("no_value", "slot status", [slot.into(), status.name().into(), NONE, NONE])
             }
@@ -111,14 +152,44 @@ impl Error<'_> {
 /// What is said of a number out of its range.
 const RANGE: &str = "what value least most";
 
+/// What is said of an address that is none.
+const ADDRESS: &str = "what value allowed";
+
 /// Parts per million in percent.
 fn percent(ppm: u32) -> Value<'static> {
     // Ten of them are a thousandth of a percent.
     Value::Thousandths((ppm / 10).into())
 }
 
-fn scaled(number: i64, decimals: u32) -> Value<'static> {
-    if decimals == number::DECIMALS { Value::Thousandths(number) } else { Value::Number(number) }
+fn scaled(number: i64, decimals: u8) -> Value<'static> {
+    Value::Decimal(number, decimals)
+}
+
+fn label(number: &Number) -> Label {
+    Label { name: number.name, unit: number.unit }
+}
+
+fn told(number: &Number) -> Value<'static> {
+    Value::Decimal(number.value, number.decimals)
+}
+
+/// The addresses that a slot of a kind can have.
+const fn addresses(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Isu => "1 to 14, or 0 if it is alone",
+        Kind::Off => "0 to 100 or 127",
+        Kind::T7 | Kind::Pwm => one(kind),
+    }
+}
+
+/// The addresses that one sensor of a kind can have.
+const fn one(kind: Kind) -> &'static str {
+    match kind {
+        Kind::T7 => "1 to 100 or 127",
+        Kind::Isu => "1 to 14",
+        Kind::Pwm => "1 or 2",
+        Kind::Off => "none",
+    }
 }
 
 impl Display for Error<'_> {
@@ -136,8 +207,23 @@ impl Display for Error<'_> {
             Error::Unexpected("", value) => write!(out, "unexpected argument {value}"),
             Error::Unexpected(dashes, value) => write!(out, "unexpected option {dashes}{value}"),
             Error::UnexpectedLetter(letter) => write!(out, "unexpected option -{letter}"),
-            Error::Refused(Refusal::Range { what, value, least, most }) => {
-                write!(out, "{what} {value} is not between {least} and {most}")
+            Error::NotOne { kind, value } => write!(out, "address {value} is not {}", one(*kind)),
+            Error::NotOf { setting, kind } => write!(out, "{setting} has no effect on kind {}", kind.name()),
+            Error::Refused(Refusal::Range { number, least, most }) => {
+                let [least, most] = [least, most].map(|limit| scaled(*limit, number.decimals));
+                write!(out, "{} {} is not between {least} and {most}", label(number), told(number))
+            }
+            Error::Refused(Refusal::Shorter { number, least }) => {
+                let (what, than) = (label(number), label(least));
+                write!(out, "{what} {} is less than {than} {}", told(number), told(least))?;
+                // What follows the others is always long enough.
+                if number.name == "stale" { out.write_str(": set both, or stale_auto on") } else { Ok(()) }
+            }
+            Error::Refused(Refusal::Address { kind, value }) => {
+                write!(out, "address {value} is not {}", addresses(*kind))
+            }
+            Error::Refused(Refusal::Excluded(what)) => {
+                write!(out, "{what}: something else in the same change excludes it")
             }
             Error::Refused(Refusal::BitRate { value, allowed }) => {
                 write!(out, "{value} bit/s is not among")?;
@@ -151,8 +237,15 @@ impl Display for Error<'_> {
                 write!(out, "the clock may be off by {off} %, a UART takes {most} %: no sensor is written to")
             }
             Error::Refused(Refusal::Restrained(_)) => out.write_str("safe mode: the buses are not served"),
-            Error::TooLong(most) => write!(out, "more than {most} characters"),
-            Error::Unconfirmed => out.write_str("not to be undone, wants --yes"),
+            Error::Damaged(Damage { reason, characters }) => {
+                write!(out, "line not carried out, {}: {characters}", reason.words())
+            }
+            Error::Working => out.write_str("line not carried out, a task is running: Ctrl-C stops it"),
+            Error::Quotes => out.write_str("a quotation mark that is not closed, or within a word"),
+            Error::Unconfirmed(consequence) => {
+                let separator = if *consequence == Consequence::NONE { "" } else { "; " };
+                write!(out, "{}{separator}not to be undone, wants --yes", Told(*consequence))
+            }
             Error::NoValue { slot, status } => write!(out, "slot {slot} is {}", status.name()),
             Error::Storage(error) => out.write_str(error.name()),
             Error::Absent(what) => write!(out, "this board has no {what}"),

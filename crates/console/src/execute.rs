@@ -1,36 +1,38 @@
 //! What a line leads to.
 
-use embedded_cli::command::RawCommand;
-
 use crate::command::{Command, Verb, describe_all};
 use crate::error::Error;
 use crate::host::Host;
 use crate::job::{Job, Outcome, Told};
 use crate::meter::Meter;
 use crate::pending::{Next, Pending};
+use crate::presence::Presence;
 use crate::reply::{Audience, Reply};
-use crate::typed::Typed;
+use crate::typed::{self, Typed};
 use crate::{buses, past, slots, system, tasks};
 
 /// Carries out the line that was typed. What it leads to stands in `next`, which is too large to be handed up.
+#[inline(never)]
 pub fn execute<'j>(
-    raw: &RawCommand<'_>,
+    line: &str,
     reply: Reply<'j>,
     host: &'j mut dyn Host,
     meter: &'j Meter,
+    presence: &'j Presence,
     next: &'j mut Next,
 ) {
     let now = host.now();
     *next = Next::Stay;
-    let mut job = Job { typed: Typed::new(), reply, host, meter, now, next };
-    if let Err(Told) = carry_out(&mut job, raw) {
+    let mut job = Job { typed: Typed::new(), reply, host, meter, presence, now, next };
+    if let Err(Told) = carry_out(&mut job, line) {
         *job.next = Next::Stay;
     }
 }
 
-fn carry_out<'a>(job: &mut Job<'_, 'a>, raw: &RawCommand<'a>) -> Outcome {
-    let command = command(job, raw.name())?;
-    job.typed.take(raw).map_err(|error| job.refuse(&error))?;
+fn carry_out<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Outcome {
+    let (name, rest) = typed::split(line);
+    let command = command(job, name)?;
+    job.typed.take(rest).map_err(|error| job.refuse(&error))?;
     if job.typed.help {
         command.describe(&mut job.reply);
         return Ok(());

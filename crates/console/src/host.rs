@@ -1,14 +1,18 @@
 //! What the console needs of the rest of the gateway.
 
-use clino_bus::{Counters, Micros, Timing, line};
+use clino_bus::{Counters, Micros};
 use clino_commissioning::Progress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::console::ConsoleSettings;
+use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, BusHealth, Glance, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{Bus, BusHealth, BusSettings, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 use clino_recovery::Start;
+
+use crate::received::Received;
 
 /// The gateway as the console sees it. Each call is short: one slot, one transaction, one bus.
 pub trait Host {
@@ -22,6 +26,9 @@ pub trait Host {
     fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
         self.reading(slot).map(|reading| reading.glance(now))
     }
+
+    /// All slots and faults, summed up.
+    fn summary(&self) -> Summary;
 
     /// How a slot is set; `None` beyond the last slot.
     fn config(&self, slot: usize) -> Option<SlotConfig>;
@@ -40,6 +47,12 @@ pub trait Host {
 
     /// Has an order carried out, or refuses it.
     fn order(&mut self, order: Order) -> Result<(), Refusal>;
+
+    /// Waits until everything that was printed is out.
+    fn flush(&mut self);
+
+    /// The next character that was received, if there is one.
+    fn received(&mut self) -> Option<Received>;
 
     /// Typed characters that were lost since reset: spoilt, or faster than they could be taken.
     fn lost_characters(&self) -> u32;
@@ -65,6 +78,9 @@ pub trait Host {
     /// Starts again, when what was printed is out. Returns on a desk only.
     fn reboot(&mut self);
 
+    /// How the console is set.
+    fn console(&self) -> ConsoleSettings;
+
     /// How the Modbus port is set; `None` if there is none.
     fn modbus(&self) -> Option<Settings>;
 
@@ -75,10 +91,10 @@ pub trait Host {
 /// A bus as others see it.
 #[derive(Clone, Copy, Debug)]
 pub struct BusState {
-    /// Bit rate and waits.
-    pub timing: Timing,
-    /// Its line.
-    pub line: line::Settings,
+    /// How it is set.
+    pub settings: BusSettings,
+    /// It runs as it is set. Otherwise it will as soon as no exchange is in hand.
+    pub in_force: bool,
     /// What happened since reset.
     pub counters: Counters,
     /// Whether it is out of order.

@@ -4,7 +4,6 @@
 //! function, which takes half of their flash.
 
 use clino_bus::Micros;
-use clino_gateway::Span;
 use clino_gateway::order::{Order, Refusal};
 
 use crate::error::Error;
@@ -12,8 +11,10 @@ use crate::host::Host;
 use crate::meter::Meter;
 use crate::number;
 use crate::pending::{Next, Pending};
+use crate::presence::Presence;
 use crate::reply::Reply;
 use crate::typed::{Opt, Typed};
+use crate::value::Label;
 use crate::words::{Words, place};
 
 /// A command in hand.
@@ -22,6 +23,7 @@ pub struct Job<'j, 'a> {
     pub reply: Reply<'j>,
     pub host: &'j mut dyn Host,
     pub meter: &'j Meter,
+    pub presence: &'j Presence,
     pub now: Micros,
     /// What the command leads to.
     pub next: &'j mut Next,
@@ -60,27 +62,22 @@ impl<'a> Job<'_, 'a> {
         self.meaning(word)
     }
 
+    /// Where a word stands in a list.
     #[inline(never)]
-    fn place(&mut self, word: &str, expected: &'static [&'static str]) -> Result<usize, Told> {
+    pub fn place(&mut self, word: &str, expected: &'static [&'static str]) -> Result<usize, Told> {
         place(word, expected).ok_or_else(|| self.refuse(&Error::Word { value: word, expected }))
     }
 
     /// A number within limits.
     #[inline(never)]
     pub fn number(&mut self, word: &str, what: &'static str, least: i64, most: i64) -> Result<i64, Told> {
-        self.within(word, what, (least, most), 0)
-    }
-
-    /// A number with a fraction, within limits; all in thousandths.
-    #[inline(never)]
-    pub fn thousandths(
-        &mut self,
-        word: &str,
-        what: &'static str,
-        least: i64,
-        most: i64,
-    ) -> Result<i64, Told> {
-        self.within(word, what, (least, most), number::DECIMALS)
+        match number::parse(word, 0) {
+            Some(value) if (least..=most).contains(&value) => Ok(value),
+            value => {
+                let what = Label::plain(what);
+                Err(self.refuse(&Error::Range { what, word, value, least, most, decimals: 0 }))
+            }
+        }
     }
 
     /// A number that is not below zero.
@@ -93,33 +90,6 @@ impl<'a> Job<'_, 'a> {
     #[inline(never)]
     pub fn byte(&mut self, word: &str, what: &'static str, least: u8, most: u8) -> Result<u8, Told> {
         self.number(word, what, least.into(), most.into()).map(|value| value as u8)
-    }
-
-    /// A span of time, typed in milliseconds.
-    #[inline(never)]
-    pub fn span(
-        &mut self,
-        word: &str,
-        what: &'static str,
-        least: Micros,
-        most: Micros,
-    ) -> Result<Span, Told> {
-        let us = self.thousandths(word, what, least.0.cast_signed(), most.0.cast_signed())?;
-        Ok(Span::from_micros(us as u32))
-    }
-
-    #[inline(never)]
-    fn within(
-        &mut self,
-        word: &str,
-        what: &'static str,
-        (least, most): (i64, i64),
-        decimals: u32,
-    ) -> Result<i64, Told> {
-        match number::parse(word, decimals) {
-            Some(value) if (least..=most).contains(&value) => Ok(value),
-            value => Err(self.refuse(&Error::Range { what, word, value, least, most, decimals })),
-        }
     }
 
     /// The value of an option. To be called before the words are fetched.
@@ -161,7 +131,7 @@ impl<'a> Job<'_, 'a> {
         } else if self.reply.is_for_people() {
             *self.next = Next::Ask(pending);
         } else {
-            return Err(self.refuse(&Error::Unconfirmed));
+            return Err(self.refuse(&Error::Unconfirmed(pending.consequence())));
         }
         Ok(())
     }

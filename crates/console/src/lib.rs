@@ -10,9 +10,10 @@
 //!
 //! A program may send commands while it watches the stream; the answers come between the readings.
 //!
-//! Sans-IO: [`Shell`] takes bytes and is polled; text goes to an `embedded_io::Write`; the gateway is a [`Host`].
-//! Line editing, history and completion are `embedded-cli`'s; what can be typed is a table (`command.rs`), because the
-//! library's derived commands take twice the flash of the whole console.
+//! What is carried out is a line that was typed, whole: see `line.rs`.
+//!
+//! Sans-IO: [`Shell`] takes characters and is polled; text goes to an `embedded_io::Write`; the gateway is a [`Host`]. What can
+//! be typed is a table (`command.rs`).
 //!
 //! What cannot be undone is asked about: people answer `y`, a program says `--yes` with the command.
 #![no_std]
@@ -34,17 +35,22 @@ extern crate std;
 mod buses;
 mod causes;
 mod command;
-mod echo;
+mod consequences;
 mod editor;
 mod error;
 mod execute;
+mod history;
 mod host;
 mod job;
+mod keys;
+mod line;
 mod meter;
 mod news;
 mod number;
 mod past;
 mod pending;
+mod presence;
+mod received;
 mod reply;
 mod settings;
 mod shell;
@@ -59,4 +65,6 @@ mod value;
 mod words;
 
 pub use host::{BusState, Host, Saved, StorageError};
+pub use line::LONGEST_LINE;
+pub use received::Received;
 pub use shell::Shell;

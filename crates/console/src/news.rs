@@ -4,10 +4,11 @@ use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom;
 use clino_codec::t7::Text;
 use clino_commissioning::t7::{Found, Identity, Setting};
-use clino_commissioning::{Change, Report};
+use clino_commissioning::{Change, Report, isu as isu_commissioning, t7 as t7_commissioning};
 use clino_gateway::task::{News, isu, t7};
 
 use crate::causes;
+use crate::consequences;
 use crate::reply::Reply;
 use crate::value::Value;
 use crate::words::Words as _;
@@ -18,6 +19,7 @@ pub fn write(reply: &mut Reply<'_>, news: &News) {
         News::T7(news) => t7(reply, news),
         News::Isu(news) => isu(reply, news),
     }
+    consequences::remind(reply, news);
 }
 
 fn t7(reply: &mut Reply<'_>, news: &t7::News) {
@@ -50,7 +52,11 @@ fn t7(reply: &mut Reply<'_>, news: &t7::News) {
         t7::News::Baud(report) => changed(reply, report, |rate| ("baud", rate.bits_per_second().into())),
         t7::News::Failed(failure) => {
             let values = [causes::t7(&failure.cause).into(), failure.writes.into()];
-            reply.line("failed", "why writes", &values);
+            let rate = match failure.cause {
+                t7_commissioning::Cause::Moving { mdeg_per_s } => Some(mdeg_per_s),
+                _ => None,
+            };
+            failed(reply, "why writes", &values, rate);
         }
     }
 }
@@ -104,9 +110,22 @@ fn isu(reply: &mut Reply<'_>, news: &isu::News) {
         isu::News::Failed(failure) => {
             let why = causes::isu(&failure.cause);
             let values = [why.into(), failure.writes.into(), Value::Flag(failure.repair)];
-            reply.line("failed", "why writes repair", &values);
+            let rate = match failure.cause {
+                isu_commissioning::Cause::Moving { mdeg_per_s } => Some(mdeg_per_s),
+                _ => None,
+            };
+            failed(reply, "why writes repair", &values, rate);
         }
     }
+}
+
+/// A task has failed; because the sensor moved at this rate, in 0.001°/s.
+fn failed(reply: &mut Reply<'_>, names: &str, values: &[Value<'_>], mdeg_per_s: Option<u32>) {
+    reply.begin("failed");
+    reply.members(names, values);
+    let rate = mdeg_per_s.map(|rate| Value::Thousandths(rate.into()));
+    reply.more("rate_deg_s", rate.as_slice());
+    reply.end();
 }
 
 /// `changed: x …, from …, writes …` or `unchanged: x …, writes …`.

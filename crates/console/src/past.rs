@@ -32,11 +32,15 @@ fn of_buses(job: &mut Job<'_, '_>) {
         }
     }
     let lost = job.host.lost_characters();
-    _ = if job.reply.is_for_people() {
-        writeln!(job.reply.out, "console\n  {:<18} {lost}", "lost")
+    let (damaged, own) = (job.presence.damaged, job.presence.own);
+    if job.reply.is_for_people() {
+        for (name, count) in [("console\n  lost", lost), ("  damaged", damaged), ("  echoed", own)] {
+            _ = writeln!(job.reply.out, "{name:<20} {count}");
+        }
     } else {
-        writeln!(job.reply.out, "{{\"console\":{{\"lost\":{lost}}}}}")
-    };
+        let out = &mut job.reply.out;
+        _ = writeln!(out, "{{\"console\":{{\"lost\":{lost},\"damaged\":{damaged},\"echoed\":{own}}}}}");
+    }
 }
 
 #[inline(never)]

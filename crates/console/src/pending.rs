@@ -1,8 +1,11 @@
 //! What a command leads to; and what is not done before somebody has said that it is meant.
 
-use clino_gateway::Bus;
-use clino_gateway::order::{Order, Refusal};
+use core::fmt::Write;
 
+use clino_gateway::order::{Order, Refusal};
+use clino_gateway::{Bus, Consequence};
+
+use crate::consequences;
 use crate::error::Error;
 use crate::host::Host;
 use crate::meter::BUSES;
@@ -29,7 +32,7 @@ pub enum Next {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pending {
     /// A task that writes to the memory of a sensor on this bus. It wears, and the sensor keeps it.
-    Task(Bus, Order),
+    Task(Bus, Order, Consequence),
     /// The settings that were saved are forgotten.
     FactoryReset,
     /// The gateway starts again. Settings that were not saved are lost.
@@ -37,12 +40,22 @@ pub enum Pending {
 }
 
 impl Pending {
-    /// What a person is asked.
-    pub const fn question(&self) -> &'static str {
+    /// Asks a person.
+    #[inline(never)]
+    pub fn ask(&self, out: &mut dyn Write) {
         match self {
-            Pending::Task(..) => "this writes to the sensor's memory. Go on? y/N ",
-            Pending::FactoryReset => "this forgets what is saved. Go on? y/N ",
-            Pending::Reboot => "what is not saved is lost. Go on? y/N ",
+            Pending::Task(_, order, consequence) => consequences::tell(order, *consequence, out),
+            Pending::FactoryReset => _ = out.write_str("this forgets what is saved"),
+            Pending::Reboot => _ = out.write_str("what is not saved is lost"),
+        }
+        _ = out.write_str(". Go on? y/N ");
+    }
+
+    /// What it does to others.
+    pub const fn consequence(&self) -> Consequence {
+        match self {
+            Pending::Task(_, _, consequence) => *consequence,
+            Pending::FactoryReset | Pending::Reboot => Consequence::NONE,
         }
     }
 
@@ -50,7 +63,7 @@ impl Pending {
     #[inline(never)]
     pub fn carry_out(self, host: &mut dyn Host, reply: &mut Reply<'_>) -> Next {
         let result = match self {
-            Pending::Task(bus, order) => match host.order(order) {
+            Pending::Task(bus, order, _) => match host.order(order) {
                 Ok(()) => return Next::Task(bus),
                 Err(refusal) => Err(Error::Refused(refusal)),
             },
@@ -72,6 +85,6 @@ impl Pending {
 }
 
 /// Whether there is a task on any bus.
-fn is_at_work(host: &dyn Host) -> bool {
+pub fn is_at_work(host: &dyn Host) -> bool {
     BUSES.iter().any(|&bus| host.bus(bus).is_some_and(|state| state.progress.is_some()))
 }

@@ -4,7 +4,7 @@
 
 use core::fmt::{self, Display, Write};
 
-use crate::value::Value;
+use crate::value::{Label, Value};
 
 /// Columns of the names in a list of values.
 const NAME: usize = 18;
@@ -76,6 +76,36 @@ impl Reply<'_> {
         self.end();
     }
 
+    /// Begins an answer that is about `of`, of which the values follow one by one; [`Reply::end_list`] ends it.
+    #[inline(never)]
+    pub fn begin_list(&mut self, what: &str, of: Value<'_>) {
+        if self.is_for_people() {
+            _ = writeln!(self.out, "{what} {of}");
+        } else {
+            _ = write!(self.out, "{{\"{what}\":");
+            _ = of.write(self.out, self.audience);
+        }
+    }
+
+    /// Writes a value of a list.
+    #[inline(never)]
+    pub fn entry(&mut self, label: Label, value: Value<'_>) {
+        if self.is_for_people() {
+            let width = NAME.saturating_sub(label.len());
+            _ = writeln!(self.out, "  {label}{:width$} {value}", "");
+        } else {
+            _ = write!(self.out, ",\"{label}\":");
+            _ = value.write(self.out, self.audience);
+        }
+    }
+
+    /// Ends a list.
+    pub fn end_list(&mut self) {
+        if !self.is_for_people() {
+            self.end();
+        }
+    }
+
     /// Writes the first names and values of a line that has begun.
     pub fn members(&mut self, names: &str, values: &[Value<'_>]) {
         self.write(": ", names, values);
@@ -84,6 +114,17 @@ impl Reply<'_> {
     /// Writes further names and values.
     pub fn more(&mut self, names: &str, values: &[Value<'_>]) {
         self.write(", ", names, values);
+    }
+
+    /// Writes one name and value of a line, with this before it for people.
+    #[inline(never)]
+    pub fn member(&mut self, before: &str, label: Label, value: Value<'_>) {
+        _ = if self.is_for_people() {
+            write!(self.out, "{before}{label} ")
+        } else {
+            write!(self.out, ",\"{label}\":")
+        };
+        _ = value.write(self.out, self.audience);
     }
 
     #[inline(never)]
@@ -97,6 +138,24 @@ impl Reply<'_> {
             _ = value.write(self.out, self.audience);
             before = ", ";
         }
+    }
+
+    /// Says what the answer does not: a sentence for people, `{"hint":{"kind":…,"why":…}}` for programs.
+    #[inline(never)]
+    pub fn hint(&mut self, kind: &str, why: &dyn Display, names: &str, values: &[Value<'_>]) {
+        if self.is_for_people() {
+            _ = writeln!(self.out, "note: {why}");
+            return;
+        }
+        _ = write!(self.out, "{{\"hint\":{{\"kind\":\"{kind}\",\"why\":\"{}\"", Plain(why));
+        self.more(names, values);
+        self.say("}}\n");
+    }
+
+    /// What was ordered is not done yet, and will be.
+    #[inline(never)]
+    pub fn accepted(&mut self) {
+        self.say(if self.is_for_people() { "accepted\n" } else { "{\"accepted\":true}\n" });
     }
 
     /// A setting has been taken.

@@ -1,175 +1,183 @@
-//! The settings of a slot: how each is shown and typed. It is shown with its unit, and typed without.
+//! What can be set, as it is shown and typed. The tables are the gateway's; here is how a value of them looks. It is shown
+//! with its unit, and typed without.
 
-use clino_bus::Micros;
-use clino_codec::angle::Angle;
-use clino_gateway::config::Filter;
-use clino_gateway::order::{LONGEST_PERIOD, LONGEST_STALE, LONGEST_TIMEOUT, MOST_RETRIES, SHORTEST_STALE};
-use clino_gateway::{SlotConfig, Source, json};
+use core::fmt;
 
-use crate::job::{Job, Outcome, Told};
+use clino_gateway::settings::{self, Form, Given, NO_SLOT, Setting};
+
+use crate::error::Error;
+use crate::job::{Job, Told};
+use crate::number;
 use crate::reply::Reply;
-use crate::slots::LAST_SLOT;
-use crate::value::Value;
-use crate::words::{FilterKind, Words};
+use crate::value::{Label, Value};
 
-/// One setting of a slot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Field {
-    Enabled,
-    Ask,
-    Period,
-    Timeout,
-    Retries,
-    Stale,
-    Report,
-    Confirm,
-    Filter,
-    Zero,
-    Direction,
-    Range,
-    Rate,
-    Partner,
-    Tolerance,
+/// Most settings that one line can change.
+const MOST: usize = 5;
+
+/// The settings that a line names.
+#[derive(Default)]
+pub struct Change {
+    values: [Option<(u8, i64)>; MOST],
 }
 
-impl Words for Field {
-    const NAMES: &'static [&'static str] = &[
-        "enabled",
-        "ask",
-        "period",
-        "timeout",
-        "retries",
-        "stale",
-        "report",
-        "confirm",
-        "filter",
-        "zero",
-        "direction",
-        "range",
-        "rate",
-        "partner",
-        "tolerance",
-    ];
-    const VALUES: &'static [Self] = &[
-        Field::Enabled,
-        Field::Ask,
-        Field::Period,
-        Field::Timeout,
-        Field::Retries,
-        Field::Stale,
-        Field::Report,
-        Field::Confirm,
-        Field::Filter,
-        Field::Zero,
-        Field::Direction,
-        Field::Range,
-        Field::Rate,
-        Field::Partner,
-        Field::Tolerance,
-    ];
-}
+impl Change {
+    /// Names a setting.
+    pub fn name(&mut self, id: u8, value: i64) {
+        if let Some(place) = self.values.iter_mut().find(|place| place.is_none()) {
+            *place = Some((id, value));
+        }
+    }
 
-/// A turn: soft zeros beyond it say nothing new.
-const TURN_MDEG: i64 = 360_000;
-/// Micro-degrees in a millidegree.
-const UDEG_PER_MDEG: i32 = 1_000;
-/// Thousandths of a degree in a step of the tolerance of a PWM input.
-const PWM_TOLERANCE_STEP: i64 = 10;
+    /// What it names of a setting.
+    pub fn of(&self, id: u8) -> Option<Given> {
+        let found = self.values.iter().flatten().find(|(other, _)| *other == id);
+        found.map(|&(_, value)| Given::exactly(value))
+    }
 
-/// What is shown: what the slot reads, and the settings.
-const SHOWN: &str = "kind address axis enabled ask period_ms timeout_ms retries stale_ms report_ms confirm \
-                     filter samples zero_deg direction range rate_deg_s partner tolerance";
-
-/// Shows how a slot is set.
-pub fn show(reply: &mut Reply<'_>, slot: u8, config: &SlotConfig) {
-    let (kind, _, address) = json::name(&config.source);
-    let (address, axis) = match config.source {
-        Source::Off => (Value::None, Value::None),
-        Source::T7 { axis, .. } => (address.into(), (axis as u8).into()),
-        Source::Isu { .. } => (address.into(), Value::None),
-        Source::Pwm { input } => ((input as u8).saturating_add(1).into(), Value::None),
-    };
-    let filter = match config.filter {
-        Filter::Off => FilterKind::Off,
-        Filter::Mean(_) => FilterKind::Mean,
-        Filter::Median(_) => FilterKind::Median,
-    };
-    let values = [
-        kind.into(),
-        address,
-        axis,
-        Value::Flag(config.enabled),
-        config.ask.name().into(),
-        config.period.into(),
-        config.timeout.into(),
-        config.retries.into(),
-        config.stale_after.into(),
-        config.report_every.into(),
-        Value::Flag(config.confirm),
-        filter.name().into(),
-        config.filter.samples().into(),
-        config.soft_zero.into(),
-        config.direction.name().into(),
-        config.range.name().into(),
-        Value::Thousandths(config.max_rate.into()),
-        config.partner.into(),
-        Value::Thousandths(tolerance_step(config).saturating_mul(config.tolerance.into())),
-    ];
-    reply.list("config", slot.into(), SHOWN, &values);
-}
-
-/// The tolerance is in 0.01° for a PWM input and in 0.001 g for others.
-const fn tolerance_step(config: &SlotConfig) -> i64 {
-    match config.source {
-        Source::Pwm { .. } => PWM_TOLERANCE_STEP,
-        Source::Off | Source::T7 { .. } | Source::Isu { .. } => 1,
+    /// Whether there is no room for another.
+    pub fn is_full(&self) -> bool {
+        self.values.iter().all(Option::is_some)
     }
 }
 
-impl Field {
-    /// Takes the value of this setting from what was typed; the others stay.
-    #[inline(never)]
-    pub fn set(self, config: &mut SlotConfig, word: &str, job: &mut Job<'_, '_>) -> Outcome {
-        match self {
-            Field::Enabled => config.enabled = job.meaning(word)?,
-            Field::Ask => config.ask = job.meaning(word)?,
-            Field::Period => config.period = job.span(word, "period_ms", Micros::ZERO, LONGEST_PERIOD)?,
-            Field::Timeout => config.timeout = job.span(word, "timeout_ms", Micros::ZERO, LONGEST_TIMEOUT)?,
-            Field::Retries => config.retries = job.byte(word, "retries", 0, MOST_RETRIES)?,
-            Field::Stale => config.stale_after = job.span(word, "stale_ms", SHORTEST_STALE, LONGEST_STALE)?,
-            Field::Report => {
-                config.report_every = job.span(word, "report_ms", Micros::ZERO, LONGEST_STALE)?
-            }
-            Field::Confirm => config.confirm = job.meaning(word)?,
-            Field::Filter => {
-                let kind = job.meaning(word)?;
-                config.filter = filter(kind, job)?;
-            }
-            Field::Zero => {
-                let mdeg = job.thousandths(word, "zero_deg", -TURN_MDEG, TURN_MDEG)?;
-                config.soft_zero = Angle::from_udeg((mdeg as i32).saturating_mul(UDEG_PER_MDEG));
-            }
-            Field::Direction => config.direction = job.meaning(word)?,
-            Field::Range => config.range = job.meaning(word)?,
-            Field::Rate => config.max_rate = job.thousandths(word, "rate_deg_s", 0, u32::MAX.into())? as u32,
-            Field::Partner if word == "none" => config.partner = None,
-            Field::Partner => config.partner = Some(job.byte(word, "partner", 0, LAST_SLOT)?),
-            Field::Tolerance => {
-                let step = tolerance_step(config);
-                let most = step.saturating_mul(u16::MAX.into());
-                let tolerance = job.thousandths(word, "tolerance", 0, most)?;
-                config.tolerance = tolerance.checked_div(step).unwrap_or(0) as u16;
+/// The label of a setting.
+pub const fn label<T>(setting: &Setting<T>) -> Label {
+    Label { name: setting.name, unit: setting.unit }
+}
+
+/// The value of a setting, as it is shown.
+pub fn value<T>(setting: &Setting<T>, of: &T) -> Value<'static> {
+    shown(&setting.form, (setting.get)(of))
+}
+
+fn shown(form: &Form, value: i64) -> Value<'static> {
+    match form {
+        Form::Flag => Value::Flag(value != 0),
+        Form::Choice(words) => usize::try_from(value).ok().and_then(|place| words.get(place)).copied().into(),
+        Form::Slot if value == NO_SLOT => Value::None,
+        Form::Number { decimals, .. } => Value::Decimal(value, *decimals),
+        Form::OneOf(_) | Form::Slot => Value::Number(value),
+    }
+}
+
+/// Shows the settings of a table, one by one.
+pub fn entries<T>(
+    reply: &mut Reply<'_>,
+    table: &'static [Setting<T>],
+    of: &T,
+    has: impl Fn(&Setting<T>) -> bool,
+) {
+    for setting in table {
+        let value = if has(setting) { value(setting, of) } else { Value::None };
+        reply.entry(label(setting), value);
+    }
+}
+
+/// Tells of all settings, or of those of the Modbus port.
+pub fn describe(reply: &mut Reply<'_>, all: bool) {
+    if all {
+        table(reply, "slot", &settings::slot::SETTINGS);
+        table(reply, "t7", &settings::bus::T7_SETTINGS);
+        table(reply, "isu", &settings::bus::ISU_SETTINGS);
+    }
+    table(reply, "modbus", &settings::port::SETTINGS);
+    if all {
+        table(reply, "console", &settings::console::SETTINGS);
+    }
+}
+
+fn table<T>(reply: &mut Reply<'_>, of: &'static str, table: &'static [Setting<T>]) {
+    if reply.is_for_people() {
+        _ = writeln!(reply.out, "{of}");
+    }
+    for setting in table {
+        entry(reply, of, label(setting), &setting.form, setting.text);
+    }
+}
+
+#[inline(never)]
+fn entry(reply: &mut Reply<'_>, of: &'static str, label: Label, form: &'static Form, text: &'static str) {
+    let values = Values(form, label.unit);
+    if reply.is_for_people() {
+        _ = writeln!(reply.out, "  {:<11} {values}\n{:14}{text}", label.name, "");
+    } else {
+        let values = [of.into(), Value::Words(&values), text.into()];
+        reply.list("setting", label.name.into(), "of values help", &values);
+    }
+}
+
+/// What a setting may be.
+struct Values(&'static Form, &'static str);
+
+impl fmt::Display for Values {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Values(form, unit) = *self;
+        match form {
+            Form::Flag => out.write_str("on|off"),
+            Form::Slot => out.write_str("SLOT|none"),
+            Form::Choice(words) => separated(out, words),
+            Form::OneOf(numbers) => separated(out, numbers),
+            Form::Number { least, most, decimals } => {
+                let [least, most] = [least, most].map(|limit| Value::Decimal(*limit, *decimals));
+                let before = if unit.is_empty() { "" } else { " " };
+                write!(out, "{least} to {most}{before}{unit}")
             }
         }
-        Ok(())
     }
 }
 
-fn filter(kind: FilterKind, job: &mut Job<'_, '_>) -> Result<Filter, Told> {
-    if kind == FilterKind::Off {
-        return Ok(Filter::Off);
+fn separated<T: fmt::Display>(out: &mut fmt::Formatter<'_>, values: &[T]) -> fmt::Result {
+    let mut before = "";
+    for value in values {
+        write!(out, "{before}{value}")?;
+        before = "|";
     }
-    let word = job.word("samples")?;
-    let samples = job.byte(word, "samples", 1, Filter::MOST)?;
-    Ok(if kind == FilterKind::Mean { Filter::Mean(samples) } else { Filter::Median(samples) })
+    Ok(())
+}
+
+impl Job<'_, '_> {
+    /// The value that a word means for a setting. What the setting does not allow is refused.
+    pub fn value<T>(&mut self, setting: &Setting<T>, word: &str) -> Result<i64, Told> {
+        self.typed_value(label(setting), &setting.form, word).and_then(|value| {
+            let checked = setting.check(value);
+            self.accepted(checked)?;
+            Ok(value)
+        })
+    }
+
+    #[inline(never)]
+    fn typed_value(&mut self, what: Label, form: &Form, word: &str) -> Result<i64, Told> {
+        let (least, most) = form.limits();
+        let decimals = form.decimals();
+        match form {
+            Form::Flag => return self.meaning::<bool>(word).map(i64::from),
+            Form::Choice(words) => return self.place(word, words).map(|place| place as i64),
+            Form::Slot if word == "none" => return Ok(NO_SLOT),
+            Form::OneOf(_) | Form::Number { .. } | Form::Slot => {}
+        }
+        match number::parse(word, decimals.into()) {
+            Some(value) if matches!(form, Form::OneOf(_)) || (least..=most).contains(&value) => Ok(value),
+            value => Err(self.refuse(&Error::Range { what, word, value, least, most, decimals })),
+        }
+    }
+
+    /// The settings and values that follow, in pairs.
+    pub fn change<T>(
+        &mut self,
+        table: &'static [Setting<T>],
+        names: &'static [&'static str],
+    ) -> Result<Change, Told> {
+        let mut change = Change::default();
+        loop {
+            let word = self.word("field")?;
+            let place = self.place(word, names)?;
+            let Some(setting) = table.get(place) else { return Err(Told) };
+            let word = self.word("value")?;
+            let value = self.value(setting, word)?;
+            change.name(setting.id, value);
+            if change.is_full() || !self.typed.has_more() {
+                return Ok(change);
+            }
+        }
+    }
 }

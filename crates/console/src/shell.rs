@@ -1,4 +1,20 @@
-//! Who is at the console, and what a byte from them does.
+//! Who is at the console, and what a line from them does.
+//!
+//! Lines come whole or not at all (`line.rs`), in every mode:
+//!
+//! | mode | a line | Ctrl-C |
+//! |---|---|---|
+//! | stream of a program | is carried out; an empty one ends the stream | ends the stream |
+//! | stream of a person (`watch`) | ends it, and is not carried out | ends it |
+//! | commands | is carried out | drops the line; of a program, stops the tasks |
+//! | task | is refused: somebody waits for its end | stops the task |
+//! | question | `y` alone does it, anything else does not | does not |
+//! | settling | is dropped | ends it |
+//!
+//! *A question is answered by what is typed after it was asked*: when the last character of it is out, whatever has been
+//! received is dropped, and if there was anything the answer is no. An answer that is neither `y` nor `n` was not meant as
+//! one, but belongs to a text that was pasted: it, and all that comes until the port is silent for [`SILENCE`], is dropped and
+//! counted. So a pasted script neither answers the question in its middle nor runs on behind it.
 
 use core::convert::Infallible;
 
@@ -8,25 +24,31 @@ use clino_gateway::Bus;
 use clino_gateway::order::Order;
 use embedded_io::Write;
 
-use crate::editor::{Editor, LONGEST_LINE, edit, editor};
+use crate::consequences;
+use crate::editor::{Editor, Event, Manner};
 use crate::error::Error;
+use crate::execute::execute;
 use crate::host::Host;
+use crate::line::{Check, Damage, Reason, Verdict};
 use crate::meter::{BUSES, Meter};
 use crate::news;
 use crate::pending::{Next, Pending};
+use crate::presence::Presence;
+use crate::received::Received;
 use crate::reply::{Audience, Reply};
 use crate::stream::Stream;
 use crate::system;
 use crate::text::Text;
 use crate::words::Words as _;
 
-const PROMPT: &str = "clino> ";
-/// Ctrl-C.
-const INTERRUPT: u8 = 0x03;
 /// How long a question waits for its answer.
 const PATIENCE: Micros = Micros::from_millis(30_000);
+/// A text that is being pasted has no longer pauses: a USB adapter's are 16 ms at most.
+const SILENCE: Micros = Micros::from_millis(100);
+/// More characters than a port has room for.
+const MOST_WAITING: usize = 1_000;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 enum Mode {
     /// Readings as they come, for `audience`; then commands of `back`.
     Stream {
@@ -40,112 +62,249 @@ enum Mode {
     Question {
         pending: Pending,
         until: Micros,
-        answer: Answer,
     },
-}
-
-/// What was typed so far.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Answer {
-    Nothing,
-    Yes,
-    SomethingElse,
+    /// What was typed too early is dropped until then, or until some time after the last of it.
+    Settling {
+        until: Micros,
+        dropped: u16,
+    },
 }
 
 impl Mode {
     fn audience(self) -> Audience {
         match self {
             Mode::Stream { audience, .. } | Mode::Commands(audience) => audience,
-            Mode::Task(_) | Mode::Question { .. } => Audience::People,
+            Mode::Task(_) | Mode::Question { .. } | Mode::Settling { .. } => Audience::People,
+        }
+    }
+
+    fn manner(self) -> Manner {
+        match self {
+            Mode::Commands(Audience::People) => Manner::PROMPT,
+            Mode::Question { .. } => Manner::ANSWER,
+            Mode::Stream { audience: Audience::Programs, .. } | Mode::Commands(Audience::Programs) => {
+                Manner::PROGRAM
+            }
+            Mode::Stream { .. } | Mode::Task(_) | Mode::Settling { .. } => Manner::AHEAD,
+        }
+    }
+}
+
+/// Why the stream of readings runs again.
+#[derive(Clone, Copy, Debug)]
+enum Resumed {
+    /// Nothing was typed for long.
+    Idle,
+    /// The port sends back what it receives.
+    Echo,
+    /// Whoever was there said so.
+    Left,
+}
+
+impl Resumed {
+    const fn name(self) -> &'static str {
+        match self {
+            Resumed::Idle => "idle",
+            Resumed::Echo => "echo",
+            Resumed::Left => "left",
         }
     }
 }
 
 /// The console. `W` is a handle to the port; its clones write to the same port.
 pub struct Shell<W: Write<Error = Infallible> + Clone> {
-    editor: Editor<W>,
-    /// Who types into the editor: what a program sends is a line that nobody corrects, without echo.
-    typing: Audience,
-    /// Characters of the line that a program is sending.
-    length: usize,
-    /// The character before.
-    last: u8,
+    editor: Editor,
     out: W,
     mode: Mode,
     stream: Stream,
     meter: Meter,
+    presence: Presence,
+    /// What the lines of a program have to prove: what one of them has proven.
+    check: Check,
 }
 
 impl<W: Write<Error = Infallible> + Clone> Shell<W> {
-    /// A console that streams JSON lines, as it does after power-up: a logger needs to type nothing.
+    /// A console that streams JSON lines, as it does after power-up: a logger needs to type nothing. A prompt at which nothing
+    /// is typed for the idle time of the settings gives way to the stream.
     #[inline(never)]
     pub fn new(out: W) -> Shell<W> {
         Shell {
-            editor: editor(None),
-            typing: Audience::Programs,
-            length: 0,
-            last: 0,
+            editor: Editor::new(),
             out,
             mode: Mode::Stream { audience: Audience::Programs, back: Audience::People },
             stream: Stream::new(),
             meter: Meter::new(),
+            presence: Presence::new(),
+            check: Check::None,
         }
     }
 
     /// Takes a character from the other end.
     #[inline(never)]
-    pub fn input(&mut self, byte: u8, host: &mut dyn Host) {
-        let last = core::mem::replace(&mut self.last, byte);
-        // The commands are ASCII; and the editor takes whatever looks like the length of a UTF-8 sequence for one.
-        if !byte.is_ascii() {
-            return;
-        }
-        if (last, byte) == (b'\r', b'\n') {
-            return;
-        }
-        let alone = self.length == 0 && is_end(byte);
-        match self.mode {
-            Mode::Stream { back, .. } if alone || byte == INTERRUPT => {
-                if back == Audience::People {
-                    _ = self.out.write_all(system::greeting(host.start().mode).as_bytes());
-                }
-                if byte == INTERRUPT {
-                    self.restart_line();
-                }
-                self.speak(back);
+    pub fn input(&mut self, received: Received, host: &mut dyn Host) {
+        let now = host.now();
+        if let Mode::Settling { until, dropped } = self.mode {
+            let more = u16::from(received.lost).saturating_add(1);
+            if now < until && !received.is_interrupt() {
+                self.mode = Mode::Settling { until: now + SILENCE, dropped: dropped.saturating_add(more) };
+                return;
             }
-            Mode::Commands(Audience::People) if byte == INTERRUPT => {
-                _ = self.out.write_all(b"\r\n");
-                self.restart_line();
+            self.settle(dropped);
+        }
+        let manner = self.mode.manner();
+        let line = &mut self.editor.line;
+        let is_begun = line.length() > 0 && !line.is_damaged();
+        let idle = host.console().idle();
+        if is_begun && manner == Manner::PROGRAM && self.presence.is_gone(now, idle, false) {
+            line.spoil(Reason::Left, line.length() as u16);
+        }
+        self.presence.is_here(now);
+        match self.editor.take(received, manner, &mut Text(&mut self.out)) {
+            None => {}
+            Some(Event::Line) => self.line(host),
+            Some(Event::Interrupt) => self.interrupt(host),
+            Some(Event::Leave) if manner == Manner::PROMPT => self.resume(Resumed::Left),
+            Some(Event::Leave) => {}
+            Some(Event::Endless) => self.resume(Resumed::Echo),
+        }
+    }
+
+    /// Ctrl-C.
+    #[inline(never)]
+    fn interrupt(&mut self, host: &mut dyn Host) {
+        self.check = Check::None;
+        match self.mode {
+            Mode::Stream { back, .. } => self.end_stream(back, host),
+            Mode::Commands(Audience::People) => {
+                self.say("\n");
                 self.speak(Audience::People);
             }
-            Mode::Commands(Audience::Programs) if byte == INTERRUPT => {
-                self.restart_line();
+            Mode::Commands(Audience::Programs) => {
                 for bus in BUSES {
                     _ = host.order(Order::Cancel(bus));
                 }
             }
-            // A program need not stop the stream to say something.
-            Mode::Stream { audience: Audience::Programs, .. } | Mode::Commands(Audience::Programs) => {
-                self.program(byte, host);
+            Mode::Task(bus) => _ = host.order(Order::Cancel(bus)),
+            Mode::Question { .. } => {
+                self.say("\n");
+                self.not_done(0, host.now());
             }
-            Mode::Task(bus) if byte == INTERRUPT => _ = host.order(Order::Cancel(bus)),
-            Mode::Stream { audience: Audience::People, .. } | Mode::Task(_) => {}
-            Mode::Commands(Audience::People) => self.take(byte, host),
-            Mode::Question { pending, until, answer } => {
-                let ended = is_end(byte) || byte == INTERRUPT || host.now() >= until;
-                if ended {
-                    let yes = is_end(byte) && answer == Answer::Yes && host.now() < until;
-                    return self.answered(yes.then_some(pending), host);
+            Mode::Settling { .. } => {}
+        }
+    }
+
+    /// A line is at its end.
+    #[inline(never)]
+    fn line(&mut self, host: &mut dyn Host) {
+        let now = host.now();
+        let mode = self.mode;
+        if mode.manner().shows {
+            self.say("\n");
+        }
+        let verdict = self.editor.line.judge();
+        let length = self.editor.line.length() as u16;
+        match (mode, verdict) {
+            (_, Verdict::Own) => {
+                self.presence.echo(now);
+                self.editor.begin();
+                match mode {
+                    Mode::Commands(Audience::People) => self.resume(Resumed::Echo),
+                    Mode::Question { .. } => self.not_done(length, now),
+                    _ => {}
                 }
-                let first_yes = answer == Answer::Nothing && byte == b'y';
-                let answer = if first_yes { Answer::Yes } else { Answer::SomethingElse };
-                if byte.is_ascii_graphic() {
-                    _ = self.out.write_all(&[byte]);
+            }
+            (Mode::Stream { audience: Audience::Programs, back }, Verdict::Empty) => {
+                self.editor.begin();
+                if !self.presence.is_echoing(now) {
+                    self.end_stream(back, host);
                 }
-                self.mode = Mode::Question { pending, until, answer };
+            }
+            (Mode::Commands(Audience::People), Verdict::Empty) => {
+                self.editor.begin();
+                if self.presence.is_echoing(now) {
+                    self.resume(Resumed::Echo);
+                } else {
+                    self.speak(Audience::People);
+                }
+            }
+            (Mode::Stream { audience: Audience::Programs, .. } | Mode::Commands(_), _) => {
+                self.run(mode.audience(), host);
+            }
+            (Mode::Question { pending, until }, _) => {
+                let answer = match verdict {
+                    Verdict::Whole("y", Check::None) if now < until => Some(pending),
+                    _ => None,
+                };
+                let is_answer = matches!(verdict, Verdict::Empty | Verdict::Whole("y" | "n" | "N" | "no", _));
+                self.editor.begin();
+                match answer {
+                    Some(pending) => self.carry_out(pending, Audience::People, host),
+                    None => self.not_done(if is_answer { 0 } else { length.max(1) }, now),
+                }
+            }
+            (Mode::Stream { audience: Audience::People, .. } | Mode::Task(_) | Mode::Settling { .. }, _) => {
+                let error = match verdict {
+                    Verdict::Empty | Verdict::Own => None,
+                    Verdict::Damaged(damage) => Some(Error::Damaged(damage)),
+                    Verdict::Whole(..) if matches!(mode, Mode::Task(_)) => Some(Error::Working),
+                    Verdict::Whole(..) => {
+                        Some(Error::Damaged(Damage { reason: Reason::Early, characters: length }))
+                    }
+                };
+                if let Some(error) = &error {
+                    self.refuse(error, Audience::People);
+                }
+                self.editor.begin();
+                if let Mode::Stream { back, .. } = mode {
+                    self.end_stream(back, host);
+                }
             }
         }
+    }
+
+    /// Carries out the line, if it is whole.
+    #[inline(never)]
+    fn run(&mut self, audience: Audience, host: &mut dyn Host) {
+        let mut next = Next::Stay;
+        let mut out = Text(&mut self.out);
+        let reply = Reply { audience, out: &mut out };
+        let required = if audience == Audience::Programs { self.check } else { Check::None };
+        let damage = match self.editor.line.judge() {
+            Verdict::Whole(text, proven) if proven >= required => {
+                if audience == Audience::Programs {
+                    self.check = proven;
+                }
+                execute(text, reply, host, &self.meter, &self.presence, &mut next);
+                None
+            }
+            Verdict::Whole(text, _) => Some(Damage { reason: Reason::Check, characters: text.len() as u16 }),
+            Verdict::Damaged(damage) => Some(damage),
+            Verdict::Empty | Verdict::Own => None,
+        };
+        match damage {
+            Some(damage) => self.refuse(&Error::Damaged(damage), audience),
+            None if audience == Audience::People => self.editor.keep(),
+            None => {}
+        }
+        self.editor.begin();
+        match next {
+            Next::CarryOut(pending) => {
+                // No question was asked.
+                let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
+                consequences::warn(&mut reply, pending.consequence());
+                self.carry_out(pending, audience, host);
+            }
+            Next::Stay if audience == Audience::People => self.speak(audience),
+            next => self.follow(next, audience, host),
+        }
+    }
+
+    /// Says why a line is not carried out.
+    #[inline(never)]
+    fn refuse(&mut self, error: &Error<'_>, audience: Audience) {
+        self.presence.damaged =
+            self.presence.damaged.saturating_add(u32::from(matches!(error, Error::Damaged(_))));
+        error.write(&mut Reply { audience, out: &mut Text(&mut self.out) });
     }
 
     /// Writes the next line that nobody has to ask for: news of a task, its progress, a line of a stream. To be called
@@ -153,10 +312,13 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     #[inline(never)]
     pub fn poll(&mut self, host: &mut dyn Host) -> bool {
         if let Some(news) = host.news() {
-            let mut reply = Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) };
-            let waits = matches!(self.mode, Mode::Task(_));
-            news::write(&mut reply, &news);
-            if waits && news.is_end() {
+            self.presence.is_here(host.now());
+            let at_prompt = matches!(self.mode, Mode::Commands(Audience::People));
+            if at_prompt {
+                self.say("\n");
+            }
+            news::write(&mut Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) }, &news);
+            if at_prompt || matches!(self.mode, Mode::Task(_)) && news.is_end() {
                 self.speak(Audience::People);
             }
             return true;
@@ -169,7 +331,27 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 self.stream.next(host, &mut Reply { audience, out: &mut Text(&mut self.out) })
             }
             Mode::Question { until, .. } if host.now() >= until => {
-                self.answered(None, host);
+                let line = &mut self.editor.line;
+                if !line.is_untouched() {
+                    line.spoil(Reason::Early, line.length() as u16);
+                }
+                self.presence.is_here(host.now());
+                self.say("\n");
+                self.not_done(0, host.now());
+                true
+            }
+            Mode::Settling { until, dropped } if host.now() >= until => {
+                self.settle(dropped);
+                true
+            }
+            Mode::Commands(Audience::People)
+                if self.presence.is_gone(
+                    host.now(),
+                    host.console().idle(),
+                    !self.editor.line.is_untouched(),
+                ) =>
+            {
+                self.resume(Resumed::Idle);
                 true
             }
             _ => false,
@@ -188,7 +370,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             };
             if audience == Audience::Programs {
                 reply.list("progress", bus.name().into(), "done of", &[done.into(), of.into()]);
-            } else if self.mode == Mode::Task(bus) {
+            } else if matches!(self.mode, Mode::Task(waited) if waited == bus) {
                 reply.line("under way", "done of", &[done.into(), of.into()]);
             } else {
                 continue;
@@ -199,63 +381,55 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     }
 
     #[inline(never)]
-    fn program(&mut self, byte: u8, host: &mut dyn Host) {
-        self.length = self.length.saturating_add(1);
-        let length = if is_end(byte) { core::mem::take(&mut self.length) } else { 0 };
-        if length > LONGEST_LINE {
-            // The editor drops what does not fit; a command cut short must not be carried out.
-            self.restart_line();
-            let mut reply = Reply { audience: Audience::Programs, out: &mut Text(&mut self.out) };
-            Error::TooLong(LONGEST_LINE).write(&mut reply);
-            return;
-        }
-        self.take(byte, host);
-    }
-
-    /// Takes a character into the line.
-    #[inline(never)]
-    fn take(&mut self, byte: u8, host: &mut dyn Host) {
-        let audience = self.typing;
-        // The editor's own port is silent for programs.
-        let mut out = self.out.clone();
-        let mut out = Text(&mut out);
-        let answers = (audience == Audience::Programs).then_some(&mut out as _);
-        let next = edit(&mut self.editor, byte, audience, host, &self.meter, answers);
+    fn follow(&mut self, next: Next, audience: Audience, host: &mut dyn Host) {
         match next {
-            Next::CarryOut(pending) => self.carry_out(pending, audience, host),
-            next => self.follow(next, audience, host.now()),
-        }
-    }
-
-    #[inline(never)]
-    fn follow(&mut self, next: Next, audience: Audience, now: Micros) {
-        match next {
-            // Carried out before, see `take`; nothing that is carried out leads to another of the kind.
+            // Carried out before, see `run`; nothing that is carried out leads to another of the kind.
             Next::Stay | Next::CarryOut(_) => {}
             Next::Stream => self.mode = Mode::Stream { audience, back: audience },
             Next::Speak(audience) => self.speak(audience),
             // A program is told when it comes, and may do something else meanwhile.
             Next::Task(bus) if audience == Audience::People => self.mode = Mode::Task(bus),
             Next::Task(_) => {}
-            Next::Ask(pending) => {
-                _ = self.out.write_all(pending.question().as_bytes());
-                self.mode = Mode::Question { pending, until: now + PATIENCE, answer: Answer::Nothing };
-            }
+            Next::Ask(pending) => self.ask(pending, host),
         }
     }
 
-    /// A question is answered: this is meant, or not.
+    /// Asks whether this is meant.
     #[inline(never)]
-    fn answered(&mut self, meant: Option<Pending>, host: &mut dyn Host) {
-        let mut reply = Reply { audience: Audience::People, out: &mut Text(&mut self.out) };
-        reply.say("\n");
-        match meant {
-            Some(pending) => self.carry_out(pending, Audience::People, host),
-            None => {
-                reply.say("not done\n");
-                self.speak(Audience::People);
+    fn ask(&mut self, pending: Pending, host: &mut dyn Host) {
+        pending.ask(&mut Text(&mut self.out));
+        host.flush();
+        let mut early = 0_u16;
+        for received in (0..MOST_WAITING).map_while(|_| host.received()) {
+            if !self.editor.is_rest_of_end(received) {
+                early = early.saturating_add(1).saturating_add(received.lost.into());
             }
         }
+        let now = host.now();
+        if early > 0 {
+            self.say("\n");
+            return self.not_done(early, now);
+        }
+        self.mode = Mode::Question { pending, until: now + PATIENCE };
+    }
+
+    /// A question is answered: this is not meant. Characters that were no answer are dropped, and what comes with them.
+    #[inline(never)]
+    fn not_done(&mut self, dropped: u16, now: Micros) {
+        self.say("not done\n");
+        if dropped > 0 {
+            self.mode = Mode::Settling { until: now + SILENCE, dropped };
+        } else {
+            self.speak(Audience::People);
+        }
+    }
+
+    /// What was typed too early has come to its end.
+    #[inline(never)]
+    fn settle(&mut self, dropped: u16) {
+        let damage = Damage { reason: Reason::Early, characters: dropped };
+        self.refuse(&Error::Damaged(damage), Audience::People);
+        self.speak(Audience::People);
     }
 
     #[inline(never)]
@@ -263,31 +437,46 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
         match pending.carry_out(host, &mut reply) {
             Next::Stay if audience == Audience::People => self.speak(audience),
-            next => self.follow(next, audience, host.now()),
+            next => self.follow(next, audience, host),
         }
     }
 
+    /// A stream ends, and commands follow.
+    #[inline(never)]
+    fn end_stream(&mut self, back: Audience, host: &dyn Host) {
+        if back == Audience::People {
+            self.say(system::greeting(host.start().mode));
+        }
+        self.speak(back);
+    }
+
+    /// The stream of readings runs again, as after power-up.
+    #[inline(never)]
+    fn resume(&mut self, why: Resumed) {
+        let line = &mut self.editor.line;
+        if !line.is_untouched() {
+            // The rest of it may still come.
+            line.spoil(Reason::Left, line.length() as u16);
+        }
+        self.check = Check::None;
+        self.mode = Mode::Stream { audience: Audience::Programs, back: Audience::People };
+        let mut reply = Reply { audience: Audience::Programs, out: &mut Text(&mut self.out) };
+        reply.say("\n");
+        let values = [why.name().into(), "Enter or Ctrl-C".into()];
+        reply.list("stream", "resumed".into(), "why prompt", &values);
+    }
+
+    /// Commands follow. What a person has typed ahead of a line stands at the prompt.
     #[inline(never)]
     fn speak(&mut self, audience: Audience) {
         self.mode = Mode::Commands(audience);
-        if self.typing != audience {
-            self.typing = audience;
-            self.restart_line();
-        }
-        self.length = 0;
         if audience == Audience::People {
-            _ = self.editor.set_prompt(PROMPT);
+            self.editor.draw(&mut Text(&mut self.out));
         }
     }
 
-    /// What was typed of a line is dropped, and former lines with it.
     #[inline(never)]
-    fn restart_line(&mut self) {
-        self.length = 0;
-        self.editor = editor((self.typing == Audience::People).then(|| self.out.clone()));
+    fn say(&mut self, text: &str) {
+        Reply { audience: Audience::People, out: &mut Text(&mut self.out) }.say(text);
     }
-}
-
-fn is_end(byte: u8) -> bool {
-    matches!(byte, b'\r' | b'\n')
 }

@@ -1,26 +1,30 @@
 //! Slots: what they read, and what they are.
 
 use clino_bus::Micros;
-use clino_codec::t7::Axis;
+use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
-use clino_gateway::{MAX_SLOTS, PwmInput, SlotConfig, Source, json};
+use clino_gateway::settings::slot::{NAMES, SETTINGS, id, setting};
+use clino_gateway::settings::{self, Given, Named};
+use clino_gateway::{Bus, Health, MAX_SLOTS, Published, SlotConfig, Status, json};
 
 use crate::error::Error;
 use crate::job::{Job, Outcome, Told};
 use crate::pending::Next;
-use crate::settings::{self, Field};
-use crate::table;
-use crate::tasks::{axis, one_isu, one_t7};
+use crate::settings::{Change, entries};
 use crate::typed::Opt;
 use crate::value::Value;
-use crate::words::Kind;
+use crate::{buses, system, table};
 
 /// The last slot.
 pub const LAST_SLOT: u8 = MAX_SLOTS.saturating_sub(1) as u8;
 
-const PERIOD: Opt = Opt(Some('p'), "period");
-const RETRIES: Opt = Opt(Some('r'), "retries");
-const STALE: Opt = Opt(Some('s'), "stale");
+/// Options of `slot`, and the settings that they name.
+const OPTIONS: [(Opt, u8); 4] = [
+    (Opt(Some('a'), "axis"), id::AXIS),
+    (Opt(Some('p'), "period"), id::PERIOD),
+    (Opt(Some('r'), "retries"), id::RETRIES),
+    (Opt(Some('s'), "stale"), id::STALE),
+];
 
 /// `list`
 pub fn list(job: &mut Job<'_, '_>) -> Outcome {
@@ -29,6 +33,7 @@ pub fn list(job: &mut Job<'_, '_>) -> Outcome {
     for reading in (0..MAX_SLOTS).map_while(|slot| job.host.reading(slot)) {
         table::row(&mut job.reply, &reading, job.now);
     }
+    table::summary(&mut job.reply, &job.host.summary());
     Ok(())
 }
 
@@ -38,6 +43,13 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let Some(reading) = job.host.reading(slot.into()) else { return Ok(()) };
     let (now, (kind, bus, address)) = (job.now, json::name(&reading.source));
+    let status = reading.status(now);
+    // Of a value that is not there nothing is known, neither that it is well nor that it is new.
+    let known = |value| if status == Status::Ok { value } else { Value::None };
+    let health = match reading.health {
+        Health::WELL if status != Status::Ok && job.reply.is_for_people() => "unknown".into(),
+        health => Value::Health(health),
+    };
     // The first ones are those of the stream.
     let names = "kind bus address status angle_deg age_ms health \
                  raw_deg rate_deg_s turns temperature_c fresh sequence";
@@ -45,15 +57,15 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
         kind.into(),
         bus.into(),
         address.into(),
-        reading.status(now).name().into(),
+        status.name().into(),
         reading.angle(now).into(),
         reading.age(now).map(Micros::as_millis).into(),
-        Value::Health(reading.health),
-        reading.raw(now).into(),
+        health,
+        reading.raw(now).map(Published::of_sensor).into(),
         reading.rate(now).map(|rate| Value::Thousandths(rate.into())).into(),
-        reading.turns().into(),
-        reading.temperature().map(|c| Value::Thousandths(i64::from(c).saturating_mul(10))).into(),
-        Value::Flag(reading.is_fresh()),
+        known(reading.turns().into()),
+        known(reading.temperature().map(|c| Value::Thousandths(i64::from(c).saturating_mul(10))).into()),
+        known(Value::Flag(reading.is_fresh())),
         reading.sequence.into(),
     ];
     job.reply.list("slot", slot.into(), names, &values);
@@ -68,40 +80,137 @@ pub fn watch(job: &mut Job<'_, '_>) -> Outcome {
     Ok(())
 }
 
-/// `slot SLOT KIND ADDRESS`
+/// `slot SLOT KIND ADDRESS`: what is not named is as usual.
 pub fn slot(job: &mut Job<'_, '_>) -> Outcome {
-    let axis = axis(job)?;
-    let period = job.option(PERIOD)?;
-    let retries = job.option(RETRIES)?;
-    let stale = job.option(STALE)?;
+    let mut words = [None; OPTIONS.len()];
+    for (word, (option, _)) in words.iter_mut().zip(OPTIONS) {
+        *word = job.option(option)?;
+    }
     let slot = job.slot()?;
-    let mut config = SlotConfig::usual(source(job, axis)?);
-    for (field, word) in [(Field::Period, period), (Field::Retries, retries), (Field::Stale, stale)] {
-        if let Some(word) = word {
-            field.set(&mut config, word, job)?;
+    let kind: Kind = job.one_of("kind")?;
+    let mut options = Change::default();
+    for (word, (_, id)) in words.into_iter().zip(OPTIONS) {
+        if let (Some(word), Some(setting)) = (word, setting(id)) {
+            applies(job, id, kind)?;
+            options.name(id, job.value(setting, word)?);
         }
     }
-    set_slot(job, slot, config)
+    let address = match (kind, setting(id::ADDRESS)) {
+        (Kind::T7 | Kind::Isu | Kind::Pwm, Some(setting)) => {
+            let word = job.word("address")?;
+            Some(Given::exactly(job.value(setting, word)?))
+        }
+        _ => None,
+    };
+    let named = |id: u8| match id {
+        id::KIND => Some(Given::exactly(kind as i64)),
+        id::ADDRESS => address,
+        id => options.of(id),
+    };
+    change_slot(job, slot, &SlotConfig::OFF, &named)
 }
 
-/// `show SLOT`
-pub fn show(job: &mut Job<'_, '_>) -> Outcome {
-    let slot = job.slot()?;
-    job.end()?;
-    if let Some(config) = job.host.config(slot.into()) {
-        settings::show(&mut job.reply, slot, &config);
+/// A setting is only taken for a slot that has it.
+fn applies(job: &mut Job<'_, '_>, id: u8, kind: Kind) -> Outcome {
+    match setting(id) {
+        Some(setting) if !settings::slot::applies(id, kind) => {
+            Err(job.refuse(&Error::NotOf { setting: setting.name, kind }))
+        }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
-/// `set SLOT FIELD VALUE`
+#[inline(never)]
+fn change_slot(job: &mut Job<'_, '_>, slot: u8, now: &SlotConfig, named: Named<'_>) -> Outcome {
+    match settings::slot::changed(now, named) {
+        Ok(config) => set_slot(job, slot, config),
+        Err(refusal) => Err(job.refuse(&Error::Refused(refusal))),
+    }
+}
+
+/// `show SLOT`, or what else can be set
+pub fn show(job: &mut Job<'_, '_>) -> Outcome {
+    match target(job)? {
+        Target::Slot(slot) => {
+            job.end()?;
+            let Some(config) = job.host.config(slot.into()) else { return Ok(()) };
+            let kind = config.source.kind();
+            job.reply.begin_list("config", slot.into());
+            entries(&mut job.reply, &SETTINGS, &config, |setting| settings::slot::applies(setting.id, kind));
+            job.reply.end_list();
+            Ok(())
+        }
+        Target::Bus(bus) => {
+            job.end()?;
+            buses::show(job, bus);
+            Ok(())
+        }
+        Target::Modbus => system::show_modbus(job),
+        Target::Console => system::show_console(job),
+    }
+}
+
+/// `set SLOT SETTING VALUE`, or of what else can be set; several settings at once
 pub fn set(job: &mut Job<'_, '_>) -> Outcome {
-    let slot = job.slot()?;
-    let Some(mut config) = job.host.config(slot.into()) else { return Ok(()) };
-    let field: Field = job.one_of("field")?;
-    let word = job.word("value")?;
-    field.set(&mut config, word, job)?;
-    set_slot(job, slot, config)
+    match target(job)? {
+        Target::Slot(slot) => set_settings(job, slot),
+        Target::Bus(bus) => buses::set(job, bus),
+        Target::Modbus => system::set_modbus(job),
+        Target::Console => system::set_console(job),
+    }
+}
+
+fn set_settings(job: &mut Job<'_, '_>, slot: u8) -> Outcome {
+    let Some(config) = job.host.config(slot.into()) else { return Ok(()) };
+    let change = slot_change(job)?;
+    let kind = change.of(id::KIND).and_then(|given| u8::try_from(given.value).ok());
+    let kind = kind.and_then(Kind::from_code).unwrap_or(config.source.kind());
+    for setting in SETTINGS.iter().filter(|setting| change.of(setting.id).is_some()) {
+        applies(job, setting.id, kind)?;
+    }
+    change_slot(job, slot, &config, &|id| change.of(id))
+}
+
+/// The settings and values that follow. Behind `mean` and `median` stands how many angles they go over.
+fn slot_change(job: &mut Job<'_, '_>) -> Result<Change, Told> {
+    let mut change = Change::default();
+    while !change.is_full() {
+        let word = job.word("field")?;
+        let place = job.place(word, &NAMES)?;
+        let Some(setting) = SETTINGS.get(place) else { return Err(Told) };
+        let word = job.word("value")?;
+        let value = job.value(setting, word)?;
+        change.name(setting.id, value);
+        if let (id::FILTER, 1.., Some(samples)) = (setting.id, value, self::setting(id::SAMPLES)) {
+            let word = job.word("samples")?;
+            let value = job.value(samples, word)?;
+            change.name(id::SAMPLES, value);
+        }
+        if !job.typed.has_more() {
+            break;
+        }
+    }
+    Ok(change)
+}
+
+/// What can be shown and set.
+enum Target {
+    Slot(u8),
+    Bus(Bus),
+    Modbus,
+    Console,
+}
+
+#[inline(never)]
+fn target(job: &mut Job<'_, '_>) -> Result<Target, Told> {
+    let word = job.word("slot")?;
+    Ok(match word {
+        "t7" => Target::Bus(Bus::T7),
+        "isu" => Target::Bus(Bus::Isu),
+        "modbus" => Target::Modbus,
+        "console" => Target::Console,
+        word => Target::Slot(job.byte(word, "slot", 0, LAST_SLOT)?),
+    })
 }
 
 /// `zero SLOT`
@@ -131,23 +240,4 @@ impl Job<'_, '_> {
 fn set_slot(job: &mut Job<'_, '_>, slot: u8, config: SlotConfig) -> Outcome {
     job.end()?;
     job.order(Order::Slot { slot, config })
-}
-
-fn source(job: &mut Job<'_, '_>, axis: Axis) -> Result<Source, Told> {
-    let kind = job.one_of("kind")?;
-    if kind == Kind::Off {
-        return Ok(Source::Off);
-    }
-    let word = job.word("address")?;
-    Ok(match kind {
-        Kind::Off => Source::Off,
-        Kind::T7 => Source::T7 { address: one_t7(job, word)?, axis },
-        Kind::Isu => Source::Isu { address: one_isu(job, word)? },
-        Kind::Pwm => Source::Pwm {
-            input: match job.byte(word, "pwm_input", 1, 2)? {
-                1 => PwmInput::Pwm1,
-                _ => PwmInput::Pwm2,
-            },
-        },
-    })
 }

@@ -1,23 +1,23 @@
 //! The gateway as a whole: its Modbus port, what it keeps, why it has started.
 
-use clino_gateway::order::Refusal;
-use clino_modbus::settings::{ADDRESSES, BIT_RATES};
+use clino_gateway::order::Order;
+use clino_gateway::settings::{Setting, console, port};
 use clino_recovery::{Crash, Duty, Mode};
 
 use crate::error::Error;
 use crate::host::Saved;
 use crate::job::{Job, Outcome};
 use crate::reply::Reply;
+use crate::settings::{label, value};
 use crate::value::Value;
-use crate::words::{PortField, Words as _};
 
 /// What a person is told who comes to the console, before the prompt.
 pub const fn greeting(mode: Mode) -> &'static str {
     match mode {
-        Mode::Normal => "\r\n",
-        Mode::Safe => "\r\nsafe mode after crashes: no bus is served, see reset-cause\r\n",
+        Mode::Normal => "\n",
+        Mode::Safe => "\nsafe mode after crashes: no bus is served, see reset-cause\n",
         Mode::Bare => {
-            "\r\nbare mode after crashes: no bus is served, nothing stored is read, see reset-cause\r\n"
+            "\nbare mode after crashes: no bus is served, nothing stored is read, see reset-cause\n"
         }
     }
 }
@@ -89,34 +89,57 @@ pub fn save(job: &mut Job<'_, '_>) -> Outcome {
     Ok(())
 }
 
-/// `modbus`, and with a setting what is to change.
+/// `modbus`, and with settings what is to change.
 pub fn modbus(job: &mut Job<'_, '_>) -> Outcome {
-    let Some(mut settings) = job.host.modbus() else { return Err(job.refuse(&Error::Absent("modbus"))) };
-    let Some(word) = job.typed.next() else {
-        job.end()?;
-        let (parity, stop_bits) = (settings.parity.name(), settings.stop_bits as u8);
-        let values = [settings.address.into(), settings.baud.into(), parity.into(), stop_bits.into()];
-        job.reply.line("modbus", "address baud parity stop_bits", &values);
-        return Ok(());
-    };
-    let field = job.meaning(word)?;
-    let value = job.word("value")?;
+    if job.typed.has_more() { set_modbus(job) } else { show_modbus(job) }
+}
+
+/// How the Modbus port is set.
+pub fn show_modbus(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    match field {
-        PortField::Address => {
-            settings.address = job.byte(value, "modbus_address", ADDRESSES.0, ADDRESSES.1)?
-        }
-        PortField::Baud => {
-            settings.baud = job.up_to(value, "baud", u32::MAX)?;
-            if !BIT_RATES.contains(&settings.baud) {
-                let refusal = Refusal::BitRate { value: settings.baud, allowed: &BIT_RATES };
-                return Err(job.refuse(&Error::Refused(refusal)));
-            }
-        }
-        PortField::Parity => settings.parity = job.meaning(value)?,
-        PortField::StopBits => settings.stop_bits = job.meaning(value)?,
+    let Some(settings) = job.host.modbus() else { return Err(job.refuse(&Error::Absent("modbus"))) };
+    line(&mut job.reply, "modbus", &port::SETTINGS, &settings);
+    Ok(())
+}
+
+/// Sets the Modbus port.
+pub fn set_modbus(job: &mut Job<'_, '_>) -> Outcome {
+    let Some(now) = job.host.modbus() else { return Err(job.refuse(&Error::Absent("modbus"))) };
+    let change = job.change(&port::SETTINGS, &port::NAMES)?;
+    job.end()?;
+    match port::changed(&now, &|id| change.of(id)) {
+        Ok(settings) => job.host.set_modbus(settings),
+        Err(refusal) => return Err(job.refuse(&Error::Refused(refusal))),
     }
-    job.host.set_modbus(settings);
     job.reply.done();
     Ok(())
+}
+
+/// How the console is set.
+pub fn show_console(job: &mut Job<'_, '_>) -> Outcome {
+    job.end()?;
+    let settings = job.host.console();
+    line(&mut job.reply, "console", &console::SETTINGS, &settings);
+    Ok(())
+}
+
+/// Sets the console.
+pub fn set_console(job: &mut Job<'_, '_>) -> Outcome {
+    let change = job.change(&console::SETTINGS, &console::NAMES)?;
+    job.end()?;
+    match console::changed(&job.host.console(), &|id| change.of(id)) {
+        Ok(settings) => job.order(Order::Console(settings)),
+        Err(refusal) => Err(job.refuse(&Error::Refused(refusal))),
+    }
+}
+
+/// Settings in one line.
+fn line<T>(reply: &mut Reply<'_>, what: &str, table: &'static [Setting<T>], of: &T) {
+    reply.begin(what);
+    let mut before = ": ";
+    for setting in table {
+        reply.member(before, label(setting), value(setting, of));
+        before = ", ";
+    }
+    reply.end();
 }

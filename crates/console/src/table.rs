@@ -2,8 +2,9 @@
 
 use core::fmt::{self, Write};
 
-use clino_bus::{Micros, line};
-use clino_gateway::json::{self, Topic, echo_name, name};
+use clino_bus::Micros;
+use clino_gateway::json::{self, Topic, name};
+use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusFault, Reading, Source};
 
 use crate::host::BusState;
@@ -37,7 +38,7 @@ fn columns(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
         address => write!(out, "{address:>4}")?,
     }
     match reading.angle(now) {
-        Some(angle) => write!(out, "  {:>9}", angle.text(DECIMALS).as_str())?,
+        Some(angle) => write!(out, "  {:>9}", angle.angle().text(DECIMALS).as_str())?,
         None => out.write_str("          -")?,
     }
     match reading.age(now) {
@@ -49,17 +50,15 @@ fn columns(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
     out.write_str("\n")
 }
 
-/// How a bus is set, and whether it is out of order.
-pub fn bus(reply: &mut Reply<'_>, bus: Bus, line: &line::Settings, fault: Option<BusFault>) {
-    let values = [
-        line.serial.baud.into(),
-        line.guard.0.into(),
-        line.pre_delay.0.into(),
-        line.post_delay.0.into(),
-        echo_name(line.echo).into(),
-        fault.map(BusFault::name).into(),
-    ];
-    reply.list("bus", bus.name().into(), "baud guard_us pre_us post_us echo fault", &values);
+/// How the gateway is doing as a whole; nothing for people while all is well.
+pub fn summary(reply: &mut Reply<'_>, summary: &Summary) {
+    let Summary { signals, online, enabled, .. } = *summary;
+    if !reply.is_for_people() {
+        let values = [enabled.into(), online.count_ones().into(), summary.good().into()];
+        reply.list("summary", Value::Signals(signals), "enabled online ok", &values);
+    } else if !signals.is_clean() {
+        _ = writeln!(reply.out, "signals: {}", Value::Signals(signals));
+    }
 }
 
 /// What happened on a bus since reset.

@@ -6,19 +6,18 @@ use clino_codec::t7::{Address, Axis, BaudRate, Millidegrees};
 use clino_codec::{isu as isu_codec, t7 as t7_codec};
 use clino_commissioning::isu::Module;
 use clino_commissioning::t7::{Device, Rates, Setting};
-use clino_gateway::Bus;
-use clino_gateway::order::{Order, Refusal, T7_BIT_RATES};
-use clino_gateway::task;
+use clino_gateway::config::{Kind, SINGLE_AXIS};
+use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::bus::T7_BIT_RATES;
+use clino_gateway::{Bus, Consequence, task};
 
 use crate::error::Error;
 use crate::job::{Job, Outcome, Told};
 use crate::meter::BUSES;
-use crate::pending::Pending;
+use crate::pending::{Pending, is_at_work};
 use crate::typed::Opt;
 use crate::words::{IsuVerb, T7Verb};
 
-/// A single-axis T7 measures axis 2 (T7 guide section 1).
-const SINGLE_AXIS: u8 = 2;
 /// Axis of a T7.
 const AXIS: Opt = Opt(Some('a'), "axis");
 
@@ -91,7 +90,12 @@ pub fn cancel(job: &mut Job<'_, '_>) -> Outcome {
         let result = job.host.order(Order::Cancel(bus));
         job.accepted(result)?;
     }
-    job.reply.done();
+    // A task goes on to its next consistent point; its end is told then.
+    if is_at_work(job.host) {
+        job.reply.accepted()
+    } else {
+        job.reply.done()
+    }
     Ok(())
 }
 
@@ -101,7 +105,14 @@ fn begin(job: &mut Job<'_, '_>, bus: Bus, order: Order, writes: bool) -> Outcome
     job.accepted(order.check())?;
     // There is nothing to be asked about the others.
     job.typed.yes |= !writes;
-    job.confirmed(Pending::Task(bus, order))
+    let consequence = consequence(job, &order);
+    job.confirmed(Pending::Task(bus, order, consequence))
+}
+
+#[inline(never)]
+fn consequence(job: &Job<'_, '_>, order: &Order) -> Consequence {
+    let baud = job.host.bus(Bus::T7).map_or(0, |state| state.settings.timing.serial.baud);
+    Consequence::of(order, baud, &|slot| job.host.config(slot.into()))
 }
 
 fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Told> {
@@ -110,7 +121,7 @@ fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Told> {
         Some(value) => Err(job.refuse(&Error::Word { value, expected: &["all", "nothing"] })),
         None => {
             let state = job.host.bus(Bus::T7);
-            let serial = state.map_or(Serial::T7_DEFAULT, |state| state.timing.serial);
+            let serial = state.map_or(Serial::T7_DEFAULT, |state| state.settings.timing.serial);
             Ok(Rates::NONE.and(bit_rate(job, serial.baud)?))
         }
     }
@@ -119,44 +130,37 @@ fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Told> {
 /// A T7's own address.
 #[inline(never)]
 pub fn one_t7(job: &mut Job<'_, '_>, word: &str) -> Result<t7_codec::Address, Told> {
-    let number = job.byte(word, T7_ADDRESS, 1, T7_LAST)?;
+    let number = job.byte(word, "address", 0, u8::MAX)?;
     Address::new(number).filter(|address| !address.is_all()).ok_or_else(|| no_t7(job, number))
 }
 
 /// An ISU's own address.
 #[inline(never)]
 pub fn one_isu(job: &mut Job<'_, '_>, word: &str) -> Result<isu_codec::Address, Told> {
-    let number = job.byte(word, ISU_ADDRESS, 1, ISU_LAST)?;
+    let number = job.byte(word, "address", 0, u8::MAX)?;
     let one = isu_codec::Address::new(number).filter(|address| !address.is_any());
     one.ok_or_else(|| no_isu(job, number))
 }
 
 /// An axis; that of a single-axis T7 if none is named.
 pub fn axis(job: &mut Job<'_, '_>) -> Result<Axis, Told> {
-    let number = match job.option(AXIS)? {
-        Some(word) => job.byte(word, "axis", 0, SINGLE_AXIS)?,
-        None => SINGLE_AXIS,
-    };
-    Axis::new(number).ok_or(Told)
+    match job.option(AXIS)? {
+        Some(word) => {
+            job.byte(word, "axis", 0, Axis::Two.get()).and_then(|number| Axis::new(number).ok_or(Told))
+        }
+        None => Ok(SINGLE_AXIS),
+    }
 }
 
-const T7_ADDRESS: &str = "t7_address";
-/// What a T7 leaves the factory with.
-const T7_LAST: u8 = 127;
-const ISU_ADDRESS: &str = "isu_address";
-const ISU_LAST: u8 = 14;
-
 fn no_t7(job: &mut Job<'_, '_>, value: u8) -> Told {
-    let refusal = Refusal::Range { what: T7_ADDRESS, value: value.into(), least: 1, most: T7_LAST.into() };
-    job.refuse(&Error::Refused(refusal))
+    job.refuse(&Error::NotOne { kind: Kind::T7, value })
 }
 
 fn no_isu(job: &mut Job<'_, '_>, value: u8) -> Told {
-    let refusal = Refusal::Range { what: ISU_ADDRESS, value: value.into(), least: 1, most: ISU_LAST.into() };
-    job.refuse(&Error::Refused(refusal))
+    job.refuse(&Error::NotOne { kind: Kind::Isu, value })
 }
 
 fn bit_rate(job: &mut Job<'_, '_>, value: u32) -> Result<BaudRate, Told> {
-    let refusal = Refusal::BitRate { value, allowed: &T7_BIT_RATES };
+    let refusal = Refusal::BitRate { value, allowed: T7_BIT_RATES };
     BaudRate::from_bits_per_second(value).ok_or_else(|| job.refuse(&Error::Refused(refusal)))
 }

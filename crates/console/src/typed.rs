@@ -1,10 +1,8 @@
 //! A line that was typed, taken apart word by word.
 //!
 //! `COMMAND WORD… -o VALUE --option VALUE --yes`. Options may stand anywhere. Before a number below zero stands `--`, after
-//! which nothing is an option: `t7 offset 5 -- -500`.
-
-use embedded_cli::arguments::Arg;
-use embedded_cli::command::RawCommand;
+//! which nothing is an option: `t7 offset 5 -- -500`. A word with blanks in it, or with nothing in it, stands in quotation
+//! marks; between them no character has a meaning of its own.
 
 use crate::error::Error;
 
@@ -37,24 +35,32 @@ impl<'a> Typed<'a> {
         Typed { parts: [None; MOST], yes: false, help: false }
     }
 
-    /// Takes a line apart.
-    pub fn take(&mut self, raw: &RawCommand<'a>) -> Result<(), Error<'a>> {
+    /// Takes apart what follows the name of the command.
+    pub fn take(&mut self, mut rest: &'a str) -> Result<(), Error<'a>> {
         let mut places = self.parts.iter_mut();
-        for arg in raw.args().args() {
-            let part = match arg {
-                Ok(Arg::LongOption("yes")) => {
+        let mut options = true;
+        while let Some(word) = next_word(&mut rest)? {
+            let part = match word.text {
+                text if word.quoted || !options => Part::Word(text),
+                "--" => {
+                    options = false;
+                    continue;
+                }
+                "--yes" => {
                     self.yes = true;
                     continue;
                 }
-                Ok(Arg::LongOption("help") | Arg::ShortOption('h')) => {
+                "--help" | "-h" => {
                     self.help = true;
                     continue;
                 }
-                Ok(Arg::DoubleDash) => continue,
-                Ok(Arg::Value(word)) => Part::Word(word),
-                Ok(Arg::ShortOption(letter)) => Part::Short(letter),
-                Ok(Arg::LongOption(name)) => Part::Long(name),
-                Err(_) => return Err(Error::BareMinus),
+                text => match text.strip_prefix("--") {
+                    Some(name) => Part::Long(name),
+                    None => match text.strip_prefix('-') {
+                        Some(letter) if !letter.is_empty() => Part::Short(one_letter(letter)?),
+                        _ => Part::Word(text),
+                    },
+                },
             };
             *places.next().ok_or(unexpected(part))? = Some(part);
         }
@@ -70,6 +76,11 @@ impl<'a> Typed<'a> {
             }
             _ => None,
         })
+    }
+
+    /// Whether words follow.
+    pub fn has_more(&self) -> bool {
+        self.parts.iter().any(|part| matches!(part, Some(Part::Word(_))))
     }
 
     /// The value of an option. To be called before the words are fetched, or the value is taken for one of them.
@@ -100,4 +111,50 @@ fn unexpected(part: Part<'_>) -> Error<'_> {
         Part::Long(name) => Error::Unexpected("--", name),
         Part::Word(word) => Error::Unexpected("", word),
     }
+}
+
+/// A word of a line.
+struct Word<'a> {
+    text: &'a str,
+    quoted: bool,
+}
+
+/// Takes the next word off a line.
+fn next_word<'a>(rest: &mut &'a str) -> Result<Option<Word<'a>>, Error<'a>> {
+    let line = rest.trim_ascii_start();
+    let quoted = line.strip_prefix('"');
+    let (text, behind) = match quoted {
+        Some(line) => {
+            let (text, behind) = split_before(line, b'"');
+            (text, behind.strip_prefix('"').ok_or(Error::Quotes)?)
+        }
+        None => split_before(line, b' '),
+    };
+    let is_word = quoted.is_some() || text.bytes().all(|byte| byte != b'"');
+    if !is_word || !(behind.is_empty() || behind.starts_with(' ')) {
+        return Err(Error::Quotes);
+    }
+    *rest = behind;
+    Ok((quoted.is_some() || !text.is_empty()).then_some(Word { text, quoted: quoted.is_some() }))
+}
+
+/// The letter of an option.
+fn one_letter(letter: &str) -> Result<char, Error<'_>> {
+    let mut letters = letter.chars();
+    match (letters.next(), letters.next()) {
+        (Some(letter), None) if letter.is_ascii_alphabetic() => Ok(letter),
+        (Some(first), _) if first.is_ascii_alphabetic() => Err(Error::Unexpected("-", letter)),
+        _ => Err(Error::BareMinus),
+    }
+}
+
+/// The name of the command, and what follows it.
+pub fn split(line: &str) -> (&str, &str) {
+    split_before(line.trim_ascii(), b' ')
+}
+
+/// What is before the first of these characters, and the rest. (The standard library's own knows all of Unicode.)
+pub fn split_before(line: &str, character: u8) -> (&str, &str) {
+    let before = line.bytes().take_while(|&byte| byte != character).count();
+    line.split_at_checked(before).unwrap_or((line, ""))
 }

@@ -3,7 +3,8 @@
 use core::fmt::{self, Display, Write};
 
 use clino_codec::angle::Angle;
-use clino_gateway::{Health, Span};
+use clino_gateway::summary::Signals;
+use clino_gateway::{Health, Published};
 
 use crate::reply::{Audience, Plain};
 
@@ -17,6 +18,10 @@ pub enum Value<'a> {
     Number(i64),
     /// A number with three decimals, in thousandths.
     Thousandths(i64),
+    /// A number with so many decimals, in units of the last one.
+    Decimal(i64, u8),
+    /// A name with its unit.
+    Label(Label),
     /// An angle, in degrees.
     Angle(Angle),
     /// A word, or a few.
@@ -31,6 +36,8 @@ pub enum Value<'a> {
     Hex(u32),
     /// Signals of a slot.
     Health(Health),
+    /// Signals of the gateway.
+    Signals(Signals),
     /// There is none.
     None,
 }
@@ -53,16 +60,15 @@ impl From<u64> for Value<'_> {
     }
 }
 
-/// In milliseconds.
-impl From<Span> for Value<'_> {
-    fn from(span: Span) -> Self {
-        Value::Thousandths(span.as_micros().into())
-    }
-}
-
 impl From<Angle> for Value<'_> {
     fn from(angle: Angle) -> Self {
         Value::Angle(angle)
+    }
+}
+
+impl From<Published> for Value<'_> {
+    fn from(angle: Published) -> Self {
+        Value::Angle(angle.angle())
     }
 }
 
@@ -85,7 +91,9 @@ impl Value<'_> {
         let quote = if programs { "\"" } else { "" };
         match self {
             Value::Number(number) => write!(out, "{number}"),
-            Value::Thousandths(number) => thousandths(out, number),
+            Value::Thousandths(number) => decimal(out, number, THOUSANDTHS),
+            Value::Decimal(number, decimals) => decimal(out, number, decimals),
+            Value::Label(label) => write!(out, "{quote}{label}{quote}"),
             Value::Angle(angle) => out.write_str(angle.text(DECIMALS).as_str()),
             Value::Text(text) => write!(out, "{quote}{}{quote}", Plain(&text)),
             Value::Words(words) => write!(out, "{quote}{}{quote}", Plain(words)),
@@ -101,26 +109,83 @@ impl Value<'_> {
                 (true, false) => "false",
             }),
             Value::Hex(bits) => write!(out, "{quote}{bits:#010x}{quote}"),
-            Value::Health(Health::WELL) => out.write_str(if programs { "[]" } else { "well" }),
-            Value::Health(health) => {
-                let mut before = if programs { "[" } else { "" };
-                for name in health.names() {
-                    write!(out, "{before}{quote}{name}{quote}")?;
-                    before = if programs { "," } else { " " };
-                }
-                out.write_str(if programs { "]" } else { "" })
-            }
+            Value::Health(health) => names(out, programs, &mut health.names()),
+            Value::Signals(signals) => names(out, programs, &mut signals.names()),
             Value::None => out.write_str(if programs { "null" } else { "none" }),
         }
     }
 }
 
-fn thousandths(out: &mut dyn Write, number: i64) -> fmt::Result {
+/// Names of signals, or that there are none.
+fn names(out: &mut dyn Write, programs: bool, names: &mut dyn Iterator<Item = &'static str>) -> fmt::Result {
+    let (begin, between, end, none) = if programs { ("[", ",", "]", "[") } else { ("", " ", "", "well") };
+    let quote = if programs { "\"" } else { "" };
+    let mut before = begin;
+    for name in names {
+        write!(out, "{before}{quote}{name}{quote}")?;
+        before = between;
+    }
+    // Nothing stands behind the beginning.
+    out.write_str(if before == begin { none } else { "" })?;
+    out.write_str(end)
+}
+
+/// Decimals of a number in thousandths.
+const THOUSANDTHS: u8 = 3;
+
+/// A number in units of its last decimal. Three decimals are enough, if the others are zeros.
+fn decimal(out: &mut dyn Write, number: i64, decimals: u8) -> fmt::Result {
     let (sign, size) = (if number < 0 { "-" } else { "" }, number.unsigned_abs());
-    write!(out, "{sign}{}", size / 1_000)?;
-    match size % 1_000 {
-        0 => Ok(()),
-        rest => write!(out, ".{rest:03}"),
+    let unit = 10_u64.saturating_pow(decimals.into());
+    let (whole, rest) = (size.checked_div(unit).unwrap_or(size), size.checked_rem(unit).unwrap_or(0));
+    write!(out, "{sign}{whole}")?;
+    match decimals {
+        _ if rest == 0 => Ok(()),
+        6 if rest.is_multiple_of(1_000) => write!(out, ".{:03}", rest / 1_000),
+        decimals => write!(out, ".{rest:0width$}", width = decimals.into()),
+    }
+}
+
+/// A name and its unit, as they stand in answers: `period_ms`.
+#[derive(Clone, Copy)]
+pub struct Label {
+    pub name: &'static str,
+    pub unit: &'static str,
+}
+
+impl Label {
+    /// A name without a unit.
+    pub const fn plain(name: &'static str) -> Label {
+        Label { name, unit: "" }
+    }
+
+    /// Its characters.
+    pub fn len(&self) -> usize {
+        match self.unit() {
+            "" => self.name.len(),
+            unit => self.name.len().saturating_add(unit.len()).saturating_add(1),
+        }
+    }
+
+    /// What of the unit stands behind the name: every bit rate is in bit/s.
+    const fn unit(&self) -> &'static str {
+        match self.unit.as_bytes() {
+            b"bit/s" => "",
+            _ => self.unit,
+        }
+    }
+}
+
+impl Display for Label {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name)?;
+        if self.unit().is_empty() {
+            return Ok(());
+        }
+        out.write_char('_')?;
+        self.unit()
+            .chars()
+            .try_for_each(|character| out.write_char(if character == '/' { '_' } else { character }))
     }
 }
 

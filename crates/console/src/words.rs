@@ -1,12 +1,10 @@
 //! Words with a meaning of their own. One table says what each means and how each is printed; a word that is none of
 //! them is refused with the list of those that are.
 
-use clino_bus::line::EchoMode;
 use clino_codec::angle::Range;
 use clino_codec::t7::Direction;
 use clino_gateway::Bus;
-use clino_gateway::config::Ask;
-use clino_modbus::settings::{Parity, StopBits};
+use clino_gateway::config::Kind;
 
 /// A type whose values are words.
 pub trait Words: Sized + Copy + PartialEq + 'static {
@@ -32,46 +30,14 @@ impl Words for bool {
     const VALUES: &'static [Self] = &[true, false, true, false];
 }
 
-/// What a slot reads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    T7,
-    Isu,
-    Pwm,
-    Off,
-}
-
 impl Words for Kind {
-    const NAMES: &'static [&'static str] = &["t7", "isu", "pwm", "off"];
-    const VALUES: &'static [Self] = &[Kind::T7, Kind::Isu, Kind::Pwm, Kind::Off];
+    const NAMES: &'static [&'static str] = Kind::NAMES;
+    const VALUES: &'static [Self] = &Kind::ALL;
 }
 
 impl Words for Bus {
     const NAMES: &'static [&'static str] = &["t7", "isu"];
     const VALUES: &'static [Self] = &[Bus::T7, Bus::Isu];
-}
-
-impl Words for EchoMode {
-    const NAMES: &'static [&'static str] = &["off", "expected", "detect"];
-    const VALUES: &'static [Self] = &[EchoMode::Off, EchoMode::Expected, EchoMode::Detect];
-}
-
-impl Words for Ask {
-    const NAMES: &'static [&'static str] = &["angle", "everything"];
-    const VALUES: &'static [Self] = &[Ask::Angle, Ask::Everything];
-}
-
-/// What is made of the last few angles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FilterKind {
-    Off,
-    Mean,
-    Median,
-}
-
-impl Words for FilterKind {
-    const NAMES: &'static [&'static str] = &["off", "mean", "median"];
-    const VALUES: &'static [Self] = &[FilterKind::Off, FilterKind::Mean, FilterKind::Median];
 }
 
 impl Words for Direction {
@@ -129,29 +95,4 @@ impl Words for IsuVerb {
     const NAMES: &'static [&'static str] = &["info", "reset", "zero", "null", "address", "repair"];
     const VALUES: &'static [Self] =
         &[IsuVerb::Info, IsuVerb::Reset, IsuVerb::Zero, IsuVerb::Null, IsuVerb::Address, IsuVerb::Repair];
-}
-
-/// A setting of the Modbus port.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PortField {
-    Address,
-    Baud,
-    Parity,
-    StopBits,
-}
-
-impl Words for PortField {
-    const NAMES: &'static [&'static str] = &["address", "baud", "parity", "stop_bits"];
-    const VALUES: &'static [Self] =
-        &[PortField::Address, PortField::Baud, PortField::Parity, PortField::StopBits];
-}
-
-impl Words for Parity {
-    const NAMES: &'static [&'static str] = &["none", "even", "odd"];
-    const VALUES: &'static [Self] = &[Parity::None, Parity::Even, Parity::Odd];
-}
-
-impl Words for StopBits {
-    const NAMES: &'static [&'static str] = &["1", "2"];
-    const VALUES: &'static [Self] = &[StopBits::One, StopBits::Two];
 }

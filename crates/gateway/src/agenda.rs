@@ -264,6 +264,17 @@ impl Agenda {
         }
     }
 
+    /// Nobody is asked until all nodes hear again, whatever they have taken what was sent until `since` for.
+    pub fn keep_silent(&mut self, since: Micros) {
+        self.silence.begin(since);
+        self.look_again();
+    }
+
+    /// Nobody is asked before this.
+    pub fn silent_until(&self) -> Micros {
+        self.silence.until()
+    }
+
     /// Everybody who is not dead may be deaf.
     #[inline(never)]
     pub fn doubt(&mut self, slots: &[Slot]) {

@@ -1,4 +1,6 @@
 //! What the gateway is told to read. Data, not code: the firmware has a default table, later a stored one.
+//!
+//! [`SlotConfig::usual`] is the only place that says what a setting is while it is not set.
 
 use clino_bus::Micros;
 use clino_codec::angle::{Angle, Range};
@@ -36,11 +38,57 @@ pub enum PwmInput {
     Pwm2,
 }
 
+/// Kind of a slot's source. The codes are those of every interface and of the stored record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Kind {
+    /// The slot is unused.
+    #[default]
+    Off = 0,
+    /// An axis of a T7.
+    T7 = 1,
+    /// An ISU on its serial line.
+    Isu = 2,
+    /// The PWM output of an ISU.
+    Pwm = 3,
+}
+
+impl Kind {
+    /// All kinds, by their codes.
+    pub const ALL: [Kind; 4] = [Kind::Off, Kind::T7, Kind::Isu, Kind::Pwm];
+
+    /// The names used in every text interface, by their codes.
+    pub const NAMES: &'static [&'static str] = &["off", "t7", "isu", "pwm"];
+
+    /// The kind with this code.
+    pub fn from_code(code: u8) -> Option<Kind> {
+        Kind::ALL.get(usize::from(code)).copied()
+    }
+
+    /// The name used in every text interface.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Kind::Off => "off",
+            Kind::T7 => "t7",
+            Kind::Isu => "isu",
+            Kind::Pwm => "pwm",
+        }
+    }
+}
+
 /// Where a slot's angle comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// From nowhere: there is nothing in the slot.
+    /// From nowhere: the slot is unused.
     Off,
+    /// From a source that is not complete: its kind has no such address. Held and shown, never read.
+    Incomplete {
+        /// The kind; [`Kind::Off`] while only the address is known.
+        kind: Kind,
+        /// The address.
+        address: u8,
+    },
     /// One axis of a T7.
     T7 {
         /// The node.
@@ -61,12 +109,64 @@ pub enum Source {
 }
 
 impl Source {
+    /// The source of this kind at this address (of a PWM: its input, 1 or 2); [`Source::Incomplete`] if the kind has no
+    /// such address.
+    pub fn of(kind: Kind, address: u8, axis: t7::Axis) -> Source {
+        let source = match (kind, address) {
+            (Kind::Off, 0) => Some(Source::Off),
+            (Kind::Off, _) => None,
+            (Kind::T7, _) => t7::Address::of_request(address).map(|address| Source::T7 { address, axis }),
+            (Kind::Isu, _) => isu::Address::new(address).map(|address| Source::Isu { address }),
+            (Kind::Pwm, 1) => Some(Source::Pwm { input: PwmInput::Pwm1 }),
+            (Kind::Pwm, 2) => Some(Source::Pwm { input: PwmInput::Pwm2 }),
+            (Kind::Pwm, _) => None,
+        };
+        source.unwrap_or(Source::Incomplete { kind, address })
+    }
+
+    /// The source of this kind with an address that was not told for it. What was never told is 0, which is an address of an
+    /// ISU, too.
+    pub fn held(kind: Kind, address: u8, axis: t7::Axis) -> Source {
+        match (kind, address) {
+            (Kind::Isu, 0) => Source::Incomplete { kind, address },
+            _ => Source::of(kind, address, axis),
+        }
+    }
+
+    /// Its kind.
+    pub const fn kind(&self) -> Kind {
+        match *self {
+            Source::Off => Kind::Off,
+            Source::Incomplete { kind, .. } => kind,
+            Source::T7 { .. } => Kind::T7,
+            Source::Isu { .. } => Kind::Isu,
+            Source::Pwm { .. } => Kind::Pwm,
+        }
+    }
+
+    /// Its address; of a PWM its input, 1 or 2.
+    pub const fn address(&self) -> u8 {
+        match *self {
+            Source::Off => 0,
+            Source::Incomplete { address, .. } => address,
+            Source::T7 { address, .. } => address.get(),
+            Source::Isu { address } => address.get(),
+            Source::Pwm { input: PwmInput::Pwm1 } => 1,
+            Source::Pwm { input: PwmInput::Pwm2 } => 2,
+        }
+    }
+
+    /// Whether a kind is set and its address is not.
+    pub const fn is_faulty(&self) -> bool {
+        matches!(self, Source::Incomplete { kind: Kind::T7 | Kind::Isu | Kind::Pwm, .. })
+    }
+
     /// The segment to ask on; a PWM input is not asked, it speaks.
     pub const fn bus(&self) -> Option<Bus> {
         match self {
             Source::T7 { .. } => Some(Bus::T7),
             Source::Isu { .. } => Some(Bus::Isu),
-            Source::Pwm { .. } | Source::Off => None,
+            Source::Pwm { .. } | Source::Incomplete { .. } | Source::Off => None,
         }
     }
 
@@ -75,7 +175,7 @@ impl Source {
         match self {
             Source::T7 { address, .. } => Some((Bus::T7, address.get())),
             Source::Isu { address } => Some((Bus::Isu, address.get())),
-            Source::Pwm { .. } | Source::Off => None,
+            Source::Pwm { .. } | Source::Incomplete { .. } | Source::Off => None,
         }
     }
 }
@@ -89,31 +189,23 @@ pub enum Ask {
     Everything,
 }
 
-/// What is made of the last few angles. Both work across the seam of the turn.
+/// What is made of the last [`samples`](SlotConfig::samples) angles. Both work across the seam of the turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
     /// The last one counts.
     Off,
-    /// The mean of so many: less noise.
-    Mean(u8),
-    /// The median of so many: no outliers.
-    Median(u8),
+    /// Their mean: less noise.
+    Mean,
+    /// Their median: no outliers.
+    Median,
 }
 
 impl Filter {
     /// Most angles that are kept.
     pub const MOST: u8 = MOST_SAMPLES as u8;
-
-    /// How many angles are kept.
-    pub const fn samples(self) -> u8 {
-        match self {
-            Filter::Off => 1,
-            Filter::Mean(samples) | Filter::Median(samples) => samples,
-        }
-    }
 }
 
-/// One line of the slot table. 40 bytes.
+/// One line of the slot table. What can be set of it, and within which limits, is in [`settings::slot`](crate::settings::slot).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SlotConfig {
     /// What to read.
@@ -128,21 +220,26 @@ pub struct SlotConfig {
     pub confirm: bool,
     /// What is made of the last few angles.
     pub filter: Filter,
+    /// How many angles the filter goes over.
+    pub samples: u8,
+    /// The axis that is held while the slot reads no T7.
+    pub held_axis: t7::Axis,
     /// [`Direction::Reversed`] counts the other way round.
     pub direction: Direction,
     /// How the published angle counts a turn, whatever the sensor does.
     pub range: Range,
     /// For a PWM input: the slot that reads the same ISU over its serial line, to be compared with.
     pub partner: Option<u8>,
-    /// What is still healthy: for a PWM input the difference to its partner in 0.01°, for a T7 that is asked for
+    /// What is still healthy: for a PWM input the difference to its partner in 0.001°, for a T7 that is asked for
     /// everything the deviation of its acceleration from 1 g in 0.001 g.
     pub tolerance: u16,
     /// From one reading to the next; zero is as often as the bus can. For PWM, the nominal period of the signal.
     pub period: Span,
     /// Longest time from the request to the answer; zero is what the sensor's document says.
     pub timeout: Span,
-    /// A value older than this is not *ok* any more, whatever happened since.
-    pub stale_after: Span,
+    /// A value older than this is not *ok* any more, whatever happened since; zero follows the period:
+    /// [`SlotConfig::stale_after`].
+    pub stale: Span,
     /// Least time between two printed lines of this slot while its status does not change.
     pub report_every: Span,
     /// Where the sensor says this, the slot says zero.
@@ -150,6 +247,9 @@ pub struct SlotConfig {
     /// An angle that is further from the last one than this allows is a jump, in 0.001°/s; zero allows any.
     pub max_rate: u32,
 }
+
+/// What a single-axis T7 measures (T7 guide section 1).
+pub const SINGLE_AXIS: t7::Axis = t7::Axis::Two;
 
 /// From one reading of a T7 to the next: 50 a second, three times what its 8 Hz bandwidth needs.
 pub const T7_PERIOD: Span = Span::from_millis(20);
@@ -163,6 +263,13 @@ pub const PWM_PERIOD: Span = Span::from_micros(33_333);
 
 /// A value is stale when two readings after it have failed.
 const STALE_PERIODS: u32 = 3;
+/// The stale limit of a slot that is read as often as its bus can.
+const STALE_WITHOUT_PERIOD: Span = Span::from_millis(1_000);
+/// The least stale limit that follows a period: ten exchanges of 3.04 ms (T7) and 13.5 ms (ISU), see `lint.rs`; three
+/// cycles of a PWM output.
+const T7_STALE: Span = Span::from_millis(30);
+const ISU_STALE: Span = Span::from_millis(150);
+const PWM_STALE: Span = PWM_PERIOD.times(STALE_PERIODS);
 
 /// Faster than anybody tilts what is worth reading at 8 Hz: half a turn a second.
 const T7_MAX_RATE: u32 = 180_000;
@@ -170,7 +277,7 @@ const T7_MAX_RATE: u32 = 180_000;
 const ISU_MAX_RATE: u32 = 90_000;
 
 /// Six steps of the PWM output (0.088° each), and the 0.03° by which its printed law differs from its own.
-const PWM_TOLERANCE: u16 = 56;
+const PWM_TOLERANCE: u16 = 560;
 /// The T7 guide's own example (section 2.3) shows 0.956 g.
 const T7_TOLERANCE: u16 = 100;
 
@@ -183,13 +290,15 @@ impl SlotConfig {
         retries: 0,
         confirm: false,
         filter: Filter::Off,
+        samples: 1,
+        held_axis: SINGLE_AXIS,
         direction: Direction::Normal,
         range: Range::Bidirectional,
         partner: None,
         tolerance: 0,
         period: Span::ZERO,
         timeout: Span::ZERO,
-        stale_after: Span::from_millis(1_000),
+        stale: Span::ZERO,
         report_every: Span::ZERO,
         soft_zero: Angle::ZERO,
         max_rate: 0,
@@ -201,18 +310,18 @@ impl SlotConfig {
     /// checked, and a second cycle would be 33 ms late.
     pub const fn usual(source: Source) -> SlotConfig {
         let usual = SlotConfig { source, enabled: true, retries: 1, confirm: true, ..SlotConfig::OFF };
-        match source {
-            Source::Off => SlotConfig::OFF,
-            Source::T7 { .. } => SlotConfig {
+        match source.kind() {
+            Kind::Off => SlotConfig { source, ..SlotConfig::OFF },
+            Kind::T7 => SlotConfig {
                 report_every: Span::from_millis(100),
                 max_rate: T7_MAX_RATE,
                 tolerance: T7_TOLERANCE,
                 ..usual.every(T7_PERIOD)
             },
-            Source::Isu { .. } => {
+            Kind::Isu => {
                 SlotConfig { range: Range::Unidirectional, max_rate: ISU_MAX_RATE, ..usual.every(ISU_PERIOD) }
             }
-            Source::Pwm { .. } => SlotConfig {
+            Kind::Pwm => SlotConfig {
                 range: Range::Unidirectional,
                 retries: 0,
                 confirm: false,
@@ -222,14 +331,26 @@ impl SlotConfig {
         }
     }
 
-    /// The same with this period, and stale three periods after; with a period of zero, a second after.
+    /// The same with this period.
     #[must_use]
     pub const fn every(self, period: Span) -> SlotConfig {
-        let stale_after = match period {
-            Span::ZERO => Span::from_millis(1_000),
-            period => period.times(STALE_PERIODS),
+        SlotConfig { period, ..self }
+    }
+
+    /// The age at which a value is stale: as it was set, or three times the longer of period and timeout, so that two
+    /// readings in a row may fail.
+    pub const fn stale_after(&self) -> Span {
+        if self.stale.as_micros() > 0 {
+            return self.stale;
+        }
+        let longest = self.period.longer(self.timeout).times(STALE_PERIODS);
+        let least = match self.source.kind() {
+            Kind::Off => Span::ZERO,
+            Kind::T7 => T7_STALE,
+            Kind::Isu => ISU_STALE,
+            Kind::Pwm => PWM_STALE,
         };
-        SlotConfig { period, stale_after, ..self }
+        if self.period.as_micros() > 0 { longest.longer(least) } else { longest.longer(STALE_WITHOUT_PERIOD) }
     }
 
     /// The segment to ask on, if this slot asks.
@@ -239,7 +360,7 @@ impl SlotConfig {
 
     /// Whether the slot reads anything.
     pub fn is_on(&self) -> bool {
-        self.enabled && self.source != Source::Off
+        self.enabled && !matches!(self.source, Source::Off | Source::Incomplete { .. })
     }
 
     /// Time to the next reading, at most.

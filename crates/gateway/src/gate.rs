@@ -6,8 +6,9 @@
 //! another way where the sensor has one, and from then on with every reading, until two in a row agree. Meanwhile the slot
 //! keeps its last value, which grows old, or its last error; it turns *suspect* when two have disagreed.
 //!
-//! Two values agree if they differ by no more than the sensor's resolution and what it may have moved in between. Silence
-//! is no line error: nothing was heard that could be wrong.
+//! Two values agree if they differ by no more than the sensor's resolution and what it may have moved in between; where a
+//! slot has no limit of its rate, any two do, if the first is not too old. Silence is no line error: nothing was heard that
+//! could be wrong.
 //!
 //! [`CONFIRM_AFTER`]: crate::agenda::CONFIRM_AFTER
 
@@ -17,8 +18,8 @@ use clino_codec::angle::Angle;
 use crate::maths::step;
 use crate::stamp::Stamp;
 
-/// Taken for the rate of a slot that has no limit: half a turn a second, 0.001°/s.
-const ANY_RATE: u32 = 180_000;
+/// The rate of a slot that may move as fast as it likes.
+const NO_LIMIT: u32 = 0;
 /// Micro-degrees a microsecond, per millidegree a second: one in a thousand.
 const PER_MDEG_PER_S: u64 = 1_000;
 
@@ -38,7 +39,7 @@ pub(crate) enum Verdict {
 pub(crate) struct Demands {
     /// Two values this close are the same, in µ°.
     pub resolution: u32,
-    /// In 0.001°/s; zero is any.
+    /// In 0.001°/s; [`NO_LIMIT`] allows any.
     pub max_rate: u32,
     /// A value older than this confirms nothing.
     pub life: Micros,
@@ -46,18 +47,14 @@ pub(crate) struct Demands {
 
 impl Demands {
     /// Whether an angle can have become the other within `span`.
-    fn allow(&self, from: Angle, to: Angle, span: Micros, max_rate: u32) -> bool {
+    fn allow(&self, from: Angle, to: Angle, span: Micros) -> bool {
         let moved = step(from, to).unsigned_abs().saturating_sub(self.resolution);
-        u64::from(moved).saturating_mul(PER_MDEG_PER_S) <= u64::from(max_rate).saturating_mul(span.0)
-    }
-
-    fn is_jump(&self, from: Angle, to: Angle, span: Micros) -> bool {
-        self.max_rate > 0 && !self.allow(from, to, span, self.max_rate)
+        let most = u64::from(self.max_rate).saturating_mul(span.0);
+        self.max_rate == NO_LIMIT || u64::from(moved).saturating_mul(PER_MDEG_PER_S) <= most
     }
 
     fn agree(&self, one: Angle, other: Angle, span: Micros) -> bool {
-        let max_rate = if self.max_rate > 0 { self.max_rate } else { ANY_RATE };
-        span <= self.life && self.allow(one, other, span, max_rate)
+        span <= self.life && self.allow(one, other, span)
     }
 }
 
@@ -111,7 +108,7 @@ impl Gate {
         self.hurry
     }
 
-    /// When the value came that wants a witness, if it was not long before `now`.
+    /// When the value came that wants a witness.
     pub fn since(&self, now: Micros) -> Micros {
         self.at.near(now)
     }
@@ -124,13 +121,13 @@ impl Gate {
         last: Option<(Angle, Micros)>,
         demands: &Demands,
     ) -> Verdict {
-        let waited = at.since(self.at.near(at));
+        let waited = self.at.age(at);
         let verdict = match self.state {
             State::Waiting if demands.agree(self.candidate, value, waited) => Verdict::Publish,
             State::Waiting if waited <= demands.life => Verdict::Suspect,
             State::Waiting | State::Shaken => Verdict::Hold,
             State::Trusting => match last {
-                Some((angle, then)) if !demands.is_jump(angle, value, at.since(then)) => Verdict::Publish,
+                Some((angle, then)) if demands.allow(angle, value, at.since(then)) => Verdict::Publish,
                 _ => Verdict::Hold,
             },
         };

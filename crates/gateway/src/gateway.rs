@@ -11,10 +11,11 @@ use crate::counters::SlotCounters;
 use crate::order::{Order, Refusal};
 use crate::outage::BusHealth;
 use crate::restraint::Restraint;
-use crate::settings::BusSettings;
+use crate::settings::console::ConsoleSettings;
+use crate::settings::{self, BusSettings};
 use crate::slot::{Sample, Slot};
 use crate::snapshot::Publisher;
-use crate::task::{self, News};
+use crate::task::News;
 use crate::trace::Trace;
 use crate::traffic::{Ended, Traffic};
 use crate::value::{Reading, Status};
@@ -80,10 +81,15 @@ pub struct Gateway {
     /// Slots that read a PWM input.
     listening: Bits,
     trace: Trace,
-    /// Counts the changes of what it was told.
-    revision: u32,
+    /// Of all slots' settings together.
+    fingerprint: u32,
     restraint: Restraint,
+    console: ConsoleSettings,
 }
+
+/// What tells the fingerprints of things apart; buses have 0 and 1.
+const SLOT_SEED: u8 = 2;
+const CONSOLE_SEED: u8 = u8::MAX;
 
 /// Two PWM cycles this close are the same, in µ°: two steps of 4.34 µs.
 const PWM_RESOLUTION: u32 = 180_000;
@@ -99,6 +105,7 @@ impl Gateway {
     }
 
     fn note(&mut self, ended: Option<Ended>) {
+        self.changed = self.changed.or(self.t7.take_restarted()).or(self.isu.take_restarted());
         let Some(Ended { entry, slot }) = ended else { return };
         self.trace.push(entry);
         if let Some(slot) = slot {
@@ -122,6 +129,7 @@ impl Gateway {
             Capture::NoSignal { high: true } => Err(Status::StuckHigh),
             Capture::NoSignal { high: false } => Err(Status::StuckLow),
         };
+        let settling = self.settling_inputs(now);
         for index in self.listening.iter() {
             let Some(slot) = self.slots.get_mut(index).filter(|slot| slot.is(&Source::Pwm { input })) else {
                 continue;
@@ -132,6 +140,9 @@ impl Gateway {
             }
             if result.is_err() {
                 slot.shake();
+            }
+            if result.is_ok() && settling.has(index) {
+                continue;
             }
             if slot.settle(result, now, true, PWM_RESOLUTION) {
                 self.changed.set(index, true);
@@ -148,38 +159,21 @@ impl Gateway {
     /// Carries out an order, whole or not at all.
     ///
     /// # Errors
-    /// The [check](Order::check) has something against it; or it is [restrained](Gateway::restrain); or [`Refusal::Busy`],
-    /// the bus has a task already.
+    /// The [check](Order::check) has something against it; or it is [restrained](Gateway::restrain); or [`Refusal::Busy`]:
+    /// the bus has a task already, or has one that works on what is to change.
     pub fn carry_out(&mut self, order: Order, asker: Asker) -> Result<(), Refusal> {
         order.check()?;
         self.restraint.check(&order)?;
         let accepted = match order {
-            Order::Slot { slot, config } => {
-                let index = usize::from(slot);
-                if let Some(place) = self.slots.get_mut(index) {
-                    place.set(config);
-                    self.reset(index);
-                }
-                self.revision = self.revision.wrapping_add(1);
+            Order::Slot { slot, config } => self.change_slot(slot.into(), &config),
+            Order::Bus { bus: Bus::T7, change } => self.t7.change(&change),
+            Order::Bus { bus: Bus::Isu, change } => self.isu.change(&change),
+            Order::Console(console) => {
+                self.console = console;
                 true
             }
-            Order::Bus { bus, timing, line } => {
-                match bus {
-                    Bus::T7 => self.t7.set(timing, line),
-                    Bus::Isu => self.isu.set(timing, line),
-                }
-                self.revision = self.revision.wrapping_add(1);
-                true
-            }
-            Order::T7(task) => {
-                let serial = self.t7.master().timing().serial;
-                let begin = |place: &mut _| task::t7::Work::begin(&task, serial, place).map_err(Refusal::T7);
-                self.t7.begin(begin, asker)?
-            }
-            Order::Isu(task) => {
-                let begin = |place: &mut _| task::isu::Work::begin(&task, place).map_err(Refusal::Isu);
-                self.isu.begin(begin, asker)?
-            }
+            Order::T7(task) => self.t7.accept(&task, asker),
+            Order::Isu(task) => self.isu.accept(&task, asker),
             Order::Cancel(bus) => {
                 match bus {
                     Bus::T7 => self.t7.cancel(),
@@ -191,25 +185,58 @@ impl Gateway {
         if accepted { Ok(()) } else { Err(Refusal::Busy) }
     }
 
-    /// What a task of this asker has found, or how it ended. A task waits until this has been fetched.
-    pub fn news(&mut self, asker: Asker) -> Option<News> {
-        let news = self.t7.news(asker).or_else(|| self.isu.news(asker))?;
-        // The bus has changed its bit rate with the sensor.
-        if matches!(news, News::T7(task::t7::News::Baud(_))) {
-            self.revision = self.revision.wrapping_add(1);
+    /// The slot is to be like this. Returns whether it is: a task may work on what would change.
+    fn change_slot(&mut self, index: usize, config: &SlotConfig) -> bool {
+        let claims = [self.t7.claim(), self.isu.claim()];
+        // What changes nothing interrupts nothing.
+        let Some(now) = self.config(index).filter(|now| *now != config) else { return true };
+        if !claims.iter().all(|claim| claim.allows(now, config)) {
+            return false;
         }
+        self.configure(index, *config);
+        true
+    }
+
+    /// What a task that has ended has changed, the slots take over.
+    fn conclude(&mut self, bus: Bus) {
+        let ended = match bus {
+            Bus::T7 => self.t7.ended(),
+            Bus::Isu => self.isu.ended(),
+        };
+        let Some((claim, news)) = ended else { return };
         for index in 0..self.slots.len() {
-            if self.slots.get_mut(index).is_some_and(|slot| slot.follow(&news)) {
-                self.revision = self.revision.wrapping_add(1);
-                self.reset(index);
+            if let Some(config) = self.slots.get(index).and_then(|slot| slot.follow(claim, &news)) {
+                self.configure(index, config);
             }
         }
-        Some(news)
+    }
+
+    /// What a task of this asker has found, or how it ended. A task waits until this has been fetched.
+    pub fn news(&mut self, asker: Asker) -> Option<News> {
+        self.t7.news(asker).or_else(|| self.isu.news(asker))
     }
 
     /// Whether [`Gateway::news`] has something for this asker.
     pub fn has_news(&self, asker: Asker) -> bool {
         self.t7.has_news(asker) || self.isu.has_news(asker)
+    }
+
+    /// Whether a task on this bus has said something that was not fetched yet.
+    pub(crate) fn holds_news(&self, bus: Bus) -> bool {
+        [Asker::Console, Asker::Modbus].into_iter().any(|asker| match bus {
+            Bus::T7 => self.t7.has_news(asker),
+            Bus::Isu => self.isu.has_news(asker),
+        })
+    }
+
+    /// From now on the slot reads this.
+    fn configure(&mut self, index: usize, config: SlotConfig) {
+        self.note_settings(index);
+        if let Some(slot) = self.slots.get_mut(index) {
+            slot.set(config);
+        }
+        self.note_settings(index);
+        self.reset(index);
     }
 
     /// A slot means something else now.
@@ -219,6 +246,7 @@ impl Gateway {
         self.isu.forget(index, slot);
         self.listening.set(index, listens(slot));
         self.changed.set(index, true);
+        self.forget_partner(index);
     }
 
     /// How far the task on a bus is, if there is one.
@@ -236,6 +264,7 @@ impl Gateway {
             Bus::Isu => self.isu.poll(now, &mut self.slots, port),
         };
         self.note(ended);
+        self.conclude(bus);
     }
 
     /// When [`Gateway::poll`] has something to do on `bus`, if ever.
@@ -290,17 +319,40 @@ impl Gateway {
         self.slots.get(slot).map(Slot::detail)
     }
 
-    /// How a bus is set, or will be as soon as nothing is under way there.
-    pub fn bus_settings(&self, bus: Bus) -> BusSettings {
+    /// How a bus is set. In force, or as soon as no exchange is in hand.
+    pub fn bus_settings(&self, bus: Bus) -> &BusSettings {
         match bus {
             Bus::T7 => self.t7.settings(),
             Bus::Isu => self.isu.settings(),
         }
     }
 
-    /// Counts the changes of what it was told since it began; wraps.
-    pub fn revision(&self) -> u32 {
-        self.revision
+    /// Whether the bus runs as it is set. A bit rate that a task has chosen for a while does not count.
+    pub fn is_in_force(&self, bus: Bus) -> bool {
+        match bus {
+            Bus::T7 => self.t7.is_in_force(),
+            Bus::Isu => self.isu.is_in_force(),
+        }
+    }
+
+    /// How the console behaves.
+    pub fn console_settings(&self) -> ConsoleSettings {
+        self.console
+    }
+
+    /// A number that is the same whenever all settings are the same, and hardly ever otherwise.
+    pub fn fingerprint(&self) -> u32 {
+        let bus =
+            |bus| settings::fingerprint(settings::bus::settings(bus), self.bus_settings(bus), bus as u8);
+        let console = settings::fingerprint(&settings::console::SETTINGS, &self.console, CONSOLE_SEED);
+        self.fingerprint ^ bus(Bus::T7) ^ bus(Bus::Isu) ^ console
+    }
+
+    /// To be called before a slot's settings change, and again when they have.
+    fn note_settings(&mut self, index: usize) {
+        let Some(slot) = self.slots.get(index) else { return };
+        let seed = SLOT_SEED.wrapping_add(index as u8);
+        self.fingerprint ^= settings::fingerprint(&settings::slot::SETTINGS, &slot.config, seed);
     }
 
     /// Sets what was counted to zero, of all slots and of both buses.
@@ -333,19 +385,11 @@ impl Gateway {
         }
     }
 
-    /// How a bus is set.
+    /// How a bus runs now.
     pub fn timing(&self, bus: Bus) -> &Timing {
         match bus {
             Bus::T7 => self.t7.master().timing(),
             Bus::Isu => self.isu.master().timing(),
-        }
-    }
-
-    /// How a bus's line is set.
-    pub fn line_settings(&self, bus: Bus) -> &line::Settings {
-        match bus {
-            Bus::T7 => self.t7.line(),
-            Bus::Isu => self.isu.line(),
         }
     }
 

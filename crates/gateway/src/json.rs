@@ -19,12 +19,13 @@ pub use clino_bus::DriverEnable;
 use clino_bus::line::{self, EchoMode};
 use clino_bus::{Counters, Micros};
 
-use crate::config::{Bus, PwmInput, Source};
+use crate::config::{Bus, Kind, PwmInput, Source};
 use crate::outage::{BusFault, BusHealth};
 use crate::value::Reading;
 
-/// Longest line this module writes, line end (CR LF on the wire) included: a reading with every signal and the highest age.
-pub const MAX_LINE: usize = 168;
+/// Longest line of the stream, line end (CR LF on the wire) included: the summary with every signal. A reading with every
+/// signal and the highest age has 168 characters.
+pub const MAX_LINE: usize = 216;
 
 /// Writes a reading as it stands at `now`.
 pub fn reading(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
@@ -136,7 +137,8 @@ pub const fn echo_name(echo: EchoMode) -> &'static str {
 /// Kind, bus and address of what a slot reads.
 pub fn name(source: &Source) -> (&'static str, &'static str, u8) {
     match source {
-        Source::Off => ("off", "none", 0),
+        Source::Off => (Kind::Off.name(), "none", 0),
+        Source::Incomplete { kind, address } => (kind.name(), "none", *address),
         Source::T7 { address, .. } => ("t7", bus_name(Bus::T7), address.get()),
         Source::Isu { address } => ("isu", bus_name(Bus::Isu), address.get()),
         Source::Pwm { input: PwmInput::Pwm1 } => ("pwm", "pwm1", 0),

@@ -13,16 +13,19 @@
 
 use core::fmt;
 
-use clino_bus::{Micros, Timing};
+use clino_bus::Micros;
 
-use crate::config::{Ask, Bus, SlotConfig, Source};
+use crate::config::{Ask, Bus, Filter, Kind, SlotConfig, Source};
 use crate::json::bus_name;
 use crate::phase::REFRESH;
+use crate::settings::BusSettings;
 
 /// Shortest averaging time that makes a difference: the sensor's bandwidth is 8 Hz (T7 data sheet).
 pub const SHORTEST_DAMPING_MS: u16 = 125;
 /// An ISU switches its driver on 1 ms before its first bit (AN #201 section 2, TXEN); no other latency is documented.
 const ISU_LATENCY: Micros = Micros(1_000);
+/// With fewer periods before a value is stale, one reading that fails makes it so.
+const STALE_PERIODS: u32 = 2;
 /// Characters of requests and answers.
 const T7_REQUEST: u64 = 3;
 const T7_ANGLE: u64 = 8;
@@ -73,6 +76,54 @@ pub enum Finding {
         /// Averaging time.
         damping_ms: u16,
     },
+    /// A silent sensor costs more than its period.
+    Timeout {
+        /// The slot.
+        slot: u8,
+        /// Its timeout.
+        timeout: Micros,
+        /// Its period.
+        period: Micros,
+    },
+    /// One reading that fails makes the value stale.
+    Stale {
+        /// The slot.
+        slot: u8,
+        /// Its stale limit.
+        stale: Micros,
+        /// Its period.
+        period: Micros,
+    },
+    /// A filter over one angle does nothing.
+    OneSample {
+        /// The slot.
+        slot: u8,
+    },
+    /// The slot has a kind and no address of that kind.
+    Incomplete {
+        /// The slot.
+        slot: u8,
+        /// Its kind.
+        kind: Kind,
+        /// What is in the place of the address.
+        address: u8,
+    },
+    /// Our driver may come on while an answer ends.
+    Guard {
+        /// The bus.
+        bus: Bus,
+        /// Its guard.
+        guard: Micros,
+        /// One character.
+        character: Micros,
+    },
+    /// Our driver may still be on when an answer begins.
+    Post {
+        /// The bus.
+        bus: Bus,
+        /// Its delay after a frame.
+        post: Micros,
+    },
     /// A PWM input is to be compared with a slot that reads no ISU.
     Partner {
         /// The slot.
@@ -99,6 +150,35 @@ impl fmt::Display for Finding {
                 f,
                 "slot {slot}: damping {damping_ms} ms is less than the {SHORTEST_DAMPING_MS} ms of its bandwidth"
             ),
+            Finding::Timeout { slot, timeout, period } => write!(
+                f,
+                "slot {slot}: timeout {} ms is longer than period {} ms",
+                timeout.as_millis(),
+                period.as_millis()
+            ),
+            Finding::Stale { slot, stale, period } => write!(
+                f,
+                "slot {slot}: stale {} ms, period {} ms: one reading that fails makes it stale",
+                stale.as_millis(),
+                period.as_millis()
+            ),
+            Finding::OneSample { slot } => write!(f, "slot {slot}: a filter over 1 sample does nothing"),
+            Finding::Incomplete { slot, kind, address } => {
+                write!(f, "slot {slot}: no {} has address {address}, it is not read", kind.name())
+            }
+            Finding::Guard { bus, guard, character } => write!(
+                f,
+                "bus {}: guard {} us is shorter than one character, {} us: frames may collide",
+                bus_name(bus),
+                guard.0,
+                character.0
+            ),
+            Finding::Post { bus, post } => write!(
+                f,
+                "bus {}: post {} us: an answer that begins sooner collides with our driver",
+                bus_name(bus),
+                post.0
+            ),
             Finding::Partner { slot, partner } => write!(f, "slot {slot}: slot {partner} reads no ISU"),
         }
     }
@@ -110,9 +190,9 @@ pub struct Lint<'a> {
     /// How a slot is set; `None` beyond the last one.
     pub slot: &'a dyn Fn(u8) -> Option<SlotConfig>,
     /// How the T7 bus runs.
-    pub t7: &'a Timing,
+    pub t7: &'a BusSettings,
     /// How the ISU bus runs.
-    pub isu: &'a Timing,
+    pub isu: &'a BusSettings,
     /// Averaging time of the T7 in a slot, in milliseconds.
     pub damping_ms: fn(u8) -> Option<u16>,
 }
@@ -124,9 +204,34 @@ impl<'a> Lint<'a> {
             if let Some(overload) = self.overload(bus) {
                 found(overload);
             }
+            self.of_bus(bus, found);
         }
         for (slot, config) in self.slots() {
             self.of_slot(slot, &config, found);
+        }
+        for (slot, SlotConfig { source, .. }) in
+            self.all_slots().filter(|(_, config)| config.source.is_faulty())
+        {
+            found(Finding::Incomplete { slot, kind: source.kind(), address: source.address() });
+        }
+    }
+
+    #[inline(never)]
+    fn of_bus(self, bus: Bus, found: &mut dyn FnMut(Finding)) {
+        let BusSettings { timing, line } = self.bus(bus);
+        let character = timing.serial.characters(1);
+        if timing.guard < character {
+            found(Finding::Guard { bus, guard: timing.guard, character });
+        }
+        if line.post_delay > character {
+            found(Finding::Post { bus, post: line.post_delay });
+        }
+    }
+
+    const fn bus(self, bus: Bus) -> &'a BusSettings {
+        match bus {
+            Bus::T7 => self.t7,
+            Bus::Isu => self.isu,
         }
     }
 
@@ -142,20 +247,21 @@ impl<'a> Lint<'a> {
         u32::try_from(sum.div_ceil(PARTS)).unwrap_or(u32::MAX)
     }
 
+    fn all_slots(self) -> impl Iterator<Item = (u8, SlotConfig)> + 'a {
+        (0..=u8::MAX).map_while(move |slot| Some((slot, (self.slot)(slot)?)))
+    }
+
     fn slots(self) -> impl Iterator<Item = (u8, SlotConfig)> + 'a {
-        (0..=u8::MAX)
-            .map_while(move |slot| Some((slot, (self.slot)(slot)?)))
-            .filter(|(_, config)| config.is_on())
+        self.all_slots().filter(|(_, config)| config.is_on())
     }
 
     fn exchange(self, config: &SlotConfig) -> Micros {
-        let (timing, latency, characters) = match config.source {
-            Source::Isu { .. } => (self.isu, ISU_LATENCY, ISU_REQUEST.saturating_add(ISU_ANGLE)),
-            Source::T7 { .. } if config.ask == Ask::Everything => {
-                (self.t7, self.t7.get_latency, T7_REQUEST.saturating_add(T7_EVERYTHING))
-            }
-            Source::T7 { .. } => (self.t7, self.t7.get_latency, T7_REQUEST.saturating_add(T7_ANGLE)),
-            Source::Pwm { .. } | Source::Off => return Micros::ZERO,
+        let Some(bus) = config.source.bus() else { return Micros::ZERO };
+        let timing = &self.bus(bus).timing;
+        let (latency, characters) = match (bus, config.ask) {
+            (Bus::Isu, _) => (ISU_LATENCY, ISU_REQUEST.saturating_add(ISU_ANGLE)),
+            (Bus::T7, Ask::Everything) => (timing.get_latency, T7_REQUEST.saturating_add(T7_EVERYTHING)),
+            (Bus::T7, Ask::Angle) => (timing.get_latency, T7_REQUEST.saturating_add(T7_ANGLE)),
         };
         timing.serial.characters(characters) + latency + timing.guard
     }
@@ -182,6 +288,16 @@ impl<'a> Lint<'a> {
         {
             found(Finding::Damping { slot, damping_ms });
         }
+        let timeout = Micros::from(config.timeout);
+        if config.source.bus().is_some() && period > Micros::ZERO && timeout > period {
+            found(Finding::Timeout { slot, timeout, period });
+        }
+        if config.stale_after() < config.period.times(STALE_PERIODS) {
+            found(Finding::Stale { slot, stale: config.stale_after().into(), period });
+        }
+        if config.filter != Filter::Off && config.samples == 1 {
+            found(Finding::OneSample { slot });
+        }
         if let Some(partner) = config.partner.filter(|&partner| !self.reads_isu(partner)) {
             found(Finding::Partner { slot, partner });
         }
@@ -200,7 +316,7 @@ impl<'a> Lint<'a> {
         let for_all = match config.source {
             Source::T7 { address, .. } => address.is_all(),
             Source::Isu { address } => address.is_any(),
-            Source::Pwm { .. } | Source::Off => false,
+            Source::Pwm { .. } | Source::Incomplete { .. } | Source::Off => false,
         };
         if !for_all {
             return None;

@@ -1,9 +1,9 @@
 //! What is made of a sensor's angles. Integers only; no angle is far from another across the seam of the turn.
 //!
 //! ```text
-//! raw ── soft zero, direction ── filter ── output range ── angle
-//!                                              │
-//!                                              └── rate, turns
+//! raw ── soft zero, direction ── filter ─┬─ publication (value/publication.rs) ── angle
+//!                                        │
+//!                                        └─ rate, turns
 //! ```
 
 use clino_codec::angle::Angle;

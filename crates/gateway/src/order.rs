@@ -3,11 +3,12 @@
 //! [`Order::check`] says what is wrong with an order, with the limit that it breaks; an order that passes is carried
 //! out whole.
 
-use clino_bus::{Micros, Serial, Timing, line};
 use clino_codec::t7;
 
-use crate::config::{Bus, Filter, MAX_SLOTS, SlotConfig, Source, Span};
+use crate::config::{Bus, Kind, MAX_SLOTS, SlotConfig};
 use crate::restraint::Restraint;
+use crate::settings::console::ConsoleSettings;
+use crate::settings::{self, BusChange, BusSettings, Number};
 use crate::task;
 
 /// Something to be done by the bus level.
@@ -20,15 +21,16 @@ pub enum Order {
         /// What it reads.
         config: SlotConfig,
     },
-    /// As soon as no exchange is in hand, the bus runs like this.
+    /// These fields of a bus change, as soon as no exchange is in hand. A bit rate is refused as [`Refusal::Busy`] while a
+    /// task needs the present one.
     Bus {
         /// The bus.
         bus: Bus,
-        /// Bit rate and waits.
-        timing: Timing,
-        /// The line to go with them.
-        line: line::Settings,
+        /// What changes.
+        change: BusChange,
     },
+    /// From now on the console behaves like this.
+    Console(ConsoleSettings),
     /// A task on the T7 bus.
     T7(task::t7::Task),
     /// A task on the ISU bus.
@@ -42,69 +44,58 @@ pub enum Order {
 pub enum Refusal {
     /// A number is out of its range.
     Range {
-        /// Which one, with its unit.
-        what: &'static str,
         /// What was asked for.
-        value: u64,
-        /// Smallest allowed.
-        least: u64,
+        number: Number,
+        /// Smallest allowed, in units of its last decimal.
+        least: i64,
         /// Largest allowed.
-        most: u64,
+        most: i64,
     },
-    /// The sensors of the bus do not have this bit rate.
+    /// A number is less than another that it has to fit.
+    Shorter {
+        /// What was asked for.
+        number: Number,
+        /// What it may not be less than.
+        least: Number,
+    },
+    /// No sensor of this kind has this address.
+    Address {
+        /// The kind; [`Kind::Off`] stands for any.
+        kind: Kind,
+        /// What was asked for.
+        value: i64,
+    },
+    /// What a change names of this setting, something else in the change excludes.
+    Excluded(&'static str),
+    /// This is none of the line's bit rates.
     BitRate {
         /// What was asked for, bit/s.
         value: u32,
-        /// What they have, bit/s.
+        /// What it has, bit/s.
         allowed: &'static [u32],
     },
     /// A T7 cannot be told this.
     T7(t7::EncodeError),
     /// An ISU cannot be told this.
     Isu(clino_commissioning::isu::Cause),
-    /// The bus has a task already, or the gateway more orders in hand than it can take; ask again.
+    /// A task under way does not leave room for it: another task, or a change of what the task works on. Ask again.
     Busy,
     /// It is right, but not done in times like these.
     Restrained(Restraint),
 }
-
-/// Bit rates of a T7 (T7 guide section 2.7.2), bit/s.
-pub const T7_BIT_RATES: [u32; 5] = [115_200, 57_600, 38_400, 19_200, 9_600];
-/// The bit rate of an ISU (AN #201 section 4), bit/s.
-pub const ISU_BIT_RATES: [u32; 1] = [9_600];
-/// Longest period: twenty minutes.
-pub const LONGEST_PERIOD: Micros = Micros::from_millis(1_200_000);
-/// Longest age of a good value: an hour, three of the longest periods.
-pub const LONGEST_STALE: Micros = Micros::from_millis(3_600_000);
-/// Longest time allowed for an answer to begin: the only one an ISU's document knows, 400 ms (AN #201 section 4), and room.
-pub const LONGEST_TIMEOUT: Micros = Micros::from_millis(500);
-/// Shortest age at which a value may be called stale: a slower T7 answers within 25 ms.
-pub const SHORTEST_STALE: Micros = Micros::from_millis(10);
-/// Most tries of one reading after the first.
-pub const MOST_RETRIES: u8 = 10;
-/// Longest turnaround guard.
-pub const LONGEST_GUARD: Micros = Micros::from_millis(20);
-
-/// Longest driver-enable delay, before and after a frame.
-pub const LONGEST_DELAY: Micros = Micros::from_millis(5);
 
 impl Order {
     /// Whether it can be carried out.
     pub fn check(&self) -> Result<(), Refusal> {
         match self {
             Order::Slot { slot, config } => {
-                range("slot", u64::from(*slot), 0, LAST_SLOT)?;
-                if config.source == Source::Off {
-                    return Ok(());
-                }
-                check(config)
+                slot_number(*slot)?;
+                settings::slot::check(config)
             }
-            Order::Bus { bus, timing, line } => {
-                bit_rate(*bus, timing.serial)?;
-                range("guard_us", timing.guard.0, 0, LONGEST_GUARD.0)?;
-                range("pre_us", line.pre_delay.0, 0, LONGEST_DELAY.0)?;
-                range("post_us", line.post_delay.0, 0, LONGEST_DELAY.0)
+            Order::Bus { bus, change } => {
+                settings::bus::check(*bus, &BusSettings::delivered(*bus).with(*bus, change))
             }
+            Order::Console(console) => settings::console::check(console),
             Order::T7(task) => task::t7::Work::check(task).map_err(Refusal::T7),
             Order::Isu(task) => task::isu::Work::check(task).map_err(Refusal::Isu),
             Order::Cancel(_) => Ok(()),
@@ -112,56 +103,17 @@ impl Order {
     }
 }
 
-/// A period of so many milliseconds.
-///
-/// # Errors
-/// It is longer than [`LONGEST_PERIOD`].
-pub fn period(ms: u32) -> Result<Span, Refusal> {
-    range("period_us", Micros::from_millis(ms).0, 0, LONGEST_PERIOD.0)?;
-    Ok(Span::from_millis(ms))
-}
-
-/// An age of so many milliseconds after which a value is stale.
-///
-/// # Errors
-/// It is shorter than [`SHORTEST_STALE`] or longer than [`LONGEST_STALE`].
-pub fn stale_after(ms: u32) -> Result<Span, Refusal> {
-    range("stale_us", Micros::from_millis(ms).0, SHORTEST_STALE.0, LONGEST_STALE.0)?;
-    Ok(Span::from_millis(ms))
-}
-
 /// The last slot.
-const LAST_SLOT: u64 = MAX_SLOTS.saturating_sub(1) as u64;
+const LAST_SLOT: u8 = MAX_SLOTS.saturating_sub(1) as u8;
 
-/// Whether a slot can be read like this.
-fn check(config: &SlotConfig) -> Result<(), Refusal> {
-    range("period_us", micros(config.period), 0, LONGEST_PERIOD.0)?;
-    range("timeout_us", micros(config.timeout), 0, LONGEST_TIMEOUT.0)?;
-    range("stale_us", micros(config.stale_after), SHORTEST_STALE.0, LONGEST_STALE.0)?;
-    range("report_us", micros(config.report_every), 0, LONGEST_STALE.0)?;
-    range("retries", u64::from(config.retries), 0, u64::from(MOST_RETRIES))?;
-    range("filter_samples", u64::from(config.filter.samples()), 1, u64::from(Filter::MOST))?;
-    range("partner", u64::from(config.partner.unwrap_or(0)), 0, LAST_SLOT)
-}
-
-fn micros(span: Span) -> u64 {
-    span.as_micros().into()
-}
-
-fn range(what: &'static str, value: u64, least: u64, most: u64) -> Result<(), Refusal> {
-    match (least..=most).contains(&value) {
+fn slot_number(slot: u8) -> Result<(), Refusal> {
+    let (least, most) = (0, i64::from(LAST_SLOT));
+    match slot <= LAST_SLOT {
         true => Ok(()),
-        false => Err(Refusal::Range { what, value, least, most }),
-    }
-}
-
-fn bit_rate(bus: Bus, serial: Serial) -> Result<(), Refusal> {
-    let allowed: &'static [u32] = match bus {
-        Bus::T7 => &T7_BIT_RATES,
-        Bus::Isu => &ISU_BIT_RATES,
-    };
-    match allowed.contains(&serial.baud) {
-        true => Ok(()),
-        false => Err(Refusal::BitRate { value: serial.baud, allowed }),
+        false => Err(Refusal::Range {
+            number: Number { name: "slot", unit: "", value: slot.into(), decimals: 0 },
+            least,
+            most,
+        }),
     }
 }

@@ -13,7 +13,7 @@ use crate::counters::bump32;
 use crate::outage::{BusHealth, Consequence, Watch};
 use crate::slot::{Sample, Slot};
 use crate::trace::{Purpose, Verdict};
-use crate::{Bus, SlotConfig, Status};
+use crate::{Bus, SlotConfig, Span, Status};
 
 mod isu;
 mod t7;
@@ -28,6 +28,10 @@ pub(crate) trait Poll: Protocol {
     const SILENCE: Micros;
     /// Two angles this close are the same, in µ°.
     const RESOLUTION: u32;
+    /// From the end of an exchange that may change what a node says to the last instant at which it does.
+    const SETTLES: Micros;
+    /// Whether a request with this command may change what the node's angle means.
+    fn alters(command: u8) -> bool;
     /// The request that reads a slot. One that confirms differs from the first, if the protocol has two that say the same.
     fn request(config: &SlotConfig, confirm: bool) -> Option<(Self::Address, Self::Request)>;
     fn sample(answer: &Self::Answer, config: &SlotConfig) -> Result<Sample, Status>;
@@ -73,9 +77,15 @@ impl<P: Poll> Polling<P> {
         }
     }
 
-    /// The bus has another bit rate: the nodes may have taken what was sent at the last one for anything.
-    pub fn rate_has_changed(&mut self, slots: &[Slot]) {
-        self.agenda.doubt(slots);
+    /// The bus has another bit rate: the nodes may have taken what was sent until `since` for anything. Nobody is asked
+    /// until all hear again.
+    pub fn keep_silent(&mut self, since: Micros) {
+        self.agenda.keep_silent(since);
+    }
+
+    /// Nobody is asked before this.
+    pub fn silent_until(&self) -> Micros {
+        self.agenda.silent_until()
     }
 
     /// Somebody on the bus has answered.
@@ -149,12 +159,14 @@ impl<P: Poll> Polling<P> {
         Some((asked, P::sample(answer, &slot.config)))
     }
 
-    /// Takes what an answer at `at` has said. Returns the slot whose value has changed, if one has.
+    /// Takes what an answer at `at` has said; that it was said, if it is not to be used. Returns the slot whose value has
+    /// changed, if one has.
     pub fn take(
         &mut self,
         master: &Master<P>,
         asked: &Asked,
         result: Result<Sample, Status>,
+        used: bool,
         at: Micros,
         slots: &mut [Slot],
     ) -> Option<usize> {
@@ -162,8 +174,11 @@ impl<P: Poll> Polling<P> {
         let due = slot.due;
         let rest = master.timing().serial.characters(asked.rest_characters);
         slot.note_answer(at.since(asked.released + rest), asked.purpose, result.is_ok());
-        let fresh = result.as_ref().is_ok_and(|sample| P::note(slot, sample, asked, at));
         self.agenda.note_silence(slot, asked, false, at);
+        if !used {
+            return None;
+        }
+        let fresh = result.as_ref().is_ok_and(|sample| P::note(slot, sample, asked, at));
         let changed = slot.settle(result, at, fresh, P::RESOLUTION);
         if slot.due != due || slot.is_to_confirm() {
             self.look_again();
@@ -242,9 +257,10 @@ fn is_retried<P: Poll>(
         let after = retry.after::<P>(slot.tried, &request, fault, at)?;
         Some(master.ask_at(address, &request)?.max(after))
     });
-    // A retry that would be late for half of the next reading's period is left to that reading.
+    // A retry that would be late for half of the next reading's period is left to that reading. A slot without a period has
+    // no next reading to be late for.
     let half = Micros((slot.config.period.as_micros() / 2).into());
-    again.is_some_and(|again| again <= slot.due + half)
+    again.is_some_and(|again| slot.config.period == Span::ZERO || again <= slot.due + half)
 }
 
 /// There was no good answer. Returns whether something is wrong with the line.

@@ -59,7 +59,13 @@ impl Default for Reporter {
 fn deadline(glance: &Glance, printed: &Printed, now: Micros) -> Option<Micros> {
     let status = glance.status;
     if printed.status != Some(status) {
-        return (!matches!(status, Status::NeverRead | Status::Disabled)).then_some(Micros::ZERO);
+        let says_nothing = match status {
+            Status::Disabled => true,
+            // At the start. Later it takes back what was printed before.
+            Status::NeverRead => printed.status.is_none(),
+            _ => false,
+        };
+        return (!says_nothing).then_some(Micros::ZERO);
     }
     let due = printed.at + glance.report_every.into();
     let interval = Micros::from(glance.report_every.max(glance.period));

@@ -1,10 +1,29 @@
 //! Everything the gateway is told: what is stored, and what it starts with.
 //!
 //! It exists once, in the gateway that runs by it. [`Settings`] is the same in one piece, for those who have the room.
+//!
+//! What can be set, its name, unit, limits and meaning stand in one table for each thing that is set: [`slot`], [`bus`],
+//! [`port`], [`console`]. Console, Modbus map, stored record and the checks read these tables and state no limit of their
+//! own. To add a setting: its field, its row, its register.
 
 use clino_bus::{Timing, line};
 
 use crate::config::{Bus, MAX_SLOTS, SlotConfig};
+use console::ConsoleSettings;
+
+pub mod bus;
+pub mod console;
+pub mod port;
+mod setting;
+pub mod slot;
+#[cfg(test)]
+mod tests;
+
+pub use setting::{Form, Given, NO_SLOT, Named, Number, Setting, fingerprint};
+
+mod change;
+
+pub use change::BusChange;
 
 /// How a bus runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,13 +47,17 @@ pub trait Configuration {
     fn slot(&self, slot: usize) -> Option<&SlotConfig>;
     /// How a bus runs.
     fn bus(&self, bus: Bus) -> BusSettings;
+    /// How the console behaves.
+    fn console(&self) -> ConsoleSettings;
     /// From now on the slot reads this; nothing happens beyond the last one.
     fn set_slot(&mut self, slot: usize, config: &SlotConfig);
     /// From now on the bus runs like this.
     fn set_bus(&mut self, bus: Bus, settings: &BusSettings);
+    /// From now on the console behaves like this.
+    fn set_console(&mut self, settings: &ConsoleSettings);
 }
 
-/// The slot table and both buses. 2 KB.
+/// The slot table, both buses, the console. 2 KB.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// What each slot reads.
@@ -43,6 +66,8 @@ pub struct Settings {
     pub t7: BusSettings,
     /// The ISU bus.
     pub isu: BusSettings,
+    /// The console.
+    pub console: ConsoleSettings,
 }
 
 impl Settings {
@@ -50,7 +75,12 @@ impl Settings {
     pub fn new(table: &[SlotConfig], t7: Timing, isu: Timing) -> Settings {
         let mut slots = [SlotConfig::OFF; MAX_SLOTS];
         slots.iter_mut().zip(table).for_each(|(slot, config)| *slot = *config);
-        Settings { slots, t7: BusSettings::new(t7), isu: BusSettings::new(isu) }
+        Settings {
+            slots,
+            t7: BusSettings::new(t7),
+            isu: BusSettings::new(isu),
+            console: ConsoleSettings::DEFAULT,
+        }
     }
 }
 
@@ -77,5 +107,13 @@ impl Configuration for Settings {
             Bus::T7 => self.t7 = *settings,
             Bus::Isu => self.isu = *settings,
         }
+    }
+
+    fn console(&self) -> ConsoleSettings {
+        self.console
+    }
+
+    fn set_console(&mut self, settings: &ConsoleSettings) {
+        self.console = *settings;
     }
 }

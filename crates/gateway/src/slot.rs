@@ -26,11 +26,13 @@ pub(crate) struct Sample {
     pub temperature: Option<i16>,
     /// Whether the accelerations add up to 1 g, if they were asked for.
     pub one_g: Option<bool>,
+    /// Serial number of the sensor, if it was asked for.
+    pub serial: Option<u32>,
 }
 
 impl Sample {
     pub fn new(angle: Angle) -> Sample {
-        Sample { angle, temperature: None, one_g: None }
+        Sample { angle, temperature: None, one_g: None, serial: None }
     }
 }
 
@@ -61,6 +63,8 @@ pub(crate) struct Slot {
     gap: bool,
     raw: Angle,
     temperature: i16,
+    /// Serial number of the sensor; [`UNKNOWN`] until it has said it.
+    serial: u32,
     /// When the last good value came; [`NEVER`] before the first.
     measured: Micros,
     sequence: u32,
@@ -68,8 +72,19 @@ pub(crate) struct Slot {
     motion: Motion,
 }
 
+/// What a slot says before it is read.
+fn first_status(config: &SlotConfig) -> Status {
+    match config.enabled {
+        true if config.source.is_faulty() => Status::ConfigFault,
+        true if config.is_on() => Status::NeverRead,
+        _ => Status::Disabled,
+    }
+}
+
 /// Nothing was measured yet.
 const NEVER: Micros = Micros(u64::MAX);
+/// No sensor has said its serial number.
+const UNKNOWN: u32 = 0;
 /// Nothing was said of the temperature: colder than anything.
 const NO_TEMPERATURE: i16 = i16::MIN;
 
@@ -94,13 +109,14 @@ impl Slot {
             phase: Phase::default(),
             gate: Gate::NEW,
             link: Link::default(),
-            status: if config.is_on() { Status::NeverRead } else { Status::Disabled },
+            status: first_status(&config),
             last_error: None,
             fresh: false,
             pending: false,
             gap: false,
             raw: Angle::ZERO,
             temperature: NO_TEMPERATURE,
+            serial: UNKNOWN,
             measured: NEVER,
             sequence: 0,
             window: Window::default(),
@@ -113,6 +129,42 @@ impl Slot {
         let same = config.source == self.config.source;
         let counters = if same { self.counters } else { SlotCounters::default() };
         *self = Slot { sequence: self.sequence.wrapping_add(1), counters, ..Slot::new(config) };
+    }
+
+    /// The sensor's number means something else now: what was kept of it is forgotten, and nothing was read yet. What was
+    /// counted goes on, and so does what is known of the node's answers.
+    pub fn restart(&mut self) {
+        let Slot { due, tried, silent, dead, pause_ms, counters, link, last_error, measured, serial, .. } =
+            *self;
+        let status = match self.status {
+            Status::Ok | Status::Suspect => Status::NeverRead,
+            other => other,
+        };
+        let sequence = self.sequence.wrapping_add(1);
+        let mut health = Health::WELL;
+        health.set(Health::NOISY, self.health.has(Health::NOISY));
+        *self = Slot {
+            due,
+            tried,
+            silent,
+            dead,
+            pause_ms,
+            counters,
+            health,
+            link,
+            last_error,
+            measured,
+            serial,
+            status,
+            sequence,
+            ..Slot::new(self.config)
+        };
+    }
+
+    /// Whether a sensor of this serial number is another one than the slot has read so far; from now on it is that.
+    pub fn is_replaced_by(&mut self, serial: u32) -> bool {
+        let before = core::mem::replace(&mut self.serial, serial);
+        before != UNKNOWN && before != serial
     }
 
     /// What is known besides the value.
@@ -223,7 +275,7 @@ impl Slot {
             return Some(Status::Ok);
         }
         let last = self.measured().map(|measured| (self.raw, measured));
-        let life = LEAST_LIFE.max(self.config.stale_after.into());
+        let life = LEAST_LIFE.max(self.config.stale_after().into());
         let demands = Demands { resolution, max_rate: self.config.max_rate, life };
         match self.gate.judge(raw, at, last, &demands) {
             Verdict::Publish => Some(Status::Ok),
@@ -257,14 +309,14 @@ impl Slot {
             self.window.clear();
         }
         if config.filter != Filter::Off {
-            self.window.push(angle, config.filter.samples());
+            self.window.push(angle, config.samples);
         }
         let angle = match config.filter {
             Filter::Off => angle,
-            Filter::Mean(_) => self.window.mean(),
-            Filter::Median(_) => self.window.median(),
+            Filter::Mean => self.window.mean(),
+            Filter::Median => self.window.median(),
         };
-        self.motion.take(angle.normalised(config.range), self.measured, gap);
+        self.motion.take(angle, config.range, self.measured, gap);
     }
 
     /// The last value as the sensor said it, and its rate, if it is *ok* at `now`.
@@ -274,7 +326,7 @@ impl Slot {
 
     /// Whether there was no good value for so long that the last one is stale.
     pub fn is_stale(&self, now: Micros) -> bool {
-        self.measured().is_none_or(|at| now.since(at) > self.config.stale_after.into())
+        self.measured().is_none_or(|at| now.since(at) > self.config.stale_after().into())
     }
 
     /// When the last good value came.
@@ -296,12 +348,12 @@ impl Slot {
             fresh: self.fresh,
             status: self.status,
             raw: self.raw,
-            angle: self.motion.angle,
+            angle: self.motion.published(self.config.range),
             rate: self.motion.rate,
             turns: self.motion.turns,
             temperature: (self.temperature != NO_TEMPERATURE).then_some(self.temperature),
             measured: self.measured(),
-            stale_after: self.config.stale_after,
+            stale_after: self.config.stale_after(),
             period: self.config.period,
             report_every: self.config.report_every,
         }

@@ -15,11 +15,11 @@
 use core::sync::atomic::{AtomicU32, Ordering, fence};
 
 use clino_bus::Micros;
-use clino_codec::angle::Angle;
 
 use crate::bits::Bits;
 use crate::config::MAX_SLOTS;
-use crate::{Glance, Reading, Status};
+use crate::summary::Standing;
+use crate::{Glance, Published, Reading, Status};
 
 mod words;
 
@@ -100,8 +100,8 @@ impl Default for Snapshot {
 pub struct Value {
     /// What the value is worth.
     pub status: Status,
-    /// The angle, if it is right and fresh.
-    pub angle: Option<Angle>,
+    /// The angle as it is published, if it is right and fresh.
+    pub angle: Option<Published>,
     /// Time since the last good value was received, if there was one.
     pub age: Option<Micros>,
 }
@@ -124,6 +124,11 @@ impl View<'_> {
     /// What a slot says at `now`: a sixth of the work of [`View::reading`]. `None` beyond the last one.
     pub fn value(&self, slot: usize, now: Micros) -> Option<Value> {
         self.rows.get(slot).map(|row| words::value(&row.0, now))
+    }
+
+    /// What a slot declares at `now`. `None` beyond the last one.
+    pub fn standing(&self, slot: usize, now: Micros) -> Option<Standing> {
+        self.rows.get(slot).map(|row| words::standing(&row.0, now))
     }
 
     /// The least of a reading, as of `now`: a tenth of the work. `None` beyond the last one.

@@ -1,22 +1,50 @@
-//! An instant in half the room of [`Micros`]: 48 slots keep several each.
+//! An instant in three quarters of the room of [`Micros`]: 48 slots keep several each, and 48 bits cost no more than 32 do
+//! beside the fields that they stand with.
 //!
-//! It holds the low half of an instant, so that it can be told from others within half an hour only. Whoever keeps one
-//! has to forget it when nothing has happened for longer.
+//! A stamp is the low 48 bits of an instant. Whoever looks at one says what time it is, and gets the one instant with these
+//! bits between [`FUTURE`] ahead and the rest of 2^48 µs ago. So every age up to [`LONGEST_AGE`], 8.9 years, is exact, and
+//! an older one is never taken for an instant to come. The longest span that a setting allows is
+//! [an hour](crate::order::LONGEST_STALE).
 
 use clino_bus::Micros;
 
-/// The low half of an instant.
+/// Instants that a stamp can tell apart: 2^48 µs.
+const ROUND: u64 = 1 << 48;
+/// How far ahead of the clock an instant may lie that is kept as a stamp: a refresh of an ISU and less, with room.
+const FUTURE: u64 = 1 << 32;
+/// The greatest age that a stamp holds.
+#[cfg(test)]
+pub(crate) const LONGEST_AGE: Micros = Micros(ROUND - FUTURE - 1);
+
+/// The low 48 bits of an instant, in three parts, which need no room for alignment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Stamp(u32);
+pub(crate) struct Stamp([u16; 3]);
 
 impl Stamp {
+    /// What is kept of an instant.
     pub const fn of(at: Micros) -> Stamp {
-        Stamp(at.0 as u32)
+        Stamp([at.0 as u16, (at.0 >> 16) as u16, (at.0 >> 32) as u16])
     }
 
-    /// The instant itself, next to one that is less than half an hour away.
+    /// The instant, to somebody for whom it is `now`.
     pub const fn near(self, now: Micros) -> Micros {
-        let ahead = self.0.wrapping_sub(now.0 as u32).cast_signed();
-        Micros(now.0.saturating_add_signed(ahead as i64))
+        let ahead = self.bits().wrapping_sub(now.0) % ROUND;
+        if ahead <= FUTURE {
+            return Micros(now.0.saturating_add(ahead));
+        }
+        Micros(now.0.saturating_sub(ROUND.saturating_sub(ahead)))
+    }
+
+    /// How long ago the instant was at `now`; zero while it is still to come.
+    pub const fn age(self, now: Micros) -> Micros {
+        now.since(self.near(now))
+    }
+
+    const fn bits(self) -> u64 {
+        let Stamp([low, middle, high]) = self;
+        low as u64 | (middle as u64) << 16 | (high as u64) << 32
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,13 +2,16 @@
 //!
 //! One task at a time on each bus. It takes turns with the polling, one exchange each, except while it has the line at
 //! a bit rate of its own. What it finds and how it ends is [`News`]; the task waits until its news has been fetched, so
-//! that none is lost to a slow reader.
+//! that none is lost to a slow reader. What nobody else may change until then is its [`Claim`].
+
+mod claim;
+pub mod isu;
+pub mod t7;
 
 use clino_bus::{Master, Micros, Outcome, Protocol, Serial};
 use clino_commissioning::{Action, Commissionable, Operation, Progress, Runner};
 
-pub mod isu;
-pub mod t7;
+pub(crate) use claim::Claim;
 
 /// What is told of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,21 +1,31 @@
 //! Who has a bus next: the polling of slots, or a commissioning task.
 //!
 //! They take turns, one exchange each, so that neither waits for more than one exchange of the other. A task that has
-//! the line at a bit rate of its own has it alone. A change of settings waits for the end of both.
+//! the line at a bit rate of its own has it alone.
+//!
+//! *Orders have an order.* What was acknowledged is carried out in the order in which it was acknowledged:
+//!
+//! - A change of settings comes into force as soon as no exchange is in hand, before the next one begins.
+//! - After a change of the bit rate the bus keeps silent until all nodes hear again ([`Poll::SILENCE`]).
+//! - A task begins after both. Until it has ended, the bit rate is the task's: a change of it is refused. All other
+//!   settings change between two exchanges of the task.
+//! - A task that has changed the bit rate for good leaves that rate, and nothing else, in the settings.
 
-use clino_bus::{Event, Master, Micros, Outcome, Serial, Timing, earliest, line};
+use clino_bus::{Event, Master, Micros, Outcome, Serial, Timing, earliest};
 use clino_commissioning::{Commissionable, Progress};
 
 use crate::Bus;
 use crate::Status;
 use crate::agenda::Asked;
+use crate::bits::Bits;
 use crate::counters::bump16;
 use crate::gateway::{Action, Asker};
+use crate::meaning::{Nodes, Settling, readers};
 use crate::outage::BusHealth;
 use crate::polling::{Poll, Polling};
-use crate::settings::BusSettings;
+use crate::settings::{BusChange, BusSettings};
 use crate::slot::{Sample, Slot};
-use crate::task::{Lead, Led, News};
+use crate::task::{Claim, Lead, Led, News};
 use crate::trace::{Entry, Purpose, Verdict};
 
 /// A task changes the bit rate once and asks; more often in a row is a mistake of the task.
@@ -23,11 +33,14 @@ const RATES_AT_ONCE: usize = 4;
 
 /// A protocol with tasks of its own.
 pub(crate) trait Serve: Poll + Commissionable {
+    type Task: Copy;
     type Work;
+    /// Begins a task on a line that runs like this, in its place; or says how it has ended at once.
+    fn begin(task: &Self::Task, serial: Serial, place: &mut Option<Self::Work>) -> Result<(), News>;
+    /// What nobody else may change until the task has ended.
+    fn claim(task: &Self::Task) -> Claim;
     fn led(work: &mut Self::Work) -> &mut dyn Led<Self>;
     fn led_ref(work: &Self::Work) -> &dyn Led<Self>;
-    /// The usual waits at a bit rate.
-    fn timing(serial: Serial) -> Timing;
 }
 
 /// An exchange has ended.
@@ -53,17 +66,26 @@ pub(crate) struct Traffic<P: Serve> {
     begun: Entry,
     /// A reading that went well. What it says can wait until the next request is on its way.
     answer: Option<Answered>,
+    /// The task that was accepted, until it has ended.
+    task: Option<P::Task>,
+    /// The same, once it has begun.
     work: Option<P::Work>,
+    /// It is to stop before it has begun.
+    cancelled: bool,
     /// Whose task it is, or was.
     asker: Asker,
-    /// Not fetched yet; the task waits until it is.
+    /// Not fetched yet; the next task waits until it is.
     news: Option<News>,
-    /// How the bus is to run as soon as nothing is under way.
-    pending: Option<BusSettings>,
-    line: line::Settings,
-    /// How it ran before the task.
-    home: Timing,
+    /// How the bus is to run.
+    settings: BusSettings,
+    /// The line does not run like this yet.
+    pending: bool,
+    /// The task has changed the bit rate: what went over the line since ended then.
+    disturbed: Option<Micros>,
     task_is_next: bool,
+    settling: Settling,
+    /// Slots that were restarted since they were last taken.
+    restarted: Bits,
 }
 
 impl<P: Serve> Traffic<P> {
@@ -75,64 +97,82 @@ impl<P: Serve> Traffic<P> {
             polling: Polling::idle(),
             begun: Entry::begun(Micros::ZERO, P::BUS, (0, 0), Purpose::Task),
             answer: None,
+            task: None,
             work: None,
+            cancelled: false,
             asker: Asker::Console,
             news: None,
-            pending: None,
-            line: timing.line(),
-            home: timing,
+            settings: BusSettings::new(timing),
+            pending: false,
+            disturbed: None,
             task_is_next: false,
+            settling: Settling::default(),
+            restarted: Bits::EMPTY,
         }
     }
 
     /// The bus runs like this from the beginning.
     pub fn set_up(&mut self, settings: &BusSettings) {
-        let timing = settings.timing;
-        self.master.set_timing(timing);
-        (self.line, self.home) = (timing.line(), timing);
+        self.master.set_timing(settings.timing);
+        self.settings = *settings;
         // The port runs without delays and echo until it is told otherwise.
-        self.pending = Some(*settings).filter(|settings| settings.line != timing.line());
+        self.pending = settings.line != settings.timing.line();
     }
 
     pub fn master(&self) -> &Master<P> {
         &self.master
     }
 
-    /// How the line is set.
-    pub fn line(&self) -> &line::Settings {
-        &self.line
-    }
-
-    /// The bus is to run like this.
-    pub fn set(&mut self, timing: Timing, line: line::Settings) {
-        self.pending = Some(BusSettings { timing, line });
-    }
-
-    /// Has a task begun in its place, unless there is one.
-    pub fn begin<E>(
-        &mut self,
-        begin: impl FnOnce(&mut Option<P::Work>) -> Result<(), E>,
-        asker: Asker,
-    ) -> Result<bool, E> {
-        let idle = self.work.is_none() && self.news.is_none();
-        if idle {
-            begin(&mut self.work)?;
-            self.home = *self.master.timing();
-            self.asker = asker;
+    /// These settings are to change. Returns whether they do: the bit rate may be a task's.
+    pub fn change(&mut self, change: &BusChange) -> bool {
+        let settings = self.settings.with(P::BUS, change);
+        if let Some(task) = &self.task
+            && change.baud.is_some()
+            && (settings.timing.serial != self.settings.timing.serial || P::claim(task) == Claim::BitRate)
+        {
+            return false;
         }
-        Ok(idle)
+        if settings != self.settings {
+            self.settings = settings;
+            self.pending = true;
+        }
+        true
+    }
+
+    /// Accepts a task, unless there is one.
+    pub fn accept(&mut self, task: &P::Task, asker: Asker) -> bool {
+        let idle = self.task.is_none() && self.news.is_none();
+        if idle {
+            (self.task, self.asker, self.cancelled) = (Some(*task), asker, false);
+        }
+        idle
+    }
+
+    /// What the task that was accepted works on.
+    pub fn claim(&self) -> Claim {
+        self.task.as_ref().map_or(Claim::Nothing, P::claim)
+    }
+
+    /// What a task worked on that has just ended, and how it has; once.
+    pub fn ended(&mut self) -> Option<(Claim, News)> {
+        let news = self.news.as_ref().filter(|news| news.is_end())?;
+        self.task.take().map(|task| (P::claim(&task), *news))
     }
 
     /// The task shall stop at its next consistent point.
     pub fn cancel(&mut self) {
-        if let Some(work) = &mut self.work {
-            P::led(work).cancel();
+        match &mut self.work {
+            Some(work) => P::led(work).cancel(),
+            None => self.cancelled = true,
         }
     }
 
     /// How far the task is.
     pub fn progress(&self) -> Option<Progress> {
-        self.work.as_ref().map(|work| P::led_ref(work).progress())
+        match &self.work {
+            Some(work) => Some(P::led_ref(work).progress()),
+            None => self.task.map(|_| Progress::default()),
+        }
     }
 
     /// What the task has to say, if it is this asker's.
@@ -145,11 +185,37 @@ impl<P: Serve> Traffic<P> {
         self.news.is_some() && self.asker == asker
     }
 
-    /// How the bus is set, or will be as soon as nothing is under way.
-    pub fn settings(&self) -> BusSettings {
-        let timing = if self.work.is_some() { self.home } else { *self.master.timing() };
-        let line = line::Settings { serial: timing.serial, guard: timing.guard, ..self.line };
-        self.pending.unwrap_or(BusSettings { timing, line })
+    /// How the bus is set. A bit rate that a task has chosen for a while is not among it.
+    pub fn settings(&self) -> &BusSettings {
+        &self.settings
+    }
+
+    /// Whether the line runs like this, but for the bit rate of a task.
+    pub fn is_in_force(&self) -> bool {
+        !self.pending
+    }
+
+    /// The numbers of these nodes mean something else from now on, by `until` at the latest: what was kept of them is
+    /// forgotten, and what is asked before that is not used.
+    pub fn meaning_changed(&mut self, nodes: Nodes, until: Micros, now: Micros, slots: &mut [Slot]) {
+        self.settling.add(nodes, until, now);
+        let readers = readers(slots, P::BUS, nodes);
+        for index in readers.iter() {
+            if let Some(slot) = slots.get_mut(index) {
+                slot.restart();
+            }
+        }
+        self.restarted = self.restarted.or(readers);
+    }
+
+    /// Whether what the node at this address says to a request of `asked` is not used yet.
+    pub fn is_settling(&self, address: u8, asked: Micros) -> bool {
+        self.settling.holds(Nodes::at(P::BUS, address), asked)
+    }
+
+    /// The slots that were restarted since this was last called.
+    pub fn take_restarted(&mut self) -> Bits {
+        core::mem::replace(&mut self.restarted, Bits::EMPTY)
     }
 
     /// Sets what was counted to zero.
@@ -188,6 +254,9 @@ impl<P: Serve> Traffic<P> {
         mut port: impl FnMut(Action<'_>),
     ) -> Option<Ended> {
         let over = self.end(now, slots);
+        if self.work.is_none() {
+            self.settling.end();
+        }
         if !self.master.is_asking() {
             self.begin_next(now, slots, &mut port);
         }
@@ -208,24 +277,31 @@ impl<P: Serve> Traffic<P> {
     /// Takes what a reading that went well has said.
     #[inline(never)]
     fn take(&mut self, slots: &mut [Slot]) -> Option<Ended> {
-        self.answer.take().map(|answer| Ended {
-            entry: answer.entry,
-            slot: self.polling.take(&self.master, &answer.asked, answer.result, answer.at, slots),
-        })
+        let Answered { asked, result, at, entry } = self.answer.take()?;
+        let node = slots.get(asked.slot).and_then(|slot| slot.config.source.node());
+        let address = node.map_or(0, |(_, address)| address);
+        let serial = result.as_ref().ok().and_then(|sample| sample.serial);
+        if let Some((slot, serial)) = slots.get_mut(asked.slot).zip(serial)
+            && slot.is_replaced_by(serial)
+        {
+            self.meaning_changed(Nodes::at(P::BUS, address), Micros::ZERO, at, slots);
+        }
+        let used = !self.is_settling(address, asked.since);
+        Some(Ended { entry, slot: self.polling.take(&self.master, &asked, result, used, at, slots) })
     }
 
     /// Whoever's turn it is may begin an exchange.
     #[inline(never)]
     fn begin_next(&mut self, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
-        if self.work.is_none()
-            && let Some(BusSettings { timing, line }) = self.pending.take()
-        {
-            if timing.serial != self.master.timing().serial {
-                self.polling.rate_has_changed(slots);
+        if core::mem::take(&mut self.pending) {
+            let serial = self.master.timing().serial;
+            let wanted = if self.work.is_some() { serial } else { self.settings.timing.serial };
+            if wanted != serial {
+                self.polling.keep_silent(now);
             }
-            self.line = line;
-            self.run(timing, port);
+            self.run(wanted, now, slots, port);
         }
+        self.begin_task(now);
         let task_first = self.task_is_next;
         for task in [task_first, !task_first] {
             let begun = match task {
@@ -237,6 +313,22 @@ impl<P: Serve> Traffic<P> {
                 self.task_is_next = !task;
                 return;
             }
+        }
+    }
+
+    /// Begins the task that was accepted, once all nodes can hear it.
+    #[inline(never)]
+    fn begin_task(&mut self, now: Micros) {
+        let (Some(task), None, None) = (&self.task, &self.work, &self.news) else { return };
+        if now < self.polling.silent_until() && !self.cancelled {
+            return;
+        }
+        if let Err(news) = P::begin(task, self.master.timing().serial, &mut self.work) {
+            self.news = Some(news);
+        }
+        // One that is to stop sends nothing.
+        if self.cancelled {
+            self.cancel();
         }
     }
 
@@ -259,12 +351,14 @@ impl<P: Serve> Traffic<P> {
         if self.master.is_asking() {
             return master;
         }
-        let task = match (&self.work, &self.news) {
-            (Some(work), None) => P::led_ref(work).poll_at(),
+        let task = match (&self.work, &self.task, &self.news) {
+            (Some(work), _, None) => P::led_ref(work).poll_at(),
+            (None, Some(_), None) if self.cancelled => Some(Micros::ZERO),
+            (None, Some(_), None) => Some(self.polling.silent_until()),
             _ => None,
         };
         let polling = if self.is_exclusive() { None } else { self.polling.poll_at() };
-        let pending = self.pending.filter(|_| self.work.is_none()).map(|_| Micros::ZERO);
+        let pending = self.pending.then_some(Micros::ZERO);
         earliest(earliest(master, task), earliest(polling, pending))
     }
 
@@ -280,7 +374,9 @@ impl<P: Serve> Traffic<P> {
                 if result.is_ok() {
                     self.polling.heard(&self.master, outcome.at, slots);
                 }
+                self.disturbed = self.disturbed.map(|_| outcome.at);
                 self.news = P::led(work).settle(outcome);
+                self.settling.sent(outcome.at + P::SETTLES);
                 None
             }
             (_, Ok(answer)) => {
@@ -309,14 +405,21 @@ impl<P: Serve> Traffic<P> {
                         let (address, _) = P::named(frame.as_ref());
                         count(slots, P::BUS, address, |slot| &mut slot.counters.writes);
                     }
+                    let (address, command) = P::named(frame.as_ref());
+                    if P::alters(command) {
+                        self.alter(address, now, slots);
+                    }
                     self.send(frame.as_ref(), Purpose::Task, now, port);
                     return true;
                 }
-                Lead::Serial(serial) if serial == self.home.serial => self.run(self.home, port),
-                Lead::Serial(serial) => self.run(P::timing(serial), port),
+                Lead::Serial(serial) => {
+                    self.disturbed = Some(now);
+                    self.run(serial, now, slots, port);
+                }
                 Lead::Done(news) => {
                     self.work = None;
                     self.news = Some(news);
+                    self.stay();
                     return false;
                 }
             }
@@ -324,10 +427,36 @@ impl<P: Serve> Traffic<P> {
         false
     }
 
-    fn run(&mut self, timing: Timing, port: &mut impl FnMut(Action<'_>)) {
+    /// The task's next request may change the node at this address.
+    #[inline(never)]
+    fn alter(&mut self, address: u8, now: Micros, slots: &mut [Slot]) {
+        let destination = match self.claim() {
+            Claim::Addresses(bus, [_, to]) => Nodes::at(bus, to),
+            _ => Nodes::NONE,
+        };
+        let nodes = Nodes::at(P::BUS, address).and(destination);
+        self.settling.begin(nodes, now);
+        self.meaning_changed(nodes, now, now, slots);
+    }
+
+    /// A task has ended: the bit rate stays as it has left it. Nodes at this rate may have taken what was sent at another
+    /// for anything.
+    fn stay(&mut self) {
+        if let Some(since) = self.disturbed.take() {
+            self.polling.keep_silent(since);
+        }
+        self.settings = self.settings.at(P::BUS, self.master.timing().serial);
+    }
+
+    /// The bus runs as it is set, at this bit rate.
+    fn run(&mut self, serial: Serial, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
+        if serial != self.master.timing().serial {
+            // Others may answer at another bit rate.
+            self.meaning_changed(Nodes::ALL, now, now, slots);
+        }
+        let BusSettings { timing, line } = self.settings.at(P::BUS, serial);
         self.master.set_timing(timing);
-        self.line = line::Settings { serial: timing.serial, guard: timing.guard, ..self.line };
-        port(Action::Run(timing, self.line));
+        port(Action::Run(timing, line));
     }
 }
 

@@ -6,13 +6,17 @@ use clino_codec::angle::Angle;
 use crate::health::Health;
 use crate::{Source, Span};
 
+mod publication;
+
+pub use publication::Published;
+
 /// Status of a slot. Only [`Status::Ok`] comes with an angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Status {
     /// The slot is switched off.
     Disabled,
-    /// Nothing was read since reset.
+    /// Nothing was read since reset, or since the slot or its sensor was set up anew.
     #[default]
     NeverRead,
     /// The angle is right and fresh.
@@ -39,11 +43,13 @@ pub enum Status {
     StuckHigh,
     /// The PWM period is not that of an ISU.
     BadPeriod,
+    /// The slot cannot be read as it is set: its source has no address, or its T7 does not measure the axis.
+    ConfigFault,
 }
 
 impl Status {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Status; 14] = [
+    pub const ALL: [Status; 15] = [
         Status::Disabled,
         Status::NeverRead,
         Status::Ok,
@@ -58,7 +64,21 @@ impl Status {
         Status::StuckLow,
         Status::StuckHigh,
         Status::BadPeriod,
+        Status::ConfigFault,
     ];
+
+    /// Whether the last attempt brought a sign of life from the sensor, be it a wrong one.
+    pub const fn is_online(self) -> bool {
+        matches!(
+            self,
+            Status::Ok
+                | Status::BadAnswer
+                | Status::DeviceError
+                | Status::OutOfRange
+                | Status::BadPeriod
+                | Status::Suspect
+        )
+    }
 
     /// The name used in every text interface.
     pub const fn name(self) -> &'static str {
@@ -76,6 +96,7 @@ impl Status {
             Status::StuckLow => "stuck_low",
             Status::StuckHigh => "stuck_high",
             Status::BadPeriod => "bad_period",
+            Status::ConfigFault => "config_fault",
             Status::Disabled => "disabled",
         }
     }
@@ -97,7 +118,7 @@ pub struct Reading {
     pub(crate) fresh: bool,
     pub(crate) status: Status,
     pub(crate) raw: Angle,
-    pub(crate) angle: Angle,
+    pub(crate) angle: Published,
     pub(crate) rate: i32,
     pub(crate) turns: i32,
     pub(crate) temperature: Option<i16>,
@@ -134,12 +155,12 @@ impl Reading {
         }
     }
 
-    /// The angle, if it is right and fresh at `now`.
-    pub fn angle(&self, now: Micros) -> Option<Angle> {
+    /// The angle as it is published, if it is right and fresh at `now`.
+    pub fn angle(&self, now: Micros) -> Option<Published> {
         (self.status(now) == Status::Ok).then_some(self.angle)
     }
 
-    /// The angle as the sensor said it, under the same condition.
+    /// The angle as the sensor said it, under the same condition: not rounded yet ([`Published::of_sensor`]).
     pub fn raw(&self, now: Micros) -> Option<Angle> {
         (self.status(now) == Status::Ok).then_some(self.raw)
     }
@@ -153,6 +174,11 @@ impl Reading {
     /// Whole turns since the first angle, to be added to [`Reading::angle`]; wraps.
     pub fn turns(&self) -> i32 {
         self.turns
+    }
+
+    /// The angle with its turns, in 0.001°, under the same condition; `None` where that does not fit, beyond 5 965 turns.
+    pub fn unwrapped(&self, now: Micros) -> Option<i32> {
+        self.angle(now)?.unwrapped(self.turns)
     }
 
     /// Temperature of a T7 that is asked for everything, with its last good value, in 0.01 °C.

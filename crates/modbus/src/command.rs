@@ -98,10 +98,19 @@ impl Command {
                 "-",
                 "the slot reads zero as it stands; nothing is written to the sensor",
             ),
-            Command::Cancel => {
-                ("cancel", "bus", "-", "stop what is under way on a bus at its next consistent point")
-            }
-            Command::SensorZero => ("sensor_zero", "slot", "-", "the sensor reads zero as it stands"),
+            Command::Cancel => (
+                "cancel",
+                "bus",
+                "-",
+                "stop what is under way on a bus at its next consistent point; running until then. *Done*: there \
+                     was nothing, or it was begun at the console; otherwise the outcome of what was under way",
+            ),
+            Command::SensorZero => (
+                "sensor_zero",
+                "slot",
+                "-",
+                "the sensor reads zero as it stands; *zero* of the slots that read it becomes 0. One that moves is refused",
+            ),
             Command::SensorDamping => ("sensor_damping", "slot", "ms", "T7: time of the damping filter"),
             Command::SensorDirection => {
                 ("sensor_direction", "slot", "0 normal, 1 reversed", "T7: sense of rotation")
@@ -110,12 +119,19 @@ impl Command {
             Command::SensorRange => {
                 ("sensor_range", "slot", "0 for −180° to 180°, 1 for 0° to 360°", "T7: output range")
             }
-            Command::SensorAddress => {
-                ("sensor_address", "slot", "new address", "the sensor moves, and the slot follows it")
-            }
-            Command::SensorBaud => {
-                ("sensor_baud", "slot", "bit/s", "T7: another bit rate of the sensor, and of the bus with it")
-            }
+            Command::SensorAddress => (
+                "sensor_address",
+                "slot",
+                "new address",
+                "the sensor moves, and the slots that read it follow; *save* keeps that",
+            ),
+            Command::SensorBaud => (
+                "sensor_baud",
+                "slot",
+                "bit/s",
+                "T7: another bit rate of the sensor, and of the bus with it; the other nodes stay at theirs and will \
+                     not answer, see *command_silenced*. *Save* keeps the rate of the bus",
+            ),
             Command::SensorNull => {
                 ("sensor_null", "slot", "code 0 to 65535", "ISU: the position of its null")
             }
@@ -140,7 +156,7 @@ pub enum Outcome {
     Done = 2,
     /// It failed; the console tells why.
     Failed = 3,
-    /// It was stopped.
+    /// It was stopped; for a cancel: what was under way was.
     Cancelled = 4,
 }
 
@@ -151,7 +167,7 @@ impl Outcome {
         (Outcome::Running, "running", "it is under way"),
         (Outcome::Done, "done", "it is done"),
         (Outcome::Failed, "failed", "it failed; the console tells why"),
-        (Outcome::Cancelled, "cancelled", "it was stopped"),
+        (Outcome::Cancelled, "cancelled", "it was stopped; for *cancel*: what was under way was"),
     ];
 }
 
@@ -169,4 +185,6 @@ pub struct Progress {
     pub done: u16,
     /// of so many; zero if that is not known.
     pub of: u16,
+    /// Other nodes that it leaves at another bit rate than their bus.
+    pub silenced: u16,
 }

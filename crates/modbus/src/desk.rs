@@ -6,15 +6,17 @@
 
 use clino_bus::{Counters, DriverEnable, Micros};
 use clino_gateway::order::{self, Order};
-use clino_gateway::{Asker, BusHealth, Gateway, Health, Reading, Snapshot, View};
-use clino_recovery::{Mode, Start};
+use clino_gateway::summary::Summary;
+use clino_gateway::{Asker, BusHealth, Consequence, Gateway, Health, Published, Reading, Snapshot, View};
+use clino_recovery::Start;
 
 use crate::command::{Command, Outcome, Progress};
 use crate::config::{BusConfig, SlotConfig};
 use crate::host::{
-    Bus, GatewayView, Host, Kind, Refusal, SLOTS, SlotCounters, SlotDetail, SlotReading, Write, gateway_bits,
-    slot_bits,
+    Bus, GatewayView, Host, Kind, Refusal, SlotCounters, SlotDetail, SlotReading, Write, slot_bits,
 };
+
+use crate::parts::parts;
 
 mod bus;
 mod news;
@@ -70,13 +72,23 @@ pub struct Desk<'a, S> {
     progress: Progress,
     /// Where the last command is under way as a task.
     task: Option<Bus>,
+    /// Nodes that the command in hand silences.
+    silenced: u16,
 }
 
 impl<'a, S: Site> Desk<'a, S> {
     /// A desk at this site.
     pub fn new(site: S, snapshot: &'a Snapshot) -> Desk<'a, S> {
         let view = snapshot.view();
-        Desk { site, snapshot, view, now: Micros::ZERO, progress: Progress::default(), task: None }
+        Desk {
+            site,
+            snapshot,
+            view,
+            now: Micros::ZERO,
+            progress: Progress::default(),
+            task: None,
+            silenced: 0,
+        }
     }
 
     /// Hears what has become of a task. To be called when the bus level has run.
@@ -87,6 +99,16 @@ impl<'a, S: Site> Desk<'a, S> {
                 self.end(outcome);
             }
         }
+        // What the console has begun tells its end there.
+        if let (Some(Command::Cancel), Some(bus)) = (self.progress.command, self.task)
+            && !self.is_at_work(bus)
+        {
+            self.end(Outcome::Done);
+        }
+    }
+
+    fn is_at_work(&self, bus: Bus) -> bool {
+        self.site.gateway(|gateway| gateway.progress(bus.into()).is_some()).unwrap_or(false)
     }
 
     /// What the site was asked for is done, or has failed.
@@ -137,12 +159,23 @@ impl<'a, S: Site> Desk<'a, S> {
             }
             Command::Cancel => {
                 let bus = Bus::from_number(target).ok_or(Refusal::Value)?;
+                // What is under way elsewhere would be told no more.
+                if self.progress.outcome == Outcome::Running && self.task != Some(bus) {
+                    return Err(Refusal::Busy);
+                }
                 self.order(Order::Cancel(bus.into()))?;
-                return Ok(Outcome::Done);
+                self.task = Some(bus).filter(|&bus| self.is_at_work(bus));
+                if self.task.is_none() {
+                    return Ok(Outcome::Done);
+                }
             }
             _ => {
                 let order = sensor::order(command, self.config(slot).source, value).ok_or(Refusal::Value)?;
+                let baud = self.bus_config(Bus::T7).baud;
+                let slot_of = |slot: u8| Some(self.config(slot.into()));
+                let Consequence { silenced, .. } = Consequence::of(&order, baud, &slot_of);
                 self.order(order)?;
+                self.silenced = silenced.into();
                 self.task = self.config(slot).source.bus().map(Bus::from);
             }
         }
@@ -158,25 +191,9 @@ impl<'a, S: Site> Desk<'a, S> {
         self.order(Order::Slot { slot: number, config: clino_gateway::SlotConfig { soft_zero, ..config } })
     }
 
-    fn status_bits(&self) -> u16 {
-        let dead = |bus: clino_gateway::Bus| {
-            let rows = (0..SLOTS).filter_map(|slot| self.row(slot));
-            let mut mine = rows.filter(|row| row.enabled && row.source.bus() == Some(bus)).peekable();
-            mine.peek().is_some() && mine.all(|row| !slot::status(row.status(self.now)).is_online())
-        };
-        let start = self.site.start();
-        let forced = |bus| self.counters(bus).forced > 0;
-        let bits = [
-            (gateway_bits::T7_BUS_DEAD, dead(clino_gateway::Bus::T7)),
-            (gateway_bits::ISU_BUS_DEAD, dead(clino_gateway::Bus::Isu)),
-            (gateway_bits::DRIVER_FORCED, forced(Bus::T7) || forced(Bus::Isu)),
-            (gateway_bits::UNSAVED, self.site.is_unsaved()),
-            (gateway_bits::COMMAND, self.progress.outcome == Outcome::Running),
-            (gateway_bits::SAFE_MODE, start.mode != Mode::Normal),
-            (gateway_bits::INTERNAL_CLOCK, !start.clock.is_exact()),
-            (gateway_bits::CRASHED, start.cause.is_crash()),
-        ];
-        bits.into_iter().filter(|&(_, on)| on).fold(0, |all, (bit, _)| all | bit)
+    /// Whether a command is under way.
+    pub fn has_command(&self) -> bool {
+        self.progress.outcome == Outcome::Running
     }
 }
 
@@ -201,10 +218,16 @@ impl<S: Site> Host for Desk<'_, S> {
         GatewayView {
             version: self.site.version(),
             uptime: self.now,
-            status: self.status_bits(),
+            status: self.summary().signals.bits(),
             sequence: self.view.generation() as u16,
             progress,
         }
+    }
+
+    fn summary(&self) -> Summary {
+        let (start, unsaved) = (self.site.start(), self.site.is_unsaved());
+        let parts = self.site.gateway(|gateway| parts(gateway, &start, unsaved, self.has_command()));
+        Summary::of(|slot| self.view.standing(slot, self.now), &parts.unwrap_or_default())
     }
 
     fn start(&self) -> Start {
@@ -222,7 +245,7 @@ impl<S: Site> Host for Desk<'_, S> {
     fn detail(&self, slot: usize) -> SlotDetail {
         let known = self.site.gateway(|gateway| gateway.detail(slot)).flatten();
         let (Some(row), Some(known)) = (self.row(slot), known) else { return SlotDetail::default() };
-        let (kind, address, _) = slot::place(row.source);
+        let (kind, address) = slot::place(row.source);
         if kind == Kind::None {
             return SlotDetail { sequence: row.sequence as u16, ..SlotDetail::default() };
         }
@@ -234,14 +257,11 @@ impl<S: Site> Host for Desk<'_, S> {
             (slot_bits::GRAVITY, row.health.has(Health::GRAVITY)),
             (slot_bits::NOISY, row.health.has(Health::NOISY)),
         ];
-        let turn = |angle: clino_codec::angle::Angle| {
-            row.turns().wrapping_mul(slot::TURN_MDEG).wrapping_add(angle.mdeg())
-        };
         let counters = &known.counters;
         SlotDetail {
             flags: flags.into_iter().filter(|&(_, on)| on).fold(0, |all, (bit, _)| all | bit),
-            raw: row.raw(self.now).map(|angle| angle.mdeg()),
-            unwrapped: row.angle(self.now).map(turn),
+            raw: row.raw(self.now).map(|angle| Published::of_sensor(angle).mdeg()),
+            unwrapped: row.unwrapped(self.now),
             temperature: row.temperature(),
             sequence: row.sequence as u16,
             last_error: known.last_error.map(slot::status),
@@ -279,8 +299,8 @@ impl<S: Site> Host for Desk<'_, S> {
     }
 
     fn bus_config(&self, bus: Bus) -> BusConfig {
-        let settings = self.site.gateway(|gateway| gateway.bus_settings(bus.into()));
-        settings.map_or(BusConfig::NONE, |settings| bus::shown(&settings))
+        let shown = self.site.gateway(|gateway| bus::shown(gateway.bus_settings(bus.into())));
+        shown.unwrap_or(BusConfig::NONE)
     }
 
     fn write(&mut self, write: &Write) -> Result<(), Refusal> {
@@ -290,22 +310,18 @@ impl<S: Site> Host for Desk<'_, S> {
                 let config = slot::changed(&now, &config).ok_or(Refusal::Value)?;
                 self.order(Order::Slot { slot, config })
             }
-            Write::Bus { bus, config } => {
-                let settings = self.site.gateway(|gateway| gateway.bus_settings(bus.into()));
-                let settings = bus::changed(bus.into(), &settings.ok_or(Refusal::Failed)?, &config);
-                self.order(Order::Bus { bus: bus.into(), timing: settings.timing, line: settings.line })
-            }
+            Write::Bus { bus, change } => self.order(Order::Bus { bus: bus.into(), change }),
             Write::Port(_) => Ok(()),
             Write::Command { command, target, value } => {
                 if self.progress.outcome == Outcome::Running && command != Command::Cancel {
                     return Err(Refusal::Busy);
                 }
+                self.silenced = 0;
                 let outcome = self.command(command, target, value)?;
-                // What is cancelled has its own end to tell.
-                if command != Command::Cancel {
-                    let sequence = self.progress.sequence.wrapping_add(1);
-                    self.progress = Progress { command: Some(command), outcome, sequence, done: 0, of: 0 };
-                }
+                let sequence = self.progress.sequence.wrapping_add(1);
+                let silenced = self.silenced;
+                self.progress =
+                    Progress { command: Some(command), outcome, sequence, done: 0, of: 0, silenced };
                 Ok(())
             }
         }

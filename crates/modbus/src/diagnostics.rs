@@ -17,7 +17,8 @@ pub struct Counters {
     pub exceptions: u16,
     /// Requests to this server, broadcasts included.
     pub requests: u16,
-    /// Of these, requests without any answer: broadcasts.
+    /// Of these, frames without any answer: broadcasts, answers of our own that came back, frames that change something
+    /// and have zeros behind them; and requests that were over before they could be answered.
     pub unanswered: u16,
     /// Frames of which characters were lost because nobody fetched them in time.
     pub overruns: u16,
@@ -30,10 +31,10 @@ pub fn bump(counter: &mut u16) {
 
 /// Sub-functions.
 mod sub {
+    pub use crate::request::clearing::{CLEAR, RESTART};
+
     pub const ECHO: u16 = 0;
-    pub const RESTART: u16 = 1;
     pub const REGISTER: u16 = 2;
-    pub const CLEAR: u16 = 10;
     pub const MESSAGES: u16 = 11;
     pub const ERRORS: u16 = 12;
     pub const EXCEPTIONS: u16 = 13;

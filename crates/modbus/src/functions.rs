@@ -8,6 +8,7 @@ use crate::exception::Exception;
 use crate::frame::Frame;
 use crate::host::{Host, Write};
 use crate::read::Reader;
+use crate::request::{self, function};
 use crate::server::Inner;
 use crate::write;
 
@@ -18,24 +19,11 @@ const MOST_LOOKS: usize = 8;
 /// Most registers of one writing request.
 const MOST_WRITTEN: u16 = 123;
 
-pub mod function {
-    pub const READ_HOLDING: u8 = 3;
-    pub const READ_INPUT: u8 = 4;
-    pub const WRITE_ONE: u8 = 6;
-    pub const DIAGNOSTICS: u8 = 8;
-    pub const WRITE_MANY: u8 = 16;
-    pub const IDENTIFICATION: u8 = 43;
-}
-
-/// Whether a function reads registers and does nothing else.
-pub fn only_reads(code: u8) -> bool {
-    matches!(code, function::READ_HOLDING | function::READ_INPUT)
-}
-
 /// Address and function; the same, address and quantity of registers.
 const HEAD: usize = 2;
 const WRITE_HEAD: usize = 6;
 
+#[inline(never)]
 /// Carries a request out that came without a fault. Broadcasts are only carried out if they write.
 pub fn execute<H: Host>(
     inner: &mut Inner,
@@ -45,6 +33,8 @@ pub fn execute<H: Host>(
 ) -> Result<(), Exception> {
     let &[_, code, ref data @ ..] = frame.bytes() else { return Err(Exception::IllegalFunction) };
     match code {
+        // The function is not an allowable action, or the server is in the wrong state for it (section 7, code 01).
+        _ if inner.settings.locked && request::changes(frame.bytes()) => Err(Exception::IllegalFunction),
         function::WRITE_ONE => {
             let &[high, low, ref word @ ..] = data else { return Err(Exception::IllegalDataValue) };
             let (words @ [_], []) = word.as_chunks() else { return Err(Exception::IllegalDataValue) };

@@ -1,7 +1,8 @@
 //! What the server needs of the rest of the gateway: what it reads from, and whom it asks for changes.
 
 use clino_bus::{Counters, DriverEnable, Micros};
-use clino_gateway::BusHealth;
+use clino_gateway::summary::Summary;
+use clino_gateway::{BusChange, BusHealth};
 use clino_recovery::Start;
 
 use crate::command::{Command, Progress};
@@ -26,6 +27,9 @@ pub trait Host {
 
     /// The gateway as a whole.
     fn gateway(&self) -> GatewayView;
+
+    /// Its slots and faults, summed up.
+    fn summary(&self) -> Summary;
 
     /// Why, how often and how it has started. The same all the time.
     fn start(&self) -> Start;
@@ -85,8 +89,8 @@ pub enum Write {
     Bus {
         /// Which one.
         bus: Bus,
-        /// All of it.
-        config: BusConfig,
+        /// The registers that are written.
+        change: BusChange,
     },
     /// How this server's port runs. Valid already; in force as soon as the answer is out.
     Port(Settings),
@@ -120,47 +124,12 @@ pub struct GatewayView {
     pub version: (u8, u8, u16),
     /// Time since reset.
     pub uptime: Micros,
-    /// A set of [`gateway_bits`].
+    /// [`Signals`](clino_gateway::summary::Signals), as bits.
     pub status: u16,
     /// Counts the states that were published; wraps.
     pub sequence: u16,
     /// What has become of the last command.
     pub progress: Progress,
-}
-
-/// The bits of [`GatewayView::status`].
-pub mod gateway_bits {
-    /// No enabled slot of the T7 bus answers.
-    pub const T7_BUS_DEAD: u16 = 1 << 0;
-    /// No enabled slot of the ISU bus answers.
-    pub const ISU_BUS_DEAD: u16 = 1 << 1;
-    /// A line driver had to be switched off by force since reset.
-    pub const DRIVER_FORCED: u16 = 1 << 2;
-    /// The configuration in force is not the one that is stored.
-    pub const UNSAVED: u16 = 1 << 3;
-    /// A command is under way.
-    pub const COMMAND: u16 = 1 << 4;
-    /// Safe mode: no bus is served.
-    pub const SAFE_MODE: u16 = 1 << 5;
-    /// Time and bit rates come from the internal oscillator.
-    pub const INTERNAL_CLOCK: u16 = 1 << 6;
-    /// The time before ended in a crash.
-    pub const CRASHED: u16 = 1 << 7;
-    /// The bits with names and meanings, for the documentation.
-    pub const ALL: [(u16, &str, &str); 8] = [
-        (T7_BUS_DEAD, "t7_bus_dead", "no enabled slot of the T7 bus answers"),
-        (ISU_BUS_DEAD, "isu_bus_dead", "no enabled slot of the ISU bus answers"),
-        (DRIVER_FORCED, "driver_forced", "a line driver had to be switched off by force since reset"),
-        (UNSAVED, "unsaved", "the configuration in force is not the one that is stored"),
-        (COMMAND, "command", "a command is under way"),
-        (SAFE_MODE, "safe_mode", "safe mode: no bus is served; see *start_mode*"),
-        (
-            INTERNAL_CLOCK,
-            "internal_clock",
-            "time and bit rates come from the internal oscillator, up to 8 % off",
-        ),
-        (CRASHED, "crashed", "the time before ended in a crash; see *start_cause*"),
-    ];
 }
 
 /// The value of a slot.

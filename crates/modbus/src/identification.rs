@@ -5,13 +5,16 @@
 //! answer    address 2B 0E code conformity more next count (object length text …)…
 //! ```
 //!
-//! Basic objects 0 to 2 and regular objects 3 to 5, as a stream or one by one. Source: MODBUS Application Protocol
-//! V1.1b3, section 6.21.
+//! Basic objects 0 to 2 and regular objects 3 to 5, as a stream or one by one. An object without a text is not there:
+//! streams leave it out, and asked for alone it is exception 02. An object of length 0 would be allowed, but npm's
+//! `modbus-serial` 8 waits for more of it for ever.
+//!
+//! Source: MODBUS Application Protocol V1.1b3, section 6.21.
 
 use crate::exception::Exception;
 use crate::frame::{Frame, MAX_FRAME};
 
-/// Who this is: the objects 0 to 5 in ASCII.
+/// Who this is: the objects 0 to 5 in ASCII. Empty ones are not there.
 ///
 /// | object | |
 /// |---|---|
@@ -60,7 +63,7 @@ impl Identification {
             code::BASIC => 0..BASIC_OBJECTS,
             // Who asks for more than there is gets what there is.
             code::REGULAR | code::EXTENDED => 0..OBJECTS,
-            code::ONE if usize::from(object) < OBJECTS => {
+            code::ONE if self.has(object.into()) => {
                 let one = usize::from(object);
                 one..one.saturating_add(1)
             }
@@ -68,11 +71,12 @@ impl Identification {
             _ => return Err(Exception::IllegalDataValue),
         };
         // A stream that is asked for from an object that it does not have begins again.
-        let first = if asked.contains(&usize::from(object)) { usize::from(object) } else { asked.start };
+        let from = usize::from(object);
+        let first = if asked.contains(&from) && self.has(from) { from } else { asked.start };
         frame.truncate(HEAD / 2);
         frame.extend(&[CONFORMITY, 0, 0, 0]);
         let mut count = 0_u8;
-        for number in first..asked.end {
+        for number in (first..asked.end).filter(|&number| self.has(number)) {
             let Some(text) = self.0.get(number) else { break };
             let text = text.as_bytes().get(..text.len().min(LONGEST_TEXT)).unwrap_or_default();
             let room = MAX_FRAME.saturating_sub(4).saturating_sub(frame.bytes().len());
@@ -87,5 +91,9 @@ impl Identification {
         }
         frame.set(COUNT, count);
         Ok(())
+    }
+
+    fn has(&self, object: usize) -> bool {
+        self.0.get(object).is_some_and(|text| !text.is_empty())
     }
 }

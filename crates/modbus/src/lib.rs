@@ -41,7 +41,7 @@ extern crate std;
 
 pub mod command;
 pub mod config;
-mod crc;
+pub mod crc;
 pub mod desk;
 mod diagnostics;
 mod exception;
@@ -51,8 +51,11 @@ mod host;
 mod identification;
 pub mod map;
 pub mod number;
+mod parts;
 mod read;
 mod receiver;
+mod repeat;
+mod request;
 mod server;
 pub mod settings;
 mod status;
@@ -62,10 +65,10 @@ pub use diagnostics::Counters;
 pub use exception::Exception;
 pub use frame::MAX_FRAME;
 pub use host::{
-    Bus, GatewayView, Host, Kind, Refusal, SLOTS, SlotCounters, SlotDetail, SlotReading, Write, gateway_bits,
-    slot_bits,
+    Bus, GatewayView, Host, Kind, Refusal, SLOTS, SlotCounters, SlotDetail, SlotReading, Write, slot_bits,
 };
 pub use identification::Identification;
+pub use parts::parts;
 pub use server::Server;
 pub use settings::Settings;
 pub use status::Status;

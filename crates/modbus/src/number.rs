@@ -7,6 +7,8 @@ const TURN: i32 = 360_000;
 const HALF_TURN: i32 = 180_000;
 /// Millidegrees per hundredth of a degree.
 const PER_CENTIDEGREE: i32 = 10;
+/// Hundredths of a degree per half turn.
+const HALF_TURN_CENTIDEGREES: i32 = HALF_TURN / PER_CENTIDEGREE;
 
 /// IEEE 754 binary32: bits of the fraction; bias of the exponent.
 const FRACTION_BITS: u32 = 23;
@@ -46,10 +48,14 @@ pub const fn degrees(mdeg: i32) -> u32 {
     sign | exponent.wrapping_add(significand).wrapping_add(up as u32)
 }
 
-/// The same direction in hundredths of a degree, −18000 to +18000, rounded half away from zero.
+/// The same direction in hundredths of a degree, −18000 up to, not including, +18000: rounded half away from zero, then
+/// brought into that range.
 pub const fn centidegrees(mdeg: i32) -> i16 {
     let positive = mdeg.rem_euclid(TURN);
-    let turned = if positive > HALF_TURN { positive.wrapping_sub(TURN) } else { positive };
+    let turned = if positive >= HALF_TURN { positive.wrapping_sub(TURN) } else { positive };
     let half = if turned < 0 { -(PER_CENTIDEGREE / 2) } else { PER_CENTIDEGREE / 2 };
-    (turned.wrapping_add(half) / PER_CENTIDEGREE) as i16
+    match turned.wrapping_add(half) / PER_CENTIDEGREE {
+        HALF_TURN_CENTIDEGREES => -HALF_TURN_CENTIDEGREES as i16,
+        rounded => rounded as i16,
+    }
 }

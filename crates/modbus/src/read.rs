@@ -2,6 +2,7 @@
 
 use clino_bus::{Counters, DriverEnable, Micros};
 use clino_gateway::BusHealth;
+use clino_gateway::summary::Summary;
 
 use crate::config::{SlotConfig, echo_code};
 use crate::exception::Exception;
@@ -35,16 +36,6 @@ pub struct Reader<'a, H> {
     config: Option<(usize, SlotConfig)>,
     counters: Option<(Bus, Counters, BusHealth, DriverEnable)>,
     summary: Option<Summary>,
-}
-
-/// All slots in a few numbers.
-#[derive(Clone, Copy, Default)]
-struct Summary {
-    online: u64,
-    valid: u64,
-    enabled: u32,
-    good: u32,
-    oldest: u32,
 }
 
 impl<'a, H: Host> Reader<'a, H> {
@@ -119,9 +110,9 @@ impl<'a, H: Host> Reader<'a, H> {
             GatewayItem::Sequence => u32::from(self.view().sequence),
             GatewayItem::Online => bits(self.summary().online),
             GatewayItem::Valid => bits(self.summary().valid),
-            GatewayItem::Enabled => self.summary().enabled,
-            GatewayItem::Good => self.summary().good,
-            GatewayItem::OldestAge => self.summary().oldest,
+            GatewayItem::Enabled => u32::from(self.summary().enabled),
+            GatewayItem::Good => self.summary().good(),
+            GatewayItem::OldestAge => return age(Some(self.summary().oldest)),
         })
     }
 
@@ -130,26 +121,7 @@ impl<'a, H: Host> Reader<'a, H> {
     }
 
     fn summary(&mut self) -> Summary {
-        *self.summary.get_or_insert_with(|| {
-            let mut all = Summary::default();
-            for slot in 0..SLOTS {
-                let reading = self.host.reading(slot);
-                if reading.status == Status::Disabled {
-                    continue;
-                }
-                let bit = 1_u64.wrapping_shl(slot as u32);
-                all.enabled = all.enabled.wrapping_add(1);
-                all.oldest = all.oldest.max(age(reading.age).unwrap_or(LONGEST_AGE_MS));
-                if reading.status.is_online() {
-                    all.online |= bit;
-                }
-                if angle(&reading).is_some() {
-                    all.valid |= bit;
-                    all.good = all.good.wrapping_add(1);
-                }
-            }
-            all
-        })
+        *self.summary.get_or_insert_with(|| self.host.summary())
     }
 
     fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
@@ -250,6 +222,7 @@ impl<'a, H: Host> Reader<'a, H> {
             CommandItem::Sequence => u32::from(progress.sequence),
             CommandItem::Done => u32::from(progress.done),
             CommandItem::Of => u32::from(progress.of),
+            CommandItem::Silenced => u32::from(progress.silenced),
         }
     }
 }

@@ -15,6 +15,7 @@
 //! else is carried out only then.
 
 use clino_bus::Micros;
+use clino_bus::line::{Echo, Verdict};
 use clino_codec::character::Character;
 
 use crate::diagnostics::{Counters, bump};
@@ -23,13 +24,13 @@ use crate::frame::Frame;
 use crate::functions;
 use crate::host::Host;
 use crate::identification::Identification;
-use crate::receiver::{Ended, Receiver};
+use crate::receiver::{CHECKSUM, Ended, Receiver};
+use crate::repeat::{ECHO_WINDOW, Repeats};
+use crate::request::{self, Form, function};
 use crate::settings::Settings;
 
 /// Requests to everybody.
 const BROADCAST: u8 = 0;
-/// Set in the function code of an exception's answer.
-const EXCEPTION: u8 = 0x80;
 
 /// Until so many bits after our last stop bit a character is our own, coming back: no master can have sent a whole one.
 const ECHO_BITS: u32 = 5;
@@ -45,6 +46,10 @@ pub struct Server {
     state: State,
     /// What is heard until then is our own.
     deaf_until: Micros,
+    echo: Echo,
+    /// A part of our answer has come back: a character that is whole until then may be the next one of it.
+    tail: Option<Micros>,
+    repeats: Repeats,
     changed: bool,
     inner: Inner,
 }
@@ -81,23 +86,42 @@ impl Server {
             receiver: Receiver::new(&settings, now),
             state: State::Listening,
             deaf_until: Micros::ZERO,
+            echo: Echo::new(settings.echo),
+            tail: None,
+            repeats: Repeats::new(),
             changed: false,
             inner: Inner { settings, identification, counters, next: None },
         }
     }
 
-    /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, nothing is heard.
+    /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, what is heard is its echo at best.
     pub fn heard(&mut self, character: Character, at: Micros) {
         if matches!(self.state, State::Sending { .. }) || at < self.deaf_until {
+            self.repeats.doubt();
+            _ = self.is_own(character);
             return;
         }
-        let prepared = self.state != State::Listening;
+        if self.tail.is_some_and(|until| at < until) && self.is_own(character) {
+            self.expect_tail(at);
+            return;
+        }
+        self.tail = None;
+        let prepared = self.state != State::Listening && self.receiver.goes_on(at);
+        let appended = self.receiver.is_appended(character);
+        let lost = self.receiver.heard(character, at);
+        if prepared && appended && self.receiver.is_whole() {
+            // A zero behind a request to read: its answer stays, until t3.5 after that.
+            return;
+        }
         self.state = State::Listening;
-        if self.receiver.heard(character, at) {
-            bump(&mut self.inner.counters.unanswered);
-        } else if prepared {
+        if prepared {
             // The request was none, and its answer stands in its place.
             self.receiver.spoil();
+        }
+        match lost {
+            Ended::Silence => {}
+            Ended::Whole => bump(&mut self.inner.counters.unanswered),
+            Ended::Spoilt { overrun } => self.count_spoilt(overrun),
         }
     }
 
@@ -118,7 +142,7 @@ impl Server {
                 return None;
             }
             State::Listening => {
-                if !self.serve(host) {
+                if !self.serve(now, host) {
                     self.run_as_asked(now);
                     return None;
                 }
@@ -127,6 +151,10 @@ impl Server {
         }
         let bytes = self.receiver.frame.bytes();
         let time = self.inner.settings.characters(bytes.len() as u32);
+        self.repeats.sent(bytes, now + time.times(2) + ECHO_WINDOW);
+        _ = self.echo.end();
+        self.echo.begin();
+        self.tail = None;
         self.state = State::Sending { give_up: now + time.times(SENDING_TIMES) + SENDING_MORE };
         Some(bytes)
     }
@@ -144,6 +172,7 @@ impl Server {
     pub fn sent(&mut self, at: Micros) {
         if matches!(self.state, State::Sending { .. }) {
             self.deaf_until = at + self.inner.settings.bits(ECHO_BITS);
+            self.expect_tail(at);
             self.listen(at);
         }
     }
@@ -156,6 +185,10 @@ impl Server {
 
     /// Runs the port like this from `now` on. A request in hand is lost.
     pub fn set(&mut self, settings: Settings, now: Micros) {
+        if settings.echo != self.inner.settings.echo {
+            self.echo = Echo::new(settings.echo);
+        }
+        self.tail = None;
         self.inner.settings = settings;
         self.inner.next = None;
         self.changed = true;
@@ -186,14 +219,17 @@ impl Server {
 
     /// Whether the frame asks us for registers and nothing else.
     fn is_to_read(&self) -> bool {
-        let &[address, function, ..] = self.receiver.frame.bytes() else { return false };
-        address == self.inner.settings.address && functions::only_reads(function) && self.receiver.is_whole()
+        let address = self.inner.settings.address;
+        self.receiver.is_whole()
+            && self.receiver.exactly().is_some_and(|request| {
+                request::only_reads(&request, address) && !self.repeats.knows(&request)
+            })
     }
 
     /// Makes the answer to a request that only reads, while t3.5 goes on.
     fn prepare<H: Host>(&mut self, host: &mut H) {
-        self.receiver.open();
-        let refused = self.answer(false, host);
+        self.receiver.cut(request::READ.saturating_sub(CHECKSUM));
+        let refused = self.answer(|inner, frame| functions::execute(inner, frame, false, host));
         self.state = State::Prepared { refused };
     }
 
@@ -208,27 +244,60 @@ impl Server {
         }
     }
 
+    /// Whether a character is of our last answer, which stays in the frame until something else is heard.
+    fn is_own(&mut self, character: Character) -> bool {
+        let sent = self.receiver.frame.bytes();
+        self.echo.judge(character, sent, sent.len()) != Verdict::Foreign
+    }
+
+    /// Something of ours was out or has come back until `at`. What is left of the echo follows within t3.5.
+    fn expect_tail(&mut self, at: Micros) {
+        let settings = &self.inner.settings;
+        self.tail = self.echo.is_coming_back().then_some(at + settings.t3_5() + settings.characters(1));
+    }
+
+    fn count_spoilt(&mut self, overrun: bool) {
+        self.repeats.doubt();
+        let counters = &mut self.inner.counters;
+        bump(&mut counters.errors);
+        if overrun {
+            bump(&mut counters.overruns);
+        }
+    }
+
     /// The silence is over. Says whether there is an answer in the frame.
-    fn serve<H: Host>(&mut self, host: &mut H) -> bool {
+    fn serve<H: Host>(&mut self, now: Micros, host: &mut H) -> bool {
         let counters = &mut self.inner.counters;
         match self.receiver.end() {
             Ended::Silence => return false,
             Ended::Spoilt { overrun } => {
-                bump(&mut counters.errors);
-                if overrun {
-                    bump(&mut counters.overruns);
-                }
+                self.count_spoilt(overrun);
                 return false;
             }
             Ended::Whole => bump(&mut counters.messages),
         }
-        let &[address, ..] = self.receiver.frame.bytes() else { return false };
+        let frame = self.receiver.frame.bytes();
+        let &[address, ..] = frame else { return false };
         let broadcast = address == BROADCAST;
         if !broadcast && address != self.inner.settings.address {
             return false;
         }
         bump(&mut counters.requests);
-        if self.answer(broadcast, host) {
+        let form = request::form(frame);
+        if form == Form::Answer {
+            self.repeats.doubt();
+        }
+        let (Form::Request(length), false) = (form, self.repeats.is_echo(frame, now)) else {
+            bump(&mut counters.unanswered);
+            return false;
+        };
+        let busy = !broadcast && request::is_its_answer(frame) && self.repeats.is_full(frame, now);
+        self.receiver.cut(length.saturating_sub(CHECKSUM));
+        let refused = self.answer(|inner, frame| match busy {
+            true => Err(Exception::ServerDeviceBusy),
+            false => functions::execute(inner, frame, broadcast, host),
+        });
+        if refused {
             bump(&mut self.inner.counters.exceptions);
         }
         if broadcast {
@@ -237,11 +306,11 @@ impl Server {
         !broadcast
     }
 
-    /// Carries the request in the frame out and puts the answer in its place; says whether that is an exception.
-    fn answer<H: Host>(&mut self, broadcast: bool, host: &mut H) -> bool {
+    /// Puts what is made of the request in its place, as an answer; says whether that is an exception.
+    fn answer(&mut self, make: impl FnOnce(&mut Inner, &mut Frame) -> Result<(), Exception>) -> bool {
         let frame = &mut self.receiver.frame;
         let &[address, function, ..] = frame.bytes() else { return false };
-        let result = functions::execute(&mut self.inner, frame, broadcast, host);
+        let result = make(&mut self.inner, frame);
         if let Err(exception) = result {
             refuse(frame, address, function, exception);
         }
@@ -250,7 +319,7 @@ impl Server {
     }
 }
 
-fn refuse(frame: &mut Frame, address: u8, function: u8, exception: Exception) {
+fn refuse(frame: &mut Frame, address: u8, code: u8, exception: Exception) {
     frame.truncate(0);
-    frame.extend(&[address, function | EXCEPTION, exception as u8]);
+    frame.extend(&[address, code | function::EXCEPTION, exception as u8]);
 }

@@ -34,12 +34,18 @@ pub enum Status {
     /// The slot is switched off, or there is none.
     #[default]
     Disabled = 13,
+    /// The slot cannot be read as it is set.
+    ConfigFault = 14,
 }
 
 impl Status {
     /// The codes with names and meanings, for the documentation.
-    pub const ALL: [(Status, &str, &str); 14] = [
-        (Status::NeverRead, "never_read", "nothing was read since reset"),
+    pub const ALL: [(Status, &str, &str); 15] = [
+        (
+            Status::NeverRead,
+            "never_read",
+            "nothing was read since reset, or since the slot or its sensor was set up anew",
+        ),
         (Status::Ok, "ok", "the angle is right and fresh"),
         (Status::Stale, "stale", "the last angle was right, but it is too old"),
         (Status::NoAnswer, "no_answer", "the node did not answer in time"),
@@ -53,18 +59,6 @@ impl Status {
         (Status::BadPeriod, "bad_period", "the PWM period is not that of an ISU"),
         (Status::Suspect, "suspect", "two values in a row disagree; neither is told"),
         (Status::Disabled, "disabled", "the slot is switched off, or there is none"),
+        (Status::ConfigFault, "config_fault", "the slot cannot be read as it is set"),
     ];
-
-    /// Whether the last attempt brought a sign of life from the sensor, be it a wrong one.
-    pub const fn is_online(self) -> bool {
-        matches!(
-            self,
-            Status::Ok
-                | Status::BadAnswer
-                | Status::DeviceError
-                | Status::OutOfRange
-                | Status::BadPeriod
-                | Status::Suspect
-        )
-    }
 }

@@ -4,10 +4,12 @@
 //! command's target, value and key: count as zero). Addresses come before values: a request with a fault of each kind
 //! is answered with the exception of the address.
 
+use clino_bus::Micros;
 use clino_bus::line::EchoMode;
+use clino_gateway::BusChange;
 
 use crate::command::{ARM_KEY, Command};
-use crate::config::{BusConfig, Filter, SlotConfig};
+use crate::config::{Filter, SlotConfig};
 use crate::exception::Exception;
 use crate::host::{Bus, Host, Kind, Refusal, Write};
 use crate::map::lookup::{self, Number, Register};
@@ -62,7 +64,7 @@ pub fn change<H: Host>(host: &H, port: Settings, first: u16, words: &[[u8; 2]]) 
 /// A change in the making.
 enum Draft {
     Slot(u8, SlotConfig),
-    Bus(Bus, BusConfig),
+    Bus(Bus, BusChange),
     Port(Settings),
     Command(Order),
 }
@@ -80,10 +82,8 @@ impl Draft {
     fn begin<H: Host>(host: &H, port: Settings, number: &Number) -> Draft {
         match number.item {
             Item::SlotSetting(_) => Draft::Slot(number.index as u8, host.slot_config(number.index)),
-            Item::BusSetting(_) => {
-                let bus = read::bus(number.index);
-                Draft::Bus(bus, host.bus_config(bus))
-            }
+            // What is not written is not repeated: it may change meanwhile.
+            Item::BusSetting(_) => Draft::Bus(read::bus(number.index), BusChange::NONE),
             Item::Port(_) => Draft::Port(port),
             _ => Draft::Command(Order::default()),
         }
@@ -103,7 +103,7 @@ impl Draft {
     fn set(&mut self, item: Item, value: u32) -> Option<()> {
         match (self, item) {
             (Draft::Slot(_, config), Item::SlotSetting(item)) => set_slot(config, item, value)?,
-            (Draft::Bus(_, config), Item::BusSetting(item)) => set_bus(config, item, value),
+            (Draft::Bus(_, change), Item::BusSetting(item)) => set_bus(change, item, value),
             (Draft::Port(settings), Item::Port(item)) => set_port(settings, item, value),
             (Draft::Command(order), Item::Command(item)) => match item {
                 CommandItem::Command => order.command = Some(Command::from_code(value as u16)?),
@@ -120,7 +120,7 @@ impl Draft {
     fn finish(self) -> Result<Write, Exception> {
         match self {
             Draft::Slot(slot, config) => Ok(Write::Slot { slot, config }),
-            Draft::Bus(bus, config) => Ok(Write::Bus { bus, config }),
+            Draft::Bus(bus, change) => Ok(Write::Bus { bus, change }),
             Draft::Port(settings) if settings.is_valid() => Ok(Write::Port(settings)),
             Draft::Port(_) => Err(Exception::IllegalDataValue),
             Draft::Command(Order { command, target, value, key }) => {
@@ -163,18 +163,19 @@ fn set_slot(config: &mut SlotConfig, item: SlotSetting, value: u32) -> Option<()
     Some(())
 }
 
-fn set_bus(config: &mut BusConfig, item: BusSetting, value: u32) {
+fn set_bus(change: &mut BusChange, item: BusSetting, value: u32) {
+    let micros = Some(Micros(value.into()));
     match item {
-        BusSetting::Baud => config.baud = value,
-        BusSetting::Guard => config.guard_us = value as u16,
-        BusSetting::PreDelay => config.pre_delay_us = value as u16,
-        BusSetting::PostDelay => config.post_delay_us = value as u16,
+        BusSetting::Baud => change.baud = Some(value),
+        BusSetting::Guard => change.guard = micros,
+        BusSetting::PreDelay => change.pre_delay = micros,
+        BusSetting::PostDelay => change.post_delay = micros,
         BusSetting::Echo => {
-            config.echo = match value {
+            change.echo = Some(match value {
                 0 => EchoMode::Off,
                 1 => EchoMode::Expected,
                 _ => EchoMode::Detect,
-            }
+            });
         }
     }
 }

@@ -3,12 +3,14 @@
 mod common;
 
 use clino_bus::Micros;
-use clino_codec::isu;
-use clino_gateway::{Bus as Line, Restraint, SlotConfig, Snapshot, Source, Span};
+use clino_codec::{isu, t7};
+use clino_commissioning::isu::Module;
+use clino_gateway::order::Order;
+use clino_gateway::{Asker, Bus as Line, BusChange, Restraint, SlotConfig, Snapshot, Source, Span, task};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::config::{self, Filter};
 use clino_modbus::desk::{Desk, Wish};
-use clino_modbus::{Bus, Host, Kind, Refusal, Status, Write, gateway_bits, slot_bits};
+use clino_modbus::{Bus, Host, Kind, Refusal, Status, Write, slot_bits};
 use clino_recovery::{Cause, Clock, Mode, Start};
 use common::board::Board;
 
@@ -42,7 +44,9 @@ fn a_value_is_what_the_gateway_says() {
     assert_eq!(detail.raw, reading.angle);
     assert_eq!(detail.flags & slot_bits::REPEATED, 0);
     // Both buses have slots, and none has answered.
-    let expected = gateway_bits::T7_BUS_DEAD | gateway_bits::ISU_BUS_DEAD | gateway_bits::UNSAVED;
+    let names: Vec<&str> = desk.summary().signals.names().collect();
+    assert_eq!(names, ["t7_bus_dead", "isu_bus_dead", "unsaved", "slot_fault"]);
+    let expected = 1 << 0 | 1 << 1 | 1 << 3 | 1 << 10;
     assert_eq!(desk.gateway().status, expected);
     assert_eq!(desk.gateway().version, (1, 2, 3));
     // Two publications later what was looked at does not hold any more.
@@ -76,9 +80,9 @@ fn what_is_not_written_stays_as_it_is() {
     .unwrap();
     let config = board.config(0);
     assert_eq!(config.soft_zero.mdeg(), -1_234);
-    assert_eq!(config.filter, clino_gateway::config::Filter::Median(5));
+    assert_eq!((config.filter, config.samples), (clino_gateway::config::Filter::Median, 5));
     assert_eq!(config.direction, clino_gateway::config::Direction::Reversed);
-    assert_eq!(config.stale_after, Span::from_millis(250));
+    assert_eq!(config.stale, Span::from_millis(250));
     assert_eq!(config.period, Span::from_millis(20));
 }
 
@@ -120,16 +124,16 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
         assert_eq!(desk.write(&write), Err(Refusal::Value), "{number}");
         assert_eq!(board.config(0), before, "{number}");
     }
-    let bus = config::BusConfig { baud: 19_200, ..desk.bus_config(Bus::Isu) };
-    assert_eq!(desk.write(&Write::Bus { bus: Bus::Isu, config: bus }), Err(Refusal::Value));
+    let change = BusChange { baud: Some(19_200), ..BusChange::NONE };
+    assert_eq!(desk.write(&Write::Bus { bus: Bus::Isu, change }), Err(Refusal::Value));
 }
 
 #[test]
 fn a_bus_is_told_as_it_will_be() {
     let (board, snapshot) = (Board::new(), Snapshot::new());
     let mut desk = Desk::new(&board, &snapshot);
-    let config = config::BusConfig { baud: 57_600, post_delay_us: 12, ..desk.bus_config(Bus::T7) };
-    desk.write(&Write::Bus { bus: Bus::T7, config }).unwrap();
+    let change = BusChange { baud: Some(57_600), post_delay: Some(Micros(12)), ..BusChange::NONE };
+    desk.write(&Write::Bus { bus: Bus::T7, change }).unwrap();
     let shown = desk.bus_config(Bus::T7);
     assert_eq!((shown.baud, shown.post_delay_us), (57_600, 12));
     // A character is 174 us now.
@@ -196,7 +200,64 @@ fn a_task_runs_alone_and_tells_how_it_ends() {
         desk.poll();
     }
     let progress = desk.gateway().progress;
-    assert_eq!((progress.command, progress.outcome), (Some(Command::SensorZero), Outcome::Cancelled));
+    assert_eq!((progress.command, progress.outcome), (Some(Command::Cancel), Outcome::Cancelled));
+    assert_eq!(progress.sequence, 3);
+}
+
+#[test]
+fn a_cancel_is_a_command_and_tells_what_has_become_of_it() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    let last = |desk: &Desk<'_, &Board>| {
+        let progress = desk.gateway().progress;
+        (progress.command, progress.outcome, progress.sequence)
+    };
+    desk.snapshot();
+    assert_eq!(desk.write(&command(Command::Cancel, 2, 0)), Err(Refusal::Value), "no bus");
+    // There is nothing to be stopped.
+    desk.write(&command(Command::Cancel, Bus::T7 as u16, 0)).unwrap();
+    assert_eq!(last(&desk), (Some(Command::Cancel), Outcome::Done, 1));
+    // What was begun here tells its end; it is running until then, and nothing else hides it.
+    desk.write(&command(Command::SensorZero, 0, 0)).unwrap();
+    assert_eq!(desk.write(&command(Command::Cancel, Bus::Isu as u16, 0)), Err(Refusal::Busy));
+    desk.write(&command(Command::Cancel, Bus::T7 as u16, 0)).unwrap();
+    desk.poll();
+    assert_eq!(last(&desk), (Some(Command::Cancel), Outcome::Running, 3));
+    board.run();
+    desk.poll();
+    assert_eq!(last(&desk), (Some(Command::Cancel), Outcome::Cancelled, 3));
+    // What was begun at the console tells its end there; here it is known that it has ended.
+    let module = Module::at(isu::Address::new(3).unwrap()).unwrap();
+    let order = Order::Isu(task::isu::Task::Identify(module));
+    board.gateway.borrow_mut().carry_out(order, Asker::Console).unwrap();
+    desk.write(&command(Command::Cancel, Bus::Isu as u16, 0)).unwrap();
+    desk.poll();
+    assert_eq!(last(&desk), (Some(Command::Cancel), Outcome::Running, 4));
+    board.run();
+    desk.poll();
+    assert_eq!(last(&desk), (Some(Command::Cancel), Outcome::Done, 4));
+    assert!(board.gateway.borrow().has_news(Asker::Console));
+}
+
+#[test]
+fn a_change_of_bit_rate_tells_how_many_nodes_it_leaves_behind() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    desk.snapshot();
+    for (slot, node) in [(5, 6), (6, 7), (7, 7)] {
+        let address = t7::Address::new(node).unwrap();
+        let config = SlotConfig::usual(Source::T7 { address, axis: t7::Axis::Two });
+        board.gateway.borrow_mut().carry_out(Order::Slot { slot, config }, Asker::Console).unwrap();
+    }
+    desk.write(&command(Command::SensorBaud, 0, 57_600)).unwrap();
+    assert_eq!(desk.gateway().progress.silenced, 2);
+    for _ in 0..5 {
+        board.run();
+        desk.poll();
+    }
+    assert_eq!(desk.gateway().progress.silenced, 2, "until the next command");
+    desk.write(&command(Command::SensorBaud, 0, 115_200)).unwrap();
+    assert_eq!(desk.gateway().progress.silenced, 0, "that is no change");
 }
 
 #[test]
@@ -204,7 +265,7 @@ fn how_it_has_started_is_told() {
     let (board, snapshot) = (Board::new(), Snapshot::new());
     let mut desk = Desk::new(&board, &snapshot);
     desk.snapshot();
-    let told = gateway_bits::SAFE_MODE | gateway_bits::INTERNAL_CLOCK | gateway_bits::CRASHED;
+    let told = 1 << 5 | 1 << 6 | 1 << 7;
     let quiet = Start { cause: Cause::PowerOn, boots: 1, ..Start::default() };
     for (start, bits) in [
         (quiet, 0),

@@ -8,9 +8,10 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clino_gateway::BusFault;
+use clino_gateway::summary::Signals;
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::map::{BLOCKS, Block, Entry, Form, Item};
-use clino_modbus::{Kind, SLOTS, Status, gateway_bits, slot_bits};
+use clino_modbus::{Kind, SLOTS, Status, slot_bits};
 use clino_recovery::{Cause, Clock, Duty, Mode};
 
 const UPDATE: &str = "UPDATE=1 cargo test -p clino-modbus --test map";
@@ -132,7 +133,7 @@ fn codes_are_distinct() {
     assert!(distinct(Kind::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Outcome::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Command::ALL.iter().map(|&command| command as u16).collect()));
-    assert!(distinct(gateway_bits::ALL.iter().map(|row| row.0).collect()));
+    assert!(distinct(Signals::ALL.iter().map(|row| row.0.bits()).collect()));
     assert!(distinct(Cause::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Mode::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Clock::ALL.iter().map(|row| row.0 as u16).collect()));
@@ -336,7 +337,10 @@ fn sections() -> BTreeMap<&'static str, String> {
     sections.insert("modes", codes(&Mode::ALL.map(|(code, text)| (code as u16, code.name(), text))));
     sections.insert("clocks", codes(&Clock::ALL.map(|(code, text)| (code as u16, code.name(), text))));
     sections.insert("duties", codes(&Duty::ALL.map(|duty| (duty as u16, duty.name(), duty.meaning()))));
-    sections.insert("gateway status", bits(&gateway_bits::ALL));
+    sections.insert(
+        "gateway status",
+        bits(&Signals::ALL.map(|(signal, name, text)| (signal.bits(), name, text))),
+    );
     sections.insert("flags", bits(&slot_bits::ALL));
     let head = String::from("| code | name | target | value | arm key | what |\n|---|---|---|---|---|---|\n");
     let commands = Command::ALL.iter().fold(head, |table, command| {

@@ -181,6 +181,7 @@ fn expected(name: &str, held: i32) -> Option<u32> {
         "command_sequence" => 0xFFFE,
         "command_done" => 3,
         "command_of" => 8,
+        "command_silenced" => 5,
         _ if name.starts_with("angle_f32") => return degrees(trailing(), held),
         _ if name.starts_with("angle_i16") => return hundredths(trailing(), held),
         _ if name.starts_with("angle_i32_cdab") => return thousandths(trailing(), held),

@@ -170,8 +170,15 @@ impl Isu {
         &self.said
     }
 
+    /// The null position in effect, in 360/65536 °. An angle in RAM may still be from the one before.
+    #[must_use]
+    pub fn null(&self) -> u16 {
+        self.active.null
+    }
+
     /// The code in RAM while the module is healthy: the last angle measured, from the null position.
-    fn code(&self) -> u16 {
+    #[must_use]
+    pub fn code(&self) -> u16 {
         u16::from_be_bytes([self.ram[usize::from(CURRENT_ANGLE)], self.ram[usize::from(CURRENT_ANGLE) + 1]])
     }
 

@@ -116,6 +116,11 @@ impl T7 {
         &self.identity
     }
 
+    /// Another device of the same kind is in its place.
+    pub fn replace_serial(&mut self, serial: u32) {
+        self.identity.serial = serial;
+    }
+
     /// The non-volatile settings as they are now.
     #[must_use]
     pub fn settings(&self) -> &Settings {

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::done;
+use crate::{alone, debian};
 
 /// It, and the library it is linked to.
 const PACKAGES: [&str; 2] = ["mbpoll", "libmodbus5"];
@@ -29,22 +29,11 @@ impl Mbpoll {
             return Ok(own);
         }
         let root = place.join("mbpoll");
+        let _alone = alone(&root)?;
         if let Some(unpacked) = Mbpoll::unpacked(&root) {
             return Ok(unpacked);
         }
-        let lists = root.join("lists");
-        // With the system's lists of packages if it has them, else with fresh ones of our own.
-        unpack(&root, &mut Command::new("apt-get")).or_else(|first| {
-            let state = format!("Dir::State::Lists={}", lists.display());
-            fs::create_dir_all(lists.join("partial")).map_err(|why| format!("{}: {why}", lists.display()))?;
-            let apt = || {
-                let mut apt = Command::new("apt-get");
-                apt.args(["-o", &state, "-o", "Dir::Cache::pkgcache=", "-o", "Dir::Cache::srcpkgcache="]);
-                apt
-            };
-            let updated = done(apt().args(["-o", "Debug::NoLocking=1", "update"]));
-            updated.and_then(|_| unpack(&root, &mut apt())).map_err(|second| format!("{first}{second}"))
-        })?;
+        debian::unpack(&root, &PACKAGES)?;
         Mbpoll::unpacked(&root).ok_or_else(|| "mbpoll was unpacked, and does not start\n".to_owned())
     }
 
@@ -68,16 +57,4 @@ impl Mbpoll {
     fn works(&self) -> bool {
         self.command().arg("-V").output().is_ok_and(|output| output.status.success())
     }
-}
-
-/// Has `apt` download the packages, and takes them apart below `root`; nothing is installed.
-fn unpack(root: &Path, apt: &mut Command) -> Result<(), String> {
-    let debs = root.join("debs");
-    fs::create_dir_all(&debs).map_err(|why| format!("{}: {why}\n", debs.display()))?;
-    done(apt.arg("download").args(PACKAGES).current_dir(&debs))?;
-    let files = fs::read_dir(&debs).map_err(|why| format!("{}: {why}\n", debs.display()))?;
-    for file in files.filter_map(Result::ok) {
-        done(Command::new("dpkg").arg("-x").arg(file.path()).arg(root))?;
-    }
-    Ok(())
 }

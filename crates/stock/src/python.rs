@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::done;
+use crate::{alone, done};
 
 /// A Python that has the packages.
 pub struct Python {
@@ -12,13 +12,13 @@ pub struct Python {
 }
 
 impl Python {
-    /// Installs `packages`, each as `name==version`, below `place` if they are not there yet. Tests of one program that
-    /// run at the same time must not call this at the same time for the same packages.
+    /// Installs `packages`, each as `name==version`, below `place` if they are not there yet.
     ///
     /// # Errors
     /// What was tried, and what the programs said.
     pub fn with(place: &Path, packages: &[&str]) -> Result<Python, String> {
         let place = place.join(packages.join("-").replace("==", "-"));
+        let _alone = alone(&place)?;
         let python = Python { venv: place.join("venv"), packages: place.join("packages") };
         if has(&mut python.command(), packages) {
             return Ok(python);

@@ -1,42 +1,50 @@
 //! The record: everything that is configured, in a few hundred bytes.
 //!
 //! ```text
-//! ┌─────────┬──────┬──────────────────────────────────────────────┬────────┐
-//! │ version │ kind │ T7 bus │ ISU bus │ Modbus │ count │ slots …  │ CRC-32 │
-//! └─────────┴──────┴──────────────────────────────────────────────┴────────┘
-//!   1 byte    1 byte                                                4 bytes, little-endian, of all before it
+//! ┌─────────┬──────┬────────────────────────────────────────────────────────┬────────┐
+//! │ version │ kind │ T7 bus │ ISU bus │ Modbus │ console │ count │ slots …  │ CRC-32 │
+//! └─────────┴──────┴────────────────────────────────────────────────────────┴────────┘
+//!   1 byte    1 byte                                                          4 bytes, little-endian, of all before it
 //! ```
 //!
 //! | version | |
 //! |---|---|
-//! | 1 | without the Modbus port |
-//! | 2 | this one |
+//! | 1 | without the Modbus port; see `record/old.rs` |
+//! | 2 | with it |
+//! | 3 | this one: by the tables of settings |
 //!
 //! The first byte and the last four are there in every version, so that a record of a newer one is known for what it is:
 //! [`Reject::Newer`]. Kind 0 is a configuration, kind 1 ends here and stands for the factory's settings.
 //!
-//! Numbers are LEB128: seven bits a byte, the lowest first, the top bit says that more follow; signed ones zigzag. Spans
-//! are in microseconds, angles in micro-degrees. How a bus and a slot are written is said in `record/bus.rs` and
-//! `record/slot.rs`. Nothing is believed: decoding refuses what [`Order::check`] would refuse.
+//! Buses, Modbus port and console are each written as their [differences](differences) from the usual. A slot is a byte for
+//! its kind, a byte for its address if there is a kind, and its differences from the slot of `record/base.rs`.
+//!
+//! Numbers are LEB128: seven bits a byte, the lowest first, the top bit says that more follow. Nothing is believed: decoding
+//! refuses what [`Order::check`] would refuse.
 
 mod base;
-mod bus;
 mod bytes;
-mod modbus;
+mod differences;
+mod old;
 mod slot;
 #[cfg(test)]
 mod tests;
 
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::bus::{ISU_BIT_RATES, T7_BIT_RATES};
+use clino_gateway::settings::console::ConsoleSettings;
+use clino_gateway::settings::{self, Setting};
 use clino_gateway::{Bus, BusSettings, Configuration, MAX_SLOTS, SlotConfig};
 
 use bytes::Reader;
 pub(crate) use bytes::{Compare, Fill, Sink, Writer};
 
 /// The version that is written.
-pub const VERSION: u8 = 2;
-/// The version without the Modbus port.
+pub const VERSION: u8 = 3;
+/// The first version, without the Modbus port.
 const WITHOUT_MODBUS: u8 = 1;
+/// The last version that was not written by the tables.
+const WITHOUT_TABLES: u8 = 2;
 
 /// There is a configuration.
 const CONFIGURATION: u8 = 0;
@@ -49,12 +57,16 @@ const BUSES: [Bus; 2] = [Bus::T7, Bus::Isu];
 /// Bytes of the checksum.
 const CRC: usize = 4;
 
-/// Longest record, in whole words: both buses, the Modbus port and every slot at their longest, and seven bytes around.
+/// Longest record, in whole words: both buses, the Modbus port, the console and every slot at their longest; version, kind
+/// and count.
 pub const LONGEST: usize = {
     let slots = slot::LONGEST.saturating_mul(MAX_SLOTS);
-    let buses = bus::LONGEST.saturating_mul(2);
-    let all = slots.saturating_add(buses).saturating_add(modbus::LONGEST).saturating_add(CRC + 3);
-    all.next_multiple_of(crate::pages::WORD)
+    let t7 = differences::longest(&settings::bus::table(Bus::T7));
+    let isu = differences::longest(&settings::bus::table(Bus::Isu));
+    let port = differences::longest(&settings::port::TABLE);
+    let console = differences::longest(&settings::console::TABLE);
+    let rest = t7.saturating_add(isu).saturating_add(port).saturating_add(console);
+    slots.saturating_add(rest).saturating_add(CRC + 3).next_multiple_of(crate::pages::WORD)
 };
 
 /// Why a record is not taken.
@@ -90,8 +102,6 @@ pub enum Reject {
     },
     /// A configuration that the gateway would not take.
     Refused(Refusal),
-    /// Settings that the Modbus port would not take.
-    Modbus,
 }
 
 /// A part of a configuration.
@@ -101,6 +111,8 @@ pub(crate) enum Part<'a> {
     Bus(Bus, &'a BusSettings),
     /// How the Modbus port runs.
     Modbus(clino_modbus::Settings),
+    /// How the console behaves.
+    Console(ConsoleSettings),
     /// What a slot reads.
     Slot(u8, &'a SlotConfig),
 }
@@ -131,9 +143,8 @@ pub(crate) fn check(
     for bus in BUSES {
         bus_order(bus, &configuration.bus(bus))?;
     }
-    if !modbus.is_valid() {
-        return Err(Reject::Modbus);
-    }
+    settings::port::check(modbus).map_err(Reject::Refused)?;
+    settings::console::check(&configuration.console()).map_err(Reject::Refused)?;
     slots(configuration).zip(0..).try_for_each(|(config, slot)| slot_order(slot, config))
 }
 
@@ -143,12 +154,25 @@ fn slots(configuration: &dyn Configuration) -> impl Iterator<Item = &SlotConfig>
 }
 
 fn bus_order(bus: Bus, settings: &BusSettings) -> Result<(), Reject> {
-    let BusSettings { timing, line } = *settings;
-    Order::Bus { bus, timing, line }.check().map_err(Reject::Refused)
+    Order::Bus { bus, change: settings.into() }.check().map_err(Reject::Refused)
 }
 
 fn slot_order(slot: u8, config: &SlotConfig) -> Result<(), Reject> {
     Order::Slot { slot, config: *config }.check().map_err(Reject::Refused)
+}
+
+/// What a bus is written as the difference to: its sensors' first bit rate. Part of the format, and as unchangeable.
+fn usual_bus(bus: Bus) -> BusSettings {
+    let rates = match bus {
+        Bus::T7 => T7_BIT_RATES,
+        Bus::Isu => ISU_BIT_RATES,
+    };
+    BusSettings::usual(bus, rates.first().copied().unwrap_or_default())
+}
+
+/// Writes what differs from the usual.
+fn plain<T>(table: &[Setting<T>], of: &T, usual: &T, writer: &mut Writer<'_>) {
+    differences::encode(table, of, |setting| (setting.get)(of) != (setting.get)(usual), writer);
 }
 
 /// Writes the record. What [`check`] finds nothing wrong with can be read again.
@@ -160,9 +184,24 @@ pub(crate) fn encode(content: Content<'_>, sink: &mut dyn Sink) {
         Content::Configuration(configuration, modbus) => {
             writer.byte(CONFIGURATION);
             for bus in BUSES {
-                bus::encode(&configuration.bus(bus), &mut writer);
+                let settings = &configuration.bus(bus);
+                let usual = BusSettings::usual(bus, settings.timing.serial.baud);
+                // The bit rate is a difference from the first one; the rest from what is usual at the bit rate.
+                let from = |setting: &Setting<BusSettings>| match setting.id {
+                    settings::bus::id::BAUD => usual_bus(bus),
+                    _ => usual,
+                };
+                let differs =
+                    |setting: &Setting<BusSettings>| (setting.get)(settings) != (setting.get)(&from(setting));
+                differences::encode(settings::bus::settings(bus), settings, differs, &mut writer);
             }
-            modbus::encode(modbus, &mut writer);
+            plain(&settings::port::SETTINGS, modbus, &clino_modbus::Settings::DEFAULT, &mut writer);
+            plain(
+                &settings::console::SETTINGS,
+                &configuration.console(),
+                &ConsoleSettings::DEFAULT,
+                &mut writer,
+            );
             writer.byte(MAX_SLOTS as u8);
             slots(configuration).for_each(|config| slot::encode(config, &mut writer));
         }
@@ -199,27 +238,44 @@ pub(crate) fn decode(record: &[u8], take: &mut dyn FnMut(Part<'_>)) -> Result<Ki
 }
 
 fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -> Result<(), Reject> {
+    let is_old = version <= WITHOUT_TABLES;
     for bus in BUSES {
-        let settings = bus::decode(reader)?;
+        let settings = match is_old {
+            true => old::bus(bus, reader)?,
+            false => {
+                let mut settings = usual_bus(bus);
+                differences::decode(settings::bus::settings(bus), &mut settings, reader)?;
+                settings
+            }
+        };
         bus_order(bus, &settings)?;
         take(Part::Bus(bus, &settings));
     }
-    let modbus = match version {
+    let mut modbus = clino_modbus::Settings::DEFAULT;
+    match version {
         // Before it was a setting, the port ran like this.
-        WITHOUT_MODBUS => clino_modbus::Settings::DEFAULT,
-        _ => modbus::decode(reader)?,
-    };
-    if !modbus.is_valid() {
-        return Err(Reject::Modbus);
+        WITHOUT_MODBUS => {}
+        WITHOUT_TABLES => modbus = old::port(reader)?,
+        _ => differences::decode(&settings::port::SETTINGS, &mut modbus, reader)?,
     }
+    settings::port::check(&modbus).map_err(Reject::Refused)?;
     take(Part::Modbus(modbus));
+    let mut console = ConsoleSettings::DEFAULT;
+    if !is_old {
+        differences::decode(&settings::console::SETTINGS, &mut console, reader)?;
+    }
+    take(Part::Console(console));
     let count = reader.byte()?;
     if usize::from(count) > MAX_SLOTS {
         return Err(Reject::Code { what: "slots", code: count });
     }
     for slot in 0..MAX_SLOTS as u8 {
         // A record of a gateway with fewer slots says nothing of the others.
-        let config = if slot < count { slot::decode(reader)? } else { SlotConfig::OFF };
+        let config = match (slot < count, is_old) {
+            (false, _) => SlotConfig::OFF,
+            (true, true) => old::slot(reader)?,
+            (true, false) => slot::decode(reader)?,
+        };
         slot_order(slot, &config)?;
         take(Part::Slot(slot, &config));
     }

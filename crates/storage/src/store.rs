@@ -192,6 +192,7 @@ fn apply(part: Part<'_>, place: &mut dyn Configuration, modbus: &mut clino_modbu
     match part {
         Part::Bus(bus, settings) => place.set_bus(bus, settings),
         Part::Modbus(port) => *modbus = port,
+        Part::Console(console) => place.set_console(&console),
         Part::Slot(slot, config) => place.set_slot(slot.into(), config),
     }
 }

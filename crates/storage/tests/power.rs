@@ -109,7 +109,7 @@ fn workload() -> Vec<Wish> {
         0 => Wish::Save(Box::new(numbered(n))),
         _ => Wish::Save(Box::new(longest(n))),
     };
-    (1..=48).map(save).collect()
+    (1..=60).map(save).collect()
 }
 
 fn report(tears: u64) {
@@ -151,7 +151,7 @@ fn power_that_never_lasts() {
     let mut random = Random(1);
     for n in 0..400 {
         // Less than the record needs, so that the new one is never whole.
-        flash.cut_after(random.below(500), random.next());
+        flash.cut_after(random.below(450), random.next());
         let new = Wish::Save(Box::new(longest(2 + n)));
         assert!(new.carry_out(&mut flash).is_err());
         flash.power_on();

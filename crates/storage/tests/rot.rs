@@ -15,7 +15,7 @@ fn serves(flash: &mut Flash) {
     let wanted = numbered(4_711);
     assert_eq!(Store::new(&mut *flash).save(&wanted.settings, &wanted.modbus), Ok(Saved::Written));
     let Configuration { mut settings, mut modbus } = factory();
-    assert_eq!(Store::new(flash).load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 2 }));
+    assert_eq!(Store::new(flash).load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 3 }));
     assert_eq!(Configuration { settings, modbus }, wanted);
 }
 

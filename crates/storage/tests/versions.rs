@@ -2,6 +2,8 @@
 
 mod support;
 
+use clino_bus::{Micros, Serial, Timing};
+use clino_gateway::BusSettings;
 use clino_storage::{LoadError, Loaded, Reject, Saved, Store};
 use support::configurations::{Configuration, factory, numbered};
 use support::flash::Flash;
@@ -19,8 +21,8 @@ const VERSION_1: &[u8] = &[
     0x7C, 0x9D, 0xF9, 0x6C,
 ];
 
-/// Version 3, whatever that is. Checksum by zlib.
-const VERSION_3: &[u8] = &[0x03, 0x2A, 0x2B, 0x23, 0x52, 0xD0, 0x3E];
+/// Version 4, whatever that is. Checksum by zlib.
+const VERSION_4: &[u8] = &[0x04, 0x2A, 0x2B, 0xA6, 0x44, 0x9F, 0x3B];
 
 /// Flash with this record in it.
 fn flash_with(record: &[u8]) -> Flash {
@@ -36,25 +38,26 @@ fn an_older_one_is_migrated() {
     let Configuration { mut settings, mut modbus } = numbered(7);
     assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 1 }));
     let mut expected = factory();
-    expected.settings.t7.timing.serial.baud = 57_600;
-    expected.settings.t7.line.serial.baud = 57_600;
+    // What follows from the bit rate does so now; the guard of 87 us was not its own.
+    let timing = Timing { guard: Micros(87), ..Timing::t7(Serial { baud: 57_600 }) };
+    expected.settings.t7 = BusSettings::new(timing);
     assert_eq!(Configuration { settings: settings.clone(), modbus }, expected);
 
     // From now on as the version of today.
     assert_eq!(store.save(&settings, &modbus), Ok(Saved::Written));
     assert_eq!(store.save(&settings, &modbus), Ok(Saved::Unchanged));
     let Configuration { mut settings, mut modbus } = numbered(7);
-    assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 2 }));
+    assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 3 }));
     assert_eq!(Configuration { settings, modbus }, expected);
 }
 
 #[test]
 fn a_newer_one_is_reported() {
-    let mut flash = flash_with(VERSION_3);
+    let mut flash = flash_with(VERSION_4);
     let steps = flash.steps;
     let mut store = Store::new(&mut flash);
     let Configuration { mut settings, mut modbus } = numbered(7);
-    let newer = LoadError::Rejected(Reject::Newer { version: 3 });
+    let newer = LoadError::Rejected(Reject::Newer { version: 4 });
     assert_eq!(store.load(&mut settings, &mut modbus), Err(newer));
     assert_eq!(Configuration { settings, modbus }, numbered(7));
     assert_eq!(flash.steps, steps);

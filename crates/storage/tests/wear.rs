@@ -88,7 +88,7 @@ fn a_store_that_lives_long() {
         let wanted = if n % 3 == 0 { numbered(n) } else { longest(n) };
         assert_eq!(store.save(&wanted.settings, &wanted.modbus), Ok(Saved::Written));
         assert_eq!(store.save(&wanted.settings, &wanted.modbus), Ok(Saved::Unchanged));
-        assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 2 }));
+        assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 3 }));
         assert_eq!(Configuration { settings: settings.clone(), modbus }, wanted);
     }
     assert_eq!(store.saves(), 100);

@@ -109,22 +109,24 @@ fn main() -> ! {
 /// A long one.
 fn numbered(n: u32) -> (Settings, clino_modbus::Settings) {
     let slot = SlotConfig {
-        source: Source::T7 { address: t7::Address::FACTORY, axis: t7::Axis::Two },
+        source: Source::T7 { address: t7::Address::FACTORY, axis: t7::Axis::One },
         enabled: false,
         ask: Ask::Everything,
         retries: 10,
         confirm: false,
-        filter: Filter::Median(3),
+        filter: Filter::Median,
+        samples: 3,
+        held_axis: t7::Axis::Two,
         direction: Direction::Reversed,
         range: Range::Unidirectional,
         partner: Some(47),
         tolerance: u16::MAX,
         period: Span::from_micros(1_200_000_000),
         timeout: Span::from_micros(500_000),
-        stale_after: Span::from_micros(3_600_000_000),
+        stale: Span::from_micros(3_600_000_000),
         report_every: Span::from_micros(3_600_000_000),
-        soft_zero: Angle::from_udeg(n as i32),
-        max_rate: u32::MAX - n,
+        soft_zero: Angle::from_udeg(-360_000_000 + n as i32),
+        max_rate: 36_000_000 - n,
     };
     let mut settings = Settings::new(&[slot; MAX_SLOTS], Timing::t7(Serial::T7_DEFAULT), Timing::isu());
     settings.t7.line.pre_delay = Micros(n.into());

@@ -30,7 +30,9 @@ const SENSORS: [Sensor; 6] = [
     pwm(2, 359.0),
 ];
 /// Nobody reads it until it is told to.
-const SPARE: Sensor = t7(5, 66.006);
+const SPARE: Sensor = t7(SPARE_ADDRESS, 66.006);
+/// Its address.
+pub const SPARE_ADDRESS: u8 = 5;
 
 const fn t7(address: u8, degrees: f64) -> Sensor {
     Sensor { table: "t7", number: ("address", address), degrees, tolerance: T7 }
@@ -59,4 +61,9 @@ pub fn truth() -> Vec<String> {
 /// What a slot has to say, in degrees, and the tolerance of it; `None` of a slot that reads nothing.
 pub fn angle(slot: usize) -> Option<(f64, f64)> {
     SENSORS.get(slot).map(|sensor| (sensor.degrees, sensor.tolerance))
+}
+
+/// What the spare sensor has to say, and the tolerance of it.
+pub fn spare_angle() -> (f64, f64) {
+    (SPARE.degrees, SPARE.tolerance)
 }

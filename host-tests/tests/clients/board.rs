@@ -43,8 +43,9 @@ impl Board {
         Board { child, output, notes, console, modbus }
     }
 
-    /// Ctrl-C, and what the board makes of the run: nothing was wrong, and nobody has reset the chip.
-    pub fn stop(mut self) {
+    /// Ctrl-C, and what the board makes of the run: nothing was wrong, and nobody has reset the chip. Returns whether
+    /// the run was as fast as real time.
+    pub fn stop(mut self) -> bool {
         let id = self.child.id().to_string();
         assert!(Command::new("kill").args(["-INT", &id]).status().expect("kill runs").success());
         let mut summary = String::new();
@@ -54,6 +55,7 @@ impl Board {
         assert_eq!(status.code(), Some(0), "{summary}\n{notes}");
         assert!(summary.ends_with("All well.\n"), "{summary}\n{notes}");
         assert!(notes.contains("interrupted"), "{notes}");
+        !notes.contains("slower than real time")
     }
 }
 

@@ -7,8 +7,8 @@ use clino_stock::{Python, said};
 
 const PACKAGES: [&str; 2] = ["pymodbus==3.16.1", "pyserial==3.5"];
 
-/// Runs a script; it fails if the script does. The scripts say what they do.
-pub fn run(script: &str, arguments: &[&str]) {
+/// Runs a script and returns what it printed; it fails if the script does. The scripts say what they do.
+pub fn run(script: &str, arguments: &[&str]) -> String {
     static PYTHON: OnceLock<Result<Python, String>> = OnceLock::new();
     let place = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let python = PYTHON.get_or_init(|| Python::with(place, &PACKAGES)).as_ref().unwrap_or_else(|why| {
@@ -22,4 +22,5 @@ pub fn run(script: &str, arguments: &[&str]) {
     let said = said(&output);
     assert!(output.status.success(), "{script}: {said}");
     println!("{script}: {said}");
+    said
 }

@@ -63,6 +63,9 @@ impl Device for Cpu {
         if port == "reset" {
             return Some(SinkPin { sink: Arc::clone(&self.reset_line) as Arc<dyn WireSink>, line: 0 });
         }
+        if let Some(line) = port.strip_prefix("irq").and_then(|line| line.parse().ok()) {
+            lock(&self.work).fast.wired.push(line);
+        }
         self.core.sink(port, sources)
     }
 

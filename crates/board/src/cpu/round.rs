@@ -2,6 +2,7 @@
 
 use rsemu::core::sched::{AccessKind, TickCursor};
 
+use super::fast::{Course, Stretch};
 use super::idle::Idle;
 use super::step::step;
 use super::work::Work;
@@ -10,6 +11,14 @@ use super::{Cpu, NEVER};
 /// Instructions between two looks at what firmware can change without telling: timers, clock tree, reset
 /// request, sleep. A timer event armed less than this many instructions ahead may arrive that much late.
 const LOOK_EVERY: u32 = 8;
+
+/// When the next look is due, and whether it can see anything new.
+struct Looks {
+    /// Instructions up to the next one.
+    left: u32,
+    /// Where the emulator's devices stood at the last one, if nothing but the fast path has run since.
+    stood: Option<u64>,
+}
 
 impl Cpu {
     /// Runs at most `budget` cycles; returns how many are to be accounted for.
@@ -25,7 +34,7 @@ impl Cpu {
         let mut acting = self.next_act(work, at);
         let mut timing = work.next_timer_event(anchor);
         let mut planting = self.next_planting(work);
-        let mut until_look = LOOK_EVERY;
+        let mut looks = Looks { left: LOOK_EVERY, stood: None };
         let mut idle = Idle::No;
 
         if work.is_without_power() {
@@ -36,6 +45,7 @@ impl Cpu {
                 self.let_act(work, cursor, at);
                 acting = self.next_act(work, at);
                 timing = work.next_timer_event(anchor);
+                looks.stood = None;
             }
             cursor.set(at);
             if at >= timing {
@@ -44,22 +54,25 @@ impl Cpu {
                     let _ = timer.handle.sync(AccessKind::Guest);
                 }
                 timing = work.next_timer_event(anchor);
+                looks.stood = None;
             }
-            if until_look == LOOK_EVERY
+            if looks.left == LOOK_EVERY
                 && let Some(until) = self.stalled_until(work, at)
             {
                 // One cycle at least, in case an event lies where the core stands.
                 at += self.stall(work, at, until.min(end).min(acting).min(timing).max(at + 1));
                 timing = work.next_timer_event(anchor);
+                looks.stood = None;
                 if self.must_leave(work, at) {
                     break;
                 }
                 continue;
             }
-            if until_look == LOOK_EVERY && work.is_without_clock() {
+            if looks.left == LOOK_EVERY && work.is_without_clock() {
                 let until = end.min(acting).min(timing).max(at + 1);
                 work.stats.stalled_cycles += until - at;
                 at = until;
+                looks.stood = None;
                 if self.must_leave(work, at) {
                     break;
                 }
@@ -68,23 +81,35 @@ impl Cpu {
             if at >= planting && self.plant(work, at) {
                 planting = self.next_planting(work);
             }
-            let cycles = step(&self.core);
-            if cycles == 0 {
-                break;
+            let limit = end.min(acting).min(timing).min(planting);
+            let run = if idle == Idle::No && at < limit {
+                self.run_fast(work, cursor, &mut looks, at, limit)
+            } else {
+                Stretch::default()
+            };
+            if run.instructions > 0 {
+                at += run.cycles;
+                work.count(idle, run.cycles);
+                work.stats.instructions += run.instructions;
+            } else {
+                let cycles = step(&self.core);
+                if cycles == 0 {
+                    break;
+                }
+                at += cycles;
+                work.count(idle, cycles);
+                work.stats.instructions += u64::from(idle != Idle::Asleep);
+                looks.left -= 1;
+                looks.stood = None;
             }
-            at += cycles;
-            work.count(idle, cycles);
-            work.stats.instructions += u64::from(idle != Idle::Asleep);
             if self.timeline.take_nudge() {
                 acting = self.next_act(work, at);
             }
-            until_look -= 1;
-            if until_look > 0 && idle == Idle::No {
+            if looks.left > 0 && idle == Idle::No {
                 continue;
             }
-            until_look = LOOK_EVERY;
-            let sp = self.core.msp();
-            work.stats.lowest_sp = Some(work.stats.lowest_sp.map_or(sp, |lowest| lowest.min(sp)));
+            looks = Looks { left: LOOK_EVERY, stood: work.devices_stand_at() };
+            work.stats.note_sp(self.core.msp());
             timing = work.next_timer_event(anchor);
             if self.must_leave(work, at) {
                 break;
@@ -110,6 +135,37 @@ impl Cpu {
         let spent = at - anchor;
         work.debt = spent.saturating_sub(budget);
         spent.min(budget)
+    }
+
+    /// Executes from `at` what the fast path can, up to a look that may see something new, or `limit`.
+    fn run_fast(
+        &self,
+        work: &mut Work,
+        cursor: &TickCursor,
+        looks: &mut Looks,
+        at: u64,
+        limit: u64,
+    ) -> Stretch {
+        let Work { fast, flash, seen_pc, stats, .. } = work;
+        let Some(flash) = flash else { return Stretch::default() };
+        let course = Course { cursor, at, limit, devices: flash.device() };
+        let looked = looks.stood == Some(course.devices.current_tick());
+        // An actor that asks to be looked at is, after one instruction.
+        let nudged = self.timeline.is_nudged();
+        fast.run(&self.core, &course, |sp, pc| {
+            looks.left -= 1;
+            if looks.left > 0 {
+                return !nudged;
+            }
+            if !looked || *seen_pc == pc {
+                return false;
+            }
+            // Nothing has changed since the last look: this is what remains of it.
+            looks.left = LOOK_EVERY;
+            *seen_pc = pc;
+            stats.note_sp(sp);
+            !nudged
+        })
     }
 
     /// First cycle at or after the next actor's instant.

@@ -17,7 +17,7 @@ use rsemu::cpu::arm::v7m::sys::Exception;
 use std::sync::Arc;
 
 /// Bit of SYST_CSR: the wrap raises the exception.
-const SYSTICK_INTERRUPT: u32 = 1 << 1;
+pub(super) const SYSTICK_INTERRUPT: u32 = 1 << 1;
 
 /// The flash controller, as the core feels it. Its clock ticks once a nanosecond.
 pub(crate) struct BusyFlash {
@@ -47,6 +47,11 @@ impl BusyFlash {
     /// The supply fails in the middle of this step, counted from power-up, the first being 1.
     pub fn cut_at(&mut self, step: u64, seed: u64) {
         self.cut = Cut::At { step, seed };
+    }
+
+    /// The controller: its clock moves on whenever the emulator catches up its devices, be it by a single cycle.
+    pub fn device(&self) -> &dyn Device {
+        &*self.device
     }
 
     /// Whether the supply has failed.

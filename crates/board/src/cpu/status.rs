@@ -25,6 +25,13 @@ pub struct CpuStats {
     pub lowest_sp: Option<u32>,
 }
 
+impl CpuStats {
+    /// The stack pointer was seen at `sp`.
+    pub(super) fn note_sp(&mut self, sp: u32) {
+        self.lowest_sp = Some(self.lowest_sp.map_or(sp, |lowest| lowest.min(sp)));
+    }
+}
+
 /// What is known of a core that stopped in a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {

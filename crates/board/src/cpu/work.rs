@@ -5,6 +5,7 @@ use std::sync::Arc;
 use clino_sim::node::Ns;
 
 use super::clocks::Timer;
+use super::fast::Fast;
 use super::idle::Idle;
 use super::plant::Planting;
 use super::{BusyFlash, CpuStats};
@@ -29,6 +30,7 @@ pub(super) struct Work {
     pub flash: Option<BusyFlash>,
     pub crystal: Option<Arc<crystal::Pins>>,
     pub planting: Planting,
+    pub fast: Fast,
     /// Program counter at the last look.
     pub seen_pc: u32,
     /// The core was seen locked up since the last reset.
@@ -42,6 +44,11 @@ impl Work {
             Idle::Asleep => self.stats.asleep_cycles += cycles,
             Idle::No | Idle::Stuck => self.stats.awake_cycles += cycles,
         }
+    }
+
+    /// Where the emulator's devices stand: it is another number once they have been caught up.
+    pub fn devices_stand_at(&self) -> Option<u64> {
+        self.flash.as_ref().map(|flash| flash.device().current_tick())
     }
 
     /// Whether the supply has failed.

@@ -86,6 +86,7 @@ impl ModbusLine {
 impl Wire for ModbusLine {
     fn set_receiver(&mut self, now: Ns, format: Option<Format>) {
         self.advance(now);
+        self.master.lock().gateway_has_listened |= format.is_some();
         self.pair.set_receiver(now, format);
     }
 

@@ -121,11 +121,12 @@ fn built() -> &'static Path {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     BUILT.get_or_init(|| {
         let crate_dir = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("selftest-firmware");
-        let target_dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("selftest");
+        // The workspace's own, `CARGO_TARGET_TMPDIR` is below it: what other firmware has built there is not built again.
+        let target_dir = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("a folder");
         let status = Command::new(env!("CARGO"))
             .current_dir(&crate_dir)
             .args(["build", "--release", "--target", "thumbv7em-none-eabihf", "--target-dir"])
-            .arg(&target_dir)
+            .arg(target_dir)
             .status()
             .expect("cargo runs");
         assert!(status.success(), "the self-test firmware does not build: is the thumb target installed?");

@@ -1,7 +1,8 @@
 //! `vboard` with the self-test firmware in real time: a program on the Modbus port's pseudo-terminal gets its bytes
 //! back.
 //!
-//! Times are generous: the computer may have other things to do, and the board says so and takes its time.
+//! The computer may have other things to do: what must come is waited for, and a late echo is not taken for that of
+//! the next request.
 
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -16,7 +17,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
 
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Longer than an echo takes.
+/// Longer than an echo takes on a quiet computer.
 const QUIET: Duration = Duration::from_secs(1);
 
 /// What gets the firmware to its end: characters on the T7 bus and edges on both PWM inputs.
@@ -58,22 +59,55 @@ impl Served {
         Self { child, modbus, _console: lines }
     }
 
-    /// What comes until there has been nothing for a while.
-    fn heard(&mut self) -> Vec<u8> {
-        let mut heard = Vec::new();
-        let wait = Timespec { tv_sec: QUIET.as_secs().cast_signed(), tv_nsec: 0 };
-        while poll(&mut [PollFd::new(&self.modbus, PollFlags::IN)], Some(&wait)).unwrap() > 0 {
-            let mut buffer = [0; 256];
-            let count = self.modbus.read(&mut buffer).unwrap();
-            assert_ne!(count, 0, "the board has ended");
-            heard.extend(&buffer[..count]);
+    /// The next `count` bytes, or fewer if no more come within that time.
+    fn hears(&mut self, count: usize, patience: Duration) -> Vec<u8> {
+        let deadline = Instant::now() + patience;
+        let mut heard = vec![0; count];
+        let mut length = 0;
+        while length < count {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let left = Timespec { tv_sec: left.as_secs().cast_signed(), tv_nsec: left.subsec_nanos().into() };
+            if poll(&mut [PollFd::new(&self.modbus, PollFlags::IN)], Some(&left)).unwrap() == 0 {
+                break;
+            }
+            let more = self.modbus.read(&mut heard[length..]).unwrap();
+            assert_ne!(more, 0, "the board has ended");
+            length += more;
         }
+        heard.truncate(length);
         heard
     }
 
-    fn asks(&mut self, bytes: &[u8]) -> Vec<u8> {
+    fn sends(&mut self, bytes: &[u8]) {
         self.modbus.write_all(bytes).unwrap();
-        self.heard()
+    }
+
+    /// The echo of these bytes.
+    fn echo(&mut self, bytes: &[u8]) -> Vec<u8> {
+        self.sends(bytes);
+        self.hears(bytes.len(), PATIENCE)
+    }
+
+    /// Waits until the firmware echoes, and nothing of earlier requests is left to come.
+    fn synchronize(&mut self) {
+        let since = Instant::now();
+        for number in 1_u8.. {
+            assert!(since.elapsed() < PATIENCE, "no echo");
+            let mark = [0xA5, 0x5A, number, !number];
+            self.sends(&mark);
+            let mut heard = Vec::new();
+            loop {
+                // Longer each time, for a computer that takes longer.
+                let more = self.hears(1, QUIET * number.into());
+                heard.extend(&more);
+                if heard.ends_with(&mark) {
+                    return;
+                }
+                if more.is_empty() {
+                    break;
+                }
+            }
+        }
     }
 
     fn set(&self, change: impl FnOnce(&mut rustix::termios::Termios)) {
@@ -95,21 +129,21 @@ impl Drop for Served {
 fn a_program_on_a_pseudo_terminal_talks_to_the_modbus_port() {
     let mut served = Served::start();
     // The firmware has other stages before.
-    let since = Instant::now();
-    while served.asks(&[0x55]) != [0x55] {
-        assert!(since.elapsed() < PATIENCE, "no echo");
-    }
+    served.synchronize();
     let all: Vec<u8> = (0..32).map(|n| n * 8 + n / 4).collect();
-    assert_eq!(served.asks(&all), all, "one frame, without a gap that would end it");
+    assert_eq!(served.echo(&all), all, "one frame, without a gap that would end it");
     // Another bit rate is another language.
     served.set(|settings| settings.set_speed(9_600).unwrap());
-    assert_ne!(served.asks(&[1, 2, 3]), [1, 2, 3]);
+    served.sends(&[1, 2, 3]);
+    assert_ne!(served.hears(3, QUIET), [1, 2, 3]);
     // With two stop bits there is no parity bit, and the firmware hears a wrong one.
     served.set(|settings| {
         settings.set_speed(19_200).unwrap();
         settings.control_modes.insert(ControlModes::CSTOPB);
     });
-    served.asks(&[1]);
+    served.sends(&[1]);
+    served.hears(1, QUIET);
     served.set(|settings| settings.control_modes.remove(ControlModes::CSTOPB));
-    assert_eq!(served.asks(&all), all);
+    served.synchronize();
+    assert_eq!(served.echo(&all), all);
 }

@@ -15,7 +15,7 @@ use super::EchoMode;
 
 /// What a character heard in the echo's time is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub enum Verdict {
     /// Ours.
     Own,
     /// Ours, spoiled: somebody else talks.
@@ -26,7 +26,7 @@ pub(super) enum Verdict {
 
 /// Follows the echo of one frame after another.
 #[derive(Debug)]
-pub(super) struct Echo {
+pub struct Echo {
     mode: EchoMode,
     /// Whether our characters come back, as far as is known.
     present: Option<bool>,
@@ -39,7 +39,8 @@ pub(super) struct Echo {
 }
 
 impl Echo {
-    pub fn new(mode: EchoMode) -> Echo {
+    /// What is known of a line that is set like this.
+    pub const fn new(mode: EchoMode) -> Echo {
         let present = match mode {
             EchoMode::Off => Some(false),
             EchoMode::Expected => Some(true),
@@ -58,6 +59,11 @@ impl Echo {
         self.open = self.mode != EchoMode::Off;
         self.returned = 0;
         self.intact = true;
+    }
+
+    /// Whether some of the frame has come back, and not yet all.
+    pub fn is_coming_back(&self) -> bool {
+        self.open && self.returned != 0
     }
 
     /// Whether characters of an echo that is known to be there are missing.

@@ -62,7 +62,7 @@ fn two_sensors_at_one_address_talk_over_each_other() {
     let mut spoilt = 0;
     for _ in 0..5 {
         port.send(&ASK_5);
-        let heard = port.read_within(16, SILENCE);
+        let heard = port.read_until_silent(SILENCE);
         assert!(heard.starts_with(&SAYS_5[..3]), "what both say gets through: {heard:02X?}");
         let sum = heard.iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte));
         spoilt += usize::from(heard.len() != 8 || sum != 0);

@@ -81,7 +81,7 @@ fn what_is_said_is_told_on_standard_error() {
     let mut port = Port::open(&server.path());
     port.send(&ASK_5);
     // A second look at the bus, after the collision.
-    port.read_within(16, SILENCE);
+    port.read_until_silent(SILENCE);
     assert_eq!(port.ask(&[0x05, 0x01, 0x8C], 5), [0x05, 0x03, 0x8C, 0x00, 0x6C]);
     drop(port);
     let notes = server.notes();

@@ -62,6 +62,15 @@ impl Port {
         bytes
     }
 
+    /// Everything from the first byte on, for which it waits, up to this much silence.
+    pub fn read_until_silent(&mut self, silence: Duration) -> Vec<u8> {
+        let mut bytes = self.read(1);
+        while let [byte] = self.read_within(1, silence)[..] {
+            bytes.push(byte);
+        }
+        bytes
+    }
+
     /// Sends bytes; the next `count` bytes.
     pub fn ask(&mut self, bytes: &[u8], count: usize) -> Vec<u8> {
         self.send(bytes);

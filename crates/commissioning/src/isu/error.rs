@@ -100,6 +100,11 @@ pub enum Cause {
         /// What it reads, in 360/65536°.
         seen: u16,
     },
+    /// The module moves: a zero would not hold until it is read back.
+    Moving {
+        /// How fast, in 0.001° a second.
+        mdeg_per_s: u32,
+    },
     /// Nobody answers at any of the addresses.
     NotFound {
         /// The last fault.
@@ -150,6 +155,9 @@ impl fmt::Display for Cause {
             Self::StillAt { address } => write!(f, "the module is still at address {}", address.get()),
             Self::NotBooted { fault } => write!(f, "no answer after the reset: {fault:?}"),
             Self::NotZero { seen } => write!(f, "the angle reads {seen:04X} (360/65536 degrees), not 0"),
+            Self::Moving { mdeg_per_s } => {
+                write!(f, "the module moves at {mdeg_per_s} (0.001 degrees a second)")
+            }
             Self::NotFound { fault } => write!(f, "no module found: {fault:?}"),
             Self::Cancelled => write!(f, "cancelled"),
         }

@@ -47,5 +47,8 @@ pub const BOOT_AGAIN: Micros = Micros::from_millis(450);
 /// A module that does not answer for this long after a reset will not: almost ten times what a new angle takes.
 pub const BOOT_LIMIT: Micros = Micros::from_millis(5_000);
 
+/// From one angle to the next: 8/15 s (section 4).
+pub const REFRESH: Micros = Micros(533_333);
+
 /// After this there is a new angle: 8/15 s (section 4), an eighth more for the module's clock.
 pub const NEW_ANGLE: Micros = Micros::from_millis(600);

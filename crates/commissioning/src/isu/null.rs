@@ -1,29 +1,48 @@
 //! Reset Null Position: the angle as it stands becomes zero (appendix A, function 110).
 //!
 //! ```text
-//!  Read ── zero ──▶ done
-//!   │ ▲
-//!   ▼ │ 600 ms: the next angle is there
-//!  Write
+//!  Audit ──▶ Watch ── zero ──▶ done
+//!   │ bad     │ ▲ │              ▲
+//!   ▼   moves ▼ │ │ stands still │ zero
+//!  refused      │ ▼              │
+//!               │ Write ──────▶ Read, after 600 ms: the next angle is there
+//!               │ not zero       │
+//!               └────────────────┘
 //! ```
-//! The module writes null position and checksum itself. When power fails meanwhile, it needs a
-//! [repair](super::Repair).
+//! The module writes null position and checksum itself, which it corrects by the difference: a checksum that is wrong
+//! before is wrong afterwards, and the module in its Hard Error state after the next reset. So the EEPROM is read first.
+//! When power fails meanwhile, it needs a [repair](super::Repair).
 
 use clino_bus::{Isu, Micros, Outcome};
-use clino_codec::isu::{Address, Function, Request};
+use clino_codec::isu::{Address, Function, Request, Response};
 
+use super::image::Reader;
 use super::talk::response;
-use super::{Cause, Failure, Module, NEW_ANGLE};
+use super::{Cause, Failure, Module, NEW_ANGLE, REFRESH};
+use crate::motion::Motion;
 use crate::{Operation, Progress, READ_TRIES, Step, StepOf, WRITE_TRIES};
 
 /// How far from zero the angle may read afterwards: 18/65536 of a turn, 0.1°. The document gives no noise figure.
 pub const NULL_TOLERANCE: u16 = 18;
 
+/// Readings by which motion is seen, each a [`REFRESH`] after the one before: 1.07 s together. A zero is read back 0.6 s
+/// after the write, and the angle is then up to a refresh old. At a steady rate a module passes that moves by less than
+/// [`NULL_TOLERANCE`] in that time, 0.09° a second.
+const LOOKS: u8 = 3;
+
+/// Units of the angle in a turn.
+const TURN: i32 = 65_536;
+/// Thousandths of a degree in a turn.
+const TURN_MDEG: u64 = 360_000;
+
 /// Makes the present angle zero.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ResetNull {
     address: Address,
+    reader: Reader,
     state: State,
+    /// What was read since it is watched.
+    motion: Motion<TURN>,
     before: Option<u16>,
     writes: u8,
     cancelled: bool,
@@ -43,17 +62,21 @@ pub struct Nulled {
 
 #[derive(Clone, Copy, Debug)]
 enum State {
+    Audit,
+    Watch { from: Micros },
     Read { from: Micros },
     Write,
     Ended(Result<Nulled, Failure>),
 }
 
 impl ResetNull {
-    /// Begins with reading the angle. The module should stand still.
+    /// Begins with reading the whole EEPROM. A module that moves is refused.
     pub const fn new(module: Module) -> ResetNull {
         ResetNull {
             address: module.address(),
-            state: State::Read { from: Micros::ZERO },
+            reader: Reader::new(),
+            state: State::Audit,
+            motion: Motion::new(),
             before: None,
             writes: 0,
             cancelled: false,
@@ -64,19 +87,65 @@ impl ResetNull {
         self.state = State::Ended(Err(Failure { cause, writes: self.writes, repair }));
     }
 
-    fn on_angle(&mut self, seen: u16) {
-        let before = *self.before.get_or_insert(seen);
-        let off = seen.min(seen.wrapping_neg());
-        let tolerance = if self.writes == 0 { 0 } else { NULL_TOLERANCE };
-        if off <= tolerance {
-            self.state = State::Ended(Ok(Nulled { before, after: seen, writes: self.writes }));
+    /// The whole EEPROM has been read.
+    fn audited(&mut self, now: Micros) {
+        let audit = self.reader.image.audit();
+        if audit.is_sound() {
+            self.state = State::Watch { from: now };
+        } else {
+            self.fail(Cause::Unsound(audit), false);
+        }
+    }
+
+    /// An angle while it is watched whether the module stands still.
+    fn on_watch(&mut self, seen: u16, from: Micros, at: Micros) {
+        self.before.get_or_insert(seen);
+        self.motion.take(seen.into(), at);
+        if self.motion.readings() < LOOKS {
+            // From instant to instant, however long an answer takes: a refresh has passed, and not two.
+            self.state = State::Watch { from: from + REFRESH };
+        } else if self.motion.spread() > NULL_TOLERANCE.into() {
+            self.fail(Cause::Moving { mdeg_per_s: self.mdeg_per_s() }, false);
+        } else if self.is_zero(seen) {
+            self.done(seen);
+        } else if self.cancelled {
+            self.fail(Cause::Cancelled, false);
+        } else {
+            self.state = State::Write;
+        }
+    }
+
+    /// The angle after a write.
+    fn on_read_back(&mut self, seen: u16, at: Micros) {
+        if self.is_zero(seen) {
+            self.done(seen);
         } else if self.cancelled {
             self.fail(Cause::Cancelled, false);
         } else if self.writes >= WRITE_TRIES {
             self.fail(Cause::NotZero { seen }, false);
         } else {
-            self.state = State::Write;
+            self.motion = Motion::new();
+            self.state = State::Watch { from: at };
         }
+    }
+
+    /// How fast it moves. The angles are those of refreshes, so that whole refreshes have passed between them.
+    fn mdeg_per_s(&self) -> u32 {
+        let half = Micros(REFRESH.0 / 2);
+        let refreshes = (self.motion.span() + half).0.checked_div(REFRESH.0).unwrap_or(0).max(1);
+        let codes = self.motion.rate(Micros(REFRESH.0.saturating_mul(refreshes)));
+        let mdeg = u64::from(codes).saturating_mul(TURN_MDEG).checked_div(TURN as u64);
+        mdeg.and_then(|mdeg| u32::try_from(mdeg).ok()).unwrap_or(u32::MAX)
+    }
+
+    fn is_zero(&self, seen: u16) -> bool {
+        let tolerance = if self.writes == 0 { 0 } else { NULL_TOLERANCE };
+        seen.min(seen.wrapping_neg()) <= tolerance
+    }
+
+    fn done(&mut self, after: u16) {
+        let before = self.before.unwrap_or(after);
+        self.state = State::Ended(Ok(Nulled { before, after, writes: self.writes }));
     }
 }
 
@@ -90,42 +159,62 @@ impl Operation for ResetNull {
         if self.cancelled && self.writes == 0 && !matches!(self.state, State::Ended(_)) {
             self.fail(Cause::Cancelled, false);
         }
+        if matches!(self.state, State::Audit) && self.reader.request().is_none() {
+            self.audited(now);
+        }
         let address = self.address;
         match self.state {
-            State::Read { from } if now < from => Step::Wait { until: from },
-            State::Read { .. } => Step::Ask { address, request: Request::READ_ANGLE, tries: READ_TRIES },
+            State::Audit => {
+                let request = self.reader.request().unwrap_or(Request::READ_ANGLE);
+                Step::Ask { address, request, tries: READ_TRIES }
+            }
+            State::Watch { from } | State::Read { from } if now < from => Step::Wait { until: from },
+            State::Watch { .. } | State::Read { .. } => {
+                Step::Ask { address, request: Request::READ_ANGLE, tries: READ_TRIES }
+            }
             State::Write => Step::Ask { address, request: Request::ResetNullPosition, tries: 1 },
             State::Ended(result) => Step::Done(result),
         }
     }
 
     fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
-        match self.state {
-            State::Read { .. } => match response(Function::ReadRam, self.address, outcome.result) {
-                Ok(response) => {
-                    if let Some(seen) = response.angle_word() {
-                        self.on_angle(seen);
-                    }
-                }
-                // The module writes by itself: silent or in its Hard Error state, it may have got half-way.
-                Err(cause) => self.fail(cause, self.writes > 0),
-            },
+        let function = match self.state {
+            State::Audit => Function::ReadEeprom,
+            State::Watch { .. } | State::Read { .. } => Function::ReadRam,
             State::Write => {
                 self.writes = self.writes.saturating_add(1);
                 self.state = State::Read { from: outcome.at + NEW_ANGLE };
+                return None;
             }
-            State::Ended(_) => {}
+            State::Ended(_) => return None,
+        };
+        match (response(function, self.address, outcome.result), self.state) {
+            (Ok(Response::ReadEeprom { start, words }), State::Audit) => self.reader.take(start, &words),
+            (Ok(response), State::Watch { from }) => {
+                response.angle_word().into_iter().for_each(|seen| self.on_watch(seen, from, outcome.at));
+            }
+            (Ok(response), State::Read { .. }) => {
+                response.angle_word().into_iter().for_each(|seen| self.on_read_back(seen, outcome.at));
+            }
+            (Ok(_), _) => {}
+            // The module writes by itself: silent or in its Hard Error state, it may have got half-way.
+            (Err(cause), _) => self.fail(cause, self.writes > 0),
         }
         None
     }
 
     fn progress(&self) -> Progress {
-        match self.state {
-            State::Read { .. } if self.writes == 0 => Progress::new(0, 3),
-            State::Write => Progress::new(1, 3),
-            State::Read { .. } => Progress::new(2, 3),
-            State::Ended(_) => Progress::new(3, 3),
-        }
+        // Reading, watching, a write and a reading.
+        let watched = Reader::EXCHANGES.saturating_add(LOOKS.into());
+        let of = watched.saturating_add(2);
+        let done = match self.state {
+            State::Audit => self.reader.done(),
+            State::Watch { .. } => Reader::EXCHANGES.saturating_add(self.motion.readings().into()),
+            State::Write => watched,
+            State::Read { .. } => watched.saturating_add(1),
+            State::Ended(_) => of,
+        };
+        Progress::new(done, of)
     }
 
     fn cancel(&mut self) {

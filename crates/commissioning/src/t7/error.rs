@@ -68,6 +68,11 @@ pub enum Cause {
         /// What it reads.
         seen: Millidegrees,
     },
+    /// The axis moves: a zero would not hold until it is read back.
+    Moving {
+        /// How fast, in 0.001° a second.
+        mdeg_per_s: u32,
+    },
     /// The product type tells neither a T7-1 nor a T7-3; the caller has to say which.
     UnknownProduct {
         /// What it says.
@@ -129,6 +134,9 @@ impl fmt::Display for Cause {
             }
             Self::NotTaken { wanted, seen } => write!(f, "it reads {seen:?}, not {wanted:?}"),
             Self::NotZero { seen } => write!(f, "the axis reads {} (0.001 degrees), not 0", seen.0),
+            Self::Moving { mdeg_per_s } => {
+                write!(f, "the axis moves at {mdeg_per_s} (0.001 degrees a second)")
+            }
             Self::UnknownProduct { product } => {
                 write!(f, "product type {:?} tells no device type", product.as_str().unwrap_or("?"))
             }

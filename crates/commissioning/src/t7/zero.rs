@@ -1,13 +1,16 @@
 //! Set zero: waits out the damping, then makes an axis read zero as it stands.
 //!
 //! ```text
-//!  Damping ──▶ Settle ──▶ Read ── zero, twice in a row ──▶ done
-//!                          │ ▲
-//!                  not     ▼ │ whatever was answered
-//!                         Write
+//!  Damping ──▶ Settle ──▶ Watch ── zero ──▶ done
+//!                          │ ▲ │                  ▲
+//!                   moves  ▼ │ │ stands still     │ zero, twice in a row
+//!                      refused │ ▼                │
+//!                            │ Write ──────────▶ Read
+//!                            │ not zero           │
+//!                            └────────────────────┘
 //! ```
 //! The reported angle is an average over the damping time (section 2.5), so that it is right only when the axis has
-//! stood still for that long. Source: T7 guide sections 2.1.5, 2.5.1.
+//! stood still for that long. Whether it does is [watched](WATCH) before each write. Source: T7 guide sections 2.1.5, 2.5.1.
 
 use clino_bus::{Micros, Outcome, T7};
 use clino_codec::angle::{Angle, Range};
@@ -15,14 +18,28 @@ use clino_codec::t7::{Axis, MAX_DAMPING_MS, Millidegrees, Opcode, Request, Respo
 
 use super::set::refusal;
 use super::{Cause, Device, Failure, Fault};
+use crate::motion::Motion;
 use crate::{Operation, Progress, READ_TRIES, Step, StepOf, WRITE_TRIES};
 
 /// How far from zero an axis may read after it was set to zero: 0.1°. The guide gives no noise figure; a tenth of a degree
 /// is a hundred steps of the reading, and far less than any offset worth setting.
 pub const ZERO_TOLERANCE: Millidegrees = Millidegrees(100);
 
+/// A turn, in 0.001°.
+const TURN_MDEG: i32 = 360_000;
+
 /// Added to the damping time, for the device's clock.
 const SETTLE_MARGIN: Micros = Micros::from_millis(10);
+
+/// Pauses between the readings by which motion is seen, 258 ms together.
+///
+/// - A zero is read back within 150 ms: 25 ms until a write is answered, two readings, and before each of the three an
+///   exchange of somebody else (38 characters at 9600 bit/s: 40 ms). So an axis that passes moves by less than
+///   [`ZERO_TOLERANCE`] until then. At a steady rate that is 0.1° in 258 ms, 0.39° a second.
+/// - The sensor's bandwidth is 8 Hz (data sheet): a vibration of 125 ms and longer is seen over two periods. The pauses
+///   differ, so that no period fits them all.
+const WATCH: [Micros; 4] =
+    [Micros::from_millis(37), Micros::from_millis(53), Micros::from_millis(71), Micros::from_millis(97)];
 
 /// Makes an axis read zero.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +48,8 @@ pub struct SetZero {
     axis: Axis,
     state: State,
     before: Option<Millidegrees>,
+    /// What was read since it is watched.
+    motion: Motion<TURN_MDEG>,
     /// The last reading was zero: two errors can cancel in the sum of one answer, so it takes two.
     was_zero: bool,
     refused: Option<Status>,
@@ -54,19 +73,21 @@ pub struct Zeroed {
 enum State {
     Damping,
     Settle { until: Micros },
+    Watch { from: Micros },
     Read,
     Write,
     Ended(Result<Zeroed, Failure>),
 }
 
 impl SetZero {
-    /// Begins with reading the damping time. The axis should stand still.
+    /// Begins with reading the damping time. An axis that moves is refused.
     pub const fn new(device: Device, axis: Axis) -> SetZero {
         SetZero {
             device,
             axis,
             state: State::Damping,
             before: None,
+            motion: Motion::new(),
             was_zero: false,
             refused: None,
             writes: 0,
@@ -86,17 +107,34 @@ impl SetZero {
         self.fail(Cause::NoAnswer { opcode, address: self.device.address(), fault });
     }
 
-    fn on_angle(&mut self, seen: Millidegrees) {
+    /// A reading while it is watched whether the axis stands still.
+    fn on_watch(&mut self, seen: Millidegrees, at: Micros) {
         if self.writes == 0 {
             self.before = Some(seen);
         }
-        let before = self.before.unwrap_or(seen);
-        let is_zero = if self.writes == 0 { seen.0 == 0 } else { is_nearly_zero(seen) };
-        let confirmed = core::mem::replace(&mut self.was_zero, is_zero);
-        if is_zero {
-            // Still State::Read until then.
-            if confirmed {
-                self.state = State::Ended(Ok(Zeroed { before, after: seen, writes: self.writes }));
+        let readings = self.motion.readings();
+        self.motion.take(seen.0, at);
+        let was_zero = self.note(seen);
+        if let Some(&pause) = WATCH.get(usize::from(readings)) {
+            self.state = State::Watch { from: at + pause };
+        } else if self.motion.spread() > ZERO_TOLERANCE.0.unsigned_abs() {
+            self.fail(Cause::Moving { mdeg_per_s: self.motion.rate(self.motion.span()) });
+        } else if was_zero && self.was_zero {
+            self.done(seen);
+        } else if self.cancelled {
+            self.fail(Cause::Cancelled);
+        } else {
+            self.state = State::Write;
+        }
+    }
+
+    /// A reading after a write.
+    fn on_read_back(&mut self, seen: Millidegrees, at: Micros) {
+        let was_zero = self.note(seen);
+        if self.was_zero {
+            // Still State::Read until it is zero twice in a row.
+            if was_zero {
+                self.done(seen);
             }
         } else if let Some(status) = self.refused {
             self.fail(Cause::Status { opcode: Opcode::SetAngle, status });
@@ -105,8 +143,20 @@ impl SetZero {
         } else if self.writes >= WRITE_TRIES {
             self.fail(Cause::NotZero { seen });
         } else {
-            self.state = State::Write;
+            self.motion = Motion::new();
+            self.state = State::Watch { from: at };
         }
+    }
+
+    /// Notes whether this is zero; returns whether the reading before was.
+    fn note(&mut self, seen: Millidegrees) -> bool {
+        let is_zero = if self.writes == 0 { seen.0 == 0 } else { is_nearly_zero(seen) };
+        core::mem::replace(&mut self.was_zero, is_zero)
+    }
+
+    fn done(&mut self, after: Millidegrees) {
+        let before = self.before.unwrap_or(after);
+        self.state = State::Ended(Ok(Zeroed { before, after, writes: self.writes }));
     }
 }
 
@@ -123,13 +173,16 @@ impl Operation for SetZero {
         if let State::Settle { until } = self.state
             && now >= until
         {
-            self.state = State::Read;
+            self.state = State::Watch { from: until };
         }
         let address = self.device.address();
         match self.state {
             State::Damping => Step::Ask { address, request: Request::GetDamping, tries: READ_TRIES },
             State::Settle { until } => Step::Wait { until },
-            State::Read => Step::Ask { address, request: Request::GetAngle(self.axis), tries: READ_TRIES },
+            State::Watch { from } if now < from => Step::Wait { until: from },
+            State::Watch { .. } | State::Read => {
+                Step::Ask { address, request: Request::GetAngle(self.axis), tries: READ_TRIES }
+            }
             State::Write => Step::Ask { address, request: self.request(), tries: 1 },
             State::Ended(result) => Step::Done(result),
         }
@@ -144,12 +197,14 @@ impl Operation for SetZero {
                 }
             }
             (State::Damping, Err(fault)) => self.no_answer(Opcode::GetDamping, fault),
-            (State::Read, Ok(answer)) => {
-                if let Response::GetAngle { angle, .. } = answer.response {
-                    self.on_angle(angle);
-                }
+            (state @ (State::Watch { .. } | State::Read), Ok(answer)) => match (state, answer.response) {
+                (State::Read, Response::GetAngle { angle, .. }) => self.on_read_back(angle, outcome.at),
+                (_, Response::GetAngle { angle, .. }) => self.on_watch(angle, outcome.at),
+                _ => {}
+            },
+            (State::Watch { .. } | State::Read, Err(fault)) => {
+                self.no_answer(Opcode::get_angle(self.axis), fault)
             }
-            (State::Read, Err(fault)) => self.no_answer(Opcode::get_angle(self.axis), fault),
             (State::Write, result) => {
                 self.writes = self.writes.saturating_add(1);
                 self.refused = result.ok().and_then(|answer| refusal(&answer.response));
@@ -164,7 +219,7 @@ impl Operation for SetZero {
         match self.state {
             State::Damping => Progress::new(0, 5),
             State::Settle { .. } => Progress::new(1, 5),
-            State::Read if self.writes == 0 => Progress::new(2, 5),
+            State::Watch { .. } => Progress::new(2, 5),
             State::Write => Progress::new(3, 5),
             State::Read => Progress::new(4, 5),
             State::Ended(_) => Progress::new(5, 5),

@@ -1,14 +1,16 @@
 //! A console on a desk: a gateway core behind it, a string in front of it.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::convert::Infallible;
 use std::rc::Rc;
 
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
-use clino_console::{BusState, Host, Saved, Shell, StorageError};
+use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::console::ConsoleSettings;
+use clino_gateway::summary::{Standing, Summary};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
@@ -18,6 +20,13 @@ use embedded_io::{ErrorType, Write};
 /// What the far end reads.
 #[derive(Clone, Default)]
 pub struct Port(Rc<RefCell<Vec<u8>>>);
+
+impl Port {
+    /// What has come since the last look.
+    pub fn take(&self) -> String {
+        String::from_utf8(std::mem::take(&mut *self.0.borrow_mut())).expect("text")
+    }
+}
 
 impl ErrorType for Port {
     type Error = Infallible;
@@ -40,6 +49,8 @@ pub struct Rest {
     pub readings: BTreeMap<usize, Reading>,
     pub orders: Vec<Order>,
     pub now: Micros,
+    /// What the port has received and nobody has fetched.
+    pub waiting: VecDeque<Received>,
     pub modbus: Option<clino_modbus::Settings>,
     /// What was stored, forgotten or started again, in that order.
     pub done: Vec<&'static str>,
@@ -54,6 +65,17 @@ impl Host for Rest {
 
     fn reading(&self, slot: usize) -> Option<Reading> {
         self.readings.get(&slot).copied()
+    }
+
+    fn summary(&self) -> Summary {
+        let parts = clino_modbus::parts(&self.gateway, &self.start, false, false);
+        let standing = |reading: &Reading| Standing {
+            source: reading.source,
+            status: reading.status(self.now),
+            health: reading.health,
+            age: reading.age(self.now),
+        };
+        Summary::of(|slot| self.readings.get(&slot).map(standing), &parts)
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {
@@ -72,8 +94,8 @@ impl Host for Rest {
         let driver = Default::default();
         let progress = self.gateway.progress(bus);
         Some(BusState {
-            timing: *self.gateway.timing(bus),
-            line: *self.gateway.line_settings(bus),
+            settings: *self.gateway.bus_settings(bus),
+            in_force: self.gateway.is_in_force(bus),
             counters: *self.gateway.counters(bus),
             health: self.gateway.health(bus),
             driver,
@@ -94,6 +116,12 @@ impl Host for Rest {
         }
         self.publish();
         Ok(())
+    }
+
+    fn flush(&mut self) {}
+
+    fn received(&mut self) -> Option<Received> {
+        self.waiting.pop_front()
     }
 
     fn lost_characters(&self) -> u32 {
@@ -128,6 +156,10 @@ impl Host for Rest {
         self.done.push("reboot");
     }
 
+    fn console(&self) -> ConsoleSettings {
+        self.gateway.console_settings()
+    }
+
     fn modbus(&self) -> Option<clino_modbus::Settings> {
         self.modbus
     }
@@ -146,6 +178,9 @@ impl Rest {
     }
 }
 
+/// A prompt is left alone after so long.
+pub const IDLE: Micros = Micros::from_millis(60_000);
+
 /// A console after power-up, streaming.
 pub struct Desk {
     shell: Shell<Port>,
@@ -155,17 +190,25 @@ pub struct Desk {
 
 impl Desk {
     pub fn new() -> Desk {
+        Desk::left_alone_after(IDLE)
+    }
+
+    /// The same, with another idle time.
+    pub fn left_alone_after(idle: Micros) -> Desk {
         let table = [
             SlotConfig::usual(Source::T7 { address: t7::Address::new(5).unwrap(), axis: t7::Axis::Two }),
             SlotConfig::usual(Source::Isu { address: isu::Address::new(3).unwrap() }),
         ];
         let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
-        let gateway = Gateway::new(&Settings::new(&table, t7, isu), pwm::Limits::new(84_000_000));
+        let console = ConsoleSettings { idle_s: u32::try_from(idle.0 / 1_000_000).unwrap() };
+        let settings = Settings { console, ..Settings::new(&table, t7, isu) };
+        let gateway = Gateway::new(&settings, pwm::Limits::new(84_000_000));
         let mut rest = Rest {
             gateway,
             readings: BTreeMap::new(),
             orders: Vec::new(),
             now: Micros::ZERO,
+            waiting: VecDeque::new(),
             modbus: Some(clino_modbus::Settings::DEFAULT),
             done: Vec::new(),
             broken_storage: false,
@@ -190,10 +233,34 @@ impl Desk {
 
     /// Types these bytes and returns what is printed meanwhile.
     pub fn type_bytes(&mut self, bytes: &[u8]) -> String {
-        for &byte in bytes {
-            self.shell.input(byte, &mut self.rest);
-        }
+        bytes.iter().for_each(|&byte| self.receive(Received::clean(byte)));
         self.printed()
+    }
+
+    /// The port hands on a character; then what is waiting by then.
+    pub fn receive(&mut self, received: Received) {
+        self.rest.waiting.push_back(received);
+        self.fetch();
+    }
+
+    /// The console takes what is waiting.
+    pub fn fetch(&mut self) {
+        while let Some(received) = self.rest.waiting.pop_front() {
+            self.shell.input(received, &mut self.rest);
+        }
+    }
+
+    /// Pastes this: it is all there before the first character is taken. Returns what is printed meanwhile.
+    pub fn paste(&mut self, text: &str) -> String {
+        self.rest.waiting.extend(text.bytes().map(Received::clean));
+        self.fetch();
+        self.printed()
+    }
+
+    /// Time passes; what is printed meanwhile.
+    pub fn wait_ms(&mut self, ms: u32) -> String {
+        self.rest.now = self.rest.now + Micros::from_millis(ms);
+        self.stream()
     }
 
     /// What a stream prints now.
@@ -202,7 +269,14 @@ impl Desk {
         self.printed()
     }
 
-    fn printed(&mut self) -> String {
-        String::from_utf8(std::mem::take(&mut *self.port.0.borrow_mut())).expect("text")
+    /// What is printed next, if anything.
+    pub fn step(&mut self) -> String {
+        self.shell.poll(&mut self.rest);
+        self.printed()
+    }
+
+    /// What was printed since the last look.
+    pub fn printed(&mut self) -> String {
+        self.port.take()
     }
 }

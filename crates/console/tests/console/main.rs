@@ -1,7 +1,12 @@
 //! What is typed, and what comes back.
 
+mod ahead;
+mod altered;
 mod desk;
+mod echo;
+mod orders;
 mod people;
 mod programs;
 mod slots;
 mod starts;
+mod terminals;

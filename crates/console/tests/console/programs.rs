@@ -1,8 +1,9 @@
 //! JSON lines in, JSON lines out.
 
 use clino_bus::Micros;
+use clino_console::Host;
 use clino_gateway::order::Order;
-use clino_gateway::{Bus, Source, Span};
+use clino_gateway::{Bus, SlotConfig, Source, Span};
 
 use crate::desk::Desk;
 
@@ -16,7 +17,7 @@ fn a_program_may_speak_into_the_stream() {
     assert_eq!(desk.rest.orders.len(), 48);
     let Order::Slot { slot: 47, config } = desk.rest.orders[47] else { panic!("{:?}", desk.rest.orders[47]) };
     assert!(matches!(config.source, Source::T7 { address, .. } if address.get() == 48));
-    assert_eq!((config.period, config.stale_after), (Span::ZERO, Span::from_millis(1_000)));
+    assert_eq!((config.period, config.stale_after()), (Span::ZERO, Span::from_millis(1_000)));
 }
 
 #[test]
@@ -38,20 +39,20 @@ fn what_is_wrong_is_said_with_its_limit() {
         ("read x", r#"{"error":{"kind":"bad_argument","what":"slot","value":"x","least":0,"most":47}}"#),
         (
             "slot 1 t7 101",
-            r#"{"error":{"kind":"out_of_range","what":"t7_address","value":101,"least":1,"most":127}}"#,
+            r#"{"error":{"kind":"out_of_range","what":"address","value":101,"allowed":"1 to 100 or 127"}}"#,
         ),
         (
             "slot 1 isu 15",
-            r#"{"error":{"kind":"out_of_range","what":"isu_address","value":15,"least":1,"most":14}}"#,
+            r#"{"error":{"kind":"out_of_range","what":"address","value":15,"allowed":"1 to 14, or 0 if it is alone"}}"#,
         ),
         (
-            "slot 1 isu 0",
-            r#"{"error":{"kind":"out_of_range","what":"isu_address","value":0,"least":1,"most":14}}"#,
+            "slot 1 pwm 3",
+            r#"{"error":{"kind":"out_of_range","what":"address","value":3,"allowed":"1 or 2"}}"#,
         ),
         ("slot 1 isu", r#"{"error":{"kind":"missing_argument","what":"address"}}"#),
         (
             "slot 1 tape 1",
-            r#"{"error":{"kind":"bad_argument","value":"tape","expected":"t7, isu, pwm or off"}}"#,
+            r#"{"error":{"kind":"bad_argument","value":"tape","expected":"off, t7, isu or pwm"}}"#,
         ),
         (
             "slot 1 t7 5 -r 11",
@@ -89,8 +90,9 @@ fn what_is_wrong_is_said_with_its_limit() {
         (
             "set 1 speed 5",
             concat!(
-                r#"{"error":{"kind":"bad_argument","value":"speed","expected":"enabled, ask, period, timeout, "#,
-                r#"retries, stale, report, confirm, filter, zero, direction, range, rate, partner or tolerance"}}"#
+                r#"{"error":{"kind":"bad_argument","value":"speed","expected":"kind, address, axis, enabled, "#,
+                r#"ask, period, timeout, retries, stale, stale_auto, report, confirm, filter, samples, zero, "#,
+                r#"direction, range, rate, partner or tolerance"}}"#
             ),
         ),
         (
@@ -100,7 +102,7 @@ fn what_is_wrong_is_said_with_its_limit() {
         ("zero 0", r#"{"error":{"kind":"no_value","slot":0,"status":"never_read"}}"#),
         (
             "modbus address 248",
-            r#"{"error":{"kind":"out_of_range","what":"modbus_address","value":248,"least":1,"most":247}}"#,
+            r#"{"error":{"kind":"out_of_range","what":"address","value":248,"least":1,"most":247}}"#,
         ),
         (
             "modbus baud 1200",
@@ -111,8 +113,16 @@ fn what_is_wrong_is_said_with_its_limit() {
         ),
         ("trace 33", r#"{"error":{"kind":"out_of_range","what":"entries","value":33,"least":1,"most":32}}"#),
         (
-            "read \"a\\\"b\"",
-            r#"{"error":{"kind":"bad_argument","what":"slot","value":"ab","least":0,"most":47}}"#,
+            "read \"a b\"",
+            r#"{"error":{"kind":"bad_argument","what":"slot","value":"a b","least":0,"most":47}}"#,
+        ),
+        (
+            "read \"a",
+            r#"{"error":{"kind":"bad_argument","why":"a quotation mark that is not closed, or within a word"}}"#,
+        ),
+        (
+            "read a\"b\"",
+            r#"{"error":{"kind":"bad_argument","why":"a quotation mark that is not closed, or within a word"}}"#,
         ),
     ] {
         assert_eq!(desk.type_in(&format!("{line}\r")), format!("{answer}\r\n"), "{line}");
@@ -124,7 +134,10 @@ fn what_is_wrong_is_said_with_its_limit() {
 fn a_line_that_is_too_long_is_refused_whole() {
     let mut desk = Desk::new();
     let line = format!("slot 0 t7 5 {}-p 1000\r", " ".repeat(80));
-    assert_eq!(desk.type_in(&line), "{\"error\":{\"kind\":\"line_too_long\",\"most\":80}}\r\n");
+    assert_eq!(
+        desk.type_in(&line),
+        "{\"error\":{\"kind\":\"line_too_long\",\"most\":80,\"characters\":19}}\r\n"
+    );
     assert_eq!(desk.type_in("slot 0 off\r"), "{\"done\":true}\r\n");
     assert_eq!(desk.rest.orders.len(), 1);
 }
@@ -190,12 +203,17 @@ fn the_storage_is_asked_and_its_errors_are_told() {
 fn the_modbus_port_is_shown_and_set() {
     let mut desk = Desk::new();
     let shown = |desk: &mut Desk| desk.type_in("modbus\r");
-    let start = r#"{"what":"modbus","address":1,"baud":19200,"parity":"even","stop_bits":1}"#;
+    let start = r#"{"what":"modbus","address":1,"baud":19200,"parity":"even","stop_bits":1,"echo":"off","pauses":"tolerant","locked":false}"#;
     assert_eq!(shown(&mut desk), format!("{start}\r\n"));
-    for line in ["modbus address 17", "modbus baud 115200", "modbus parity none", "modbus stop_bits 2"] {
+    for line in [
+        "modbus address 17",
+        "modbus baud 115200 parity none",
+        "modbus stop_bits 2",
+        "set modbus echo detect pauses strict locked on",
+    ] {
         assert_eq!(desk.type_in(&format!("{line}\r")), "{\"done\":true}\r\n", "{line}");
     }
-    let end = r#"{"what":"modbus","address":17,"baud":115200,"parity":"none","stop_bits":2}"#;
+    let end = r#"{"what":"modbus","address":17,"baud":115200,"parity":"none","stop_bits":2,"echo":"detect","pauses":"strict","locked":true}"#;
     assert_eq!(shown(&mut desk), format!("{end}\r\n"));
     desk.rest.modbus = None;
     assert_eq!(shown(&mut desk), "{\"error\":{\"kind\":\"absent\",\"what\":\"modbus\"}}\r\n");
@@ -230,4 +248,48 @@ fn ctrl_c_in_a_stream_drops_the_line() {
     let mut desk = Desk::new();
     desk.type_in("json on\nwatch\nt7 zero 5 --yes\x03\n");
     assert_eq!(desk.rest.orders, []);
+}
+
+/// What is wrong with the gateway is the first line of the stream, and said again within 100 ms of a change, and once a
+/// second.
+#[test]
+fn the_stream_begins_with_a_summary_and_tells_its_changes() {
+    let mut desk = Desk::new();
+    let summaries = |text: &str| {
+        text.lines().filter(|line| line.starts_with(r#"{"summary":"#)).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let first = desk.stream();
+    let expected = r#"{"summary":["t7_bus_dead","isu_bus_dead","slot_fault"],"enabled":2,"online":0,"ok":0}"#;
+    assert_eq!(first.lines().next(), Some(expected));
+    // Nothing has changed.
+    desk.rest.now = Micros(900_000);
+    assert_eq!(summaries(&desk.stream()), [""; 0]);
+    desk.rest.now = Micros(1_000_000);
+    assert_eq!(summaries(&desk.stream()), [expected]);
+    // One slot fewer, and no ISU any more.
+    desk.rest.order(Order::Slot { slot: 1, config: SlotConfig::OFF }).unwrap();
+    desk.rest.now = Micros(1_050_000);
+    assert_eq!(summaries(&desk.stream()), [""; 0]);
+    desk.rest.now = Micros(1_100_000);
+    let changed = r#"{"summary":["t7_bus_dead","slot_fault"],"enabled":1,"online":0,"ok":0}"#;
+    assert_eq!(summaries(&desk.stream()), [changed]);
+    // `list` has it, too, for programs and for people.
+    let listed = desk.type_in("list\n");
+    assert!(
+        listed.ends_with(&format!("{changed}\r\n")) || listed.ends_with(&format!("{changed}\n")),
+        "{listed}"
+    );
+    desk.rest.order(Order::Slot { slot: 0, config: SlotConfig::OFF }).unwrap();
+    let listed = desk.type_in("list\n");
+    assert!(listed.contains(r#"{"summary":[],"enabled":0,"online":0,"ok":0}"#), "{listed}");
+}
+
+#[test]
+fn people_are_told_what_is_wrong_and_nothing_while_all_is_well() {
+    let mut desk = Desk::with_person();
+    assert!(desk.type_in("list\r").contains("signals: t7_bus_dead isu_bus_dead slot_fault"));
+    for slot in 0..2 {
+        desk.rest.order(Order::Slot { slot, config: SlotConfig::OFF }).unwrap();
+    }
+    assert!(!desk.type_in("list\r").contains("signals"));
 }

@@ -40,18 +40,18 @@ fn a_setting_is_changed_and_the_others_stay() {
         ("period 33.333", |c| c.period = Span::from_micros(33_333)),
         ("timeout 500", |c| c.timeout = Span::from_millis(500)),
         ("retries 10", |c| c.retries = 10),
-        ("stale 10", |c| c.stale_after = Span::from_millis(10)),
+        ("stale 500", |c| c.stale = Span::from_millis(500)),
         ("report 3600000", |c| c.report_every = Span::from_millis(3_600_000)),
         ("confirm off", |c| c.confirm = false),
-        ("filter mean 8", |c| c.filter = Filter::Mean(8)),
-        ("filter median 5", |c| c.filter = Filter::Median(5)),
+        ("filter mean 8", |c| (c.filter, c.samples) = (Filter::Mean, 8)),
+        ("filter median 5", |c| (c.filter, c.samples) = (Filter::Median, 5)),
         ("filter off", |c| c.filter = Filter::Off),
         ("zero -- -12.345", |c| c.soft_zero = Angle::from_udeg(-12_345_000)),
         ("direction reversed", |c| c.direction = Direction::Reversed),
         ("range unidirectional", |c| c.range = Range::Unidirectional),
         ("rate 0.5", |c| c.max_rate = 500),
-        ("partner 1", |c| c.partner = Some(1)),
-        ("partner none", |c| c.partner = None),
+        ("samples 3", |c| c.samples = 3),
+        ("stale_auto on", |c| c.stale = Span::ZERO),
         ("tolerance 0.25", |c| c.tolerance = 250),
     ];
     for (line, change) in changes {
@@ -70,7 +70,7 @@ fn how_a_slot_is_set_is_told() {
         desk.type_in("show 0\r"),
         concat!(
             r#"{"config":0,"kind":"t7","address":5,"axis":2,"enabled":true,"ask":"angle","period_ms":20,"#,
-            r#""timeout_ms":0,"retries":1,"stale_ms":60,"report_ms":100,"confirm":true,"filter":"mean","samples":4,"#,
+            r#""timeout_ms":0,"retries":1,"stale_ms":60,"stale_auto":true,"report_ms":100,"confirm":true,"filter":"mean","samples":4,"#,
             r#""zero_deg":12.345,"direction":"normal","range":"bidirectional","rate_deg_s":180,"partner":null,"#,
             r#""tolerance":0.100}"#,
             "\r\n"

@@ -1,9 +1,9 @@
 //! clino-gateway.
 
 use clino_bus::Micros;
-use clino_gateway::config::Filter;
 use clino_gateway::lint::{Finding, Lint};
-use clino_gateway::order::{self, Order};
+use clino_gateway::order::Order;
+use clino_gateway::settings::{bus, console, port, slot};
 use clino_gateway::task::News;
 use clino_gateway::trace::{Entry as Exchange, Purpose, Trace, Verdict};
 use clino_gateway::{
@@ -34,24 +34,29 @@ pub static ENTRIES: &[Entry] = &entries![
     <Gateway as Configuration>::bus,
     <Gateway as Configuration>::set_slot,
     <Gateway as Configuration>::set_bus,
+    <Gateway as Configuration>::console,
+    <Gateway as Configuration>::set_console,
     <Settings as Configuration>::slot,
     <Settings as Configuration>::bus,
     <Settings as Configuration>::set_slot,
     <Settings as Configuration>::set_bus,
-    Gateway::revision,
+    Gateway::fingerprint,
+    Gateway::console_settings,
     Gateway::clear_counters,
     Gateway::trace,
     Gateway::counters,
     Gateway::timing,
-    Gateway::line_settings,
+    Gateway::is_in_force,
     Gateway::lost_edges,
     Source::bus,
     Source::node,
-    Filter::samples,
     SlotConfig::usual,
     SlotConfig::every,
     SlotConfig::bus,
     SlotConfig::is_on,
+    SlotConfig::stale_after,
+    Source::of,
+    Source::held,
     Span::from_micros,
     Span::from_millis,
     Span::as_micros,
@@ -68,8 +73,12 @@ pub static ENTRIES: &[Entry] = &entries![
     findings,
     Lint::load,
     Order::check,
-    order::period,
-    order::stale_after,
+    slot::changed,
+    slot::check,
+    bus::changed,
+    port::changed,
+    console::changed,
+    BusSettings::usual,
     next,
     BusSettings::new,
     Settings::new,

@@ -3,6 +3,7 @@
 //! A T7 that has taken noise for the beginning of a command takes what follows for the rest of it, up to
 //! [500 ms of silence](Silence::new), and what follows that may look like a beginning again. So a bus keeps silent for once
 //!
+//! - after every [change of the bit rate](Silence::begin): what was sent at the other rate is noise to the nodes of this one;
 //! - when a node dies after [more than once](TROUBLES) something was wrong with the line, but not more often than every
 //!   [`SILENCE_EVERY`];
 //! - when everybody had [reason to be deaf](Silence::doubt) and somebody does not answer. Everybody is asked once before
@@ -66,6 +67,16 @@ impl Silence {
     /// A node has just been taken for dead, at `at`.
     pub fn died(&mut self, at: Micros) {
         self.owed |= self.troubles >= TROUBLES && self.is_in_trouble(at);
+    }
+
+    /// All who have heard something until `since` are given their silence.
+    pub fn begin(&mut self, since: Micros) {
+        self.until = self.until.max(since + self.span);
+    }
+
+    /// Nobody is asked before this.
+    pub fn until(&self) -> Micros {
+        self.until
     }
 
     /// These may all be deaf.

@@ -31,6 +31,12 @@ impl Span {
     pub const fn times(self, n: u32) -> Span {
         Span(self.0.saturating_mul(n))
     }
+
+    /// The longer of two.
+    #[must_use]
+    pub const fn longer(self, other: Span) -> Span {
+        if self.0 < other.0 { other } else { self }
+    }
 }
 
 impl From<Span> for Micros {

@@ -6,6 +6,9 @@ use proptest::prelude::*;
 /// 0.05°, 100°/s, a second.
 const DEMANDS: Demands = Demands { resolution: 50_000, max_rate: 100_000, life: Micros(1_000_000) };
 
+/// The longest stale limit that the settings allow: an hour.
+const LONGEST_STALE: Micros = Micros(3_600_000_000);
+
 fn mdeg(mdeg: i32) -> Angle {
     Angle::from_udeg(mdeg * 1_000)
 }
@@ -87,6 +90,61 @@ fn without_a_limit_nothing_is_a_jump() {
     assert_eq!(gate.judge(mdeg(0), Micros(20_000), None, &any), Verdict::Publish);
     let last = Some((mdeg(0), Micros(20_000)));
     assert_eq!(gate.judge(mdeg(-180_000), Micros(20_001), last, &any), Verdict::Publish);
+}
+
+/// Zero is no limit, and so never stricter than one: whatever a slot with a limit publishes, one without does.
+#[test]
+fn without_a_limit_a_sensor_that_turns_fast_is_published() {
+    for rate in [0, 400_000, 3_600_000] {
+        let demands = Demands { max_rate: rate, ..DEMANDS };
+        let (mut gate, mut last, mut published) = (Gate::NEW, None, 0);
+        for n in 0..100_u64 {
+            // 300°/s, asked every 20 ms; damaged once.
+            let (at, value) = (Micros(n * 20_000), mdeg(n as i32 * 6_000 % 360_000 - 180_000));
+            if n == 50 {
+                gate.shake();
+            }
+            if gate.judge(value, at, last, &demands) == Verdict::Publish {
+                (last, published) = (Some((value, at)), published + 1);
+            }
+        }
+        assert_eq!(published, 98, "all but the first, and the first after the damage; limit {rate}");
+    }
+    // Too old a candidate confirms nothing, limit or not.
+    let any = Demands { max_rate: 0, ..DEMANDS };
+    let mut gate = Gate::NEW;
+    gate.judge(mdeg(1), Micros(0), None, &any);
+    assert_eq!(gate.judge(mdeg(1), Micros(1_000_001), None, &any), Verdict::Hold);
+}
+
+/// A second value that is far too late for its candidate is one that needs another, however long the wait was: past 35.8 min
+/// and 71.6 min, at which counts of 32 bits turn, 49.7 days, and a year.
+#[test]
+fn a_candidate_of_long_ago_confirms_nothing() {
+    // The longest stale limit that can be set.
+    let demands = Demands { life: LONGEST_STALE, ..DEMANDS };
+    for wait in [1 << 31, 1 << 32, 1_000 << 32, 365 * 86_400_000_000_u64] {
+        for wait in [wait - 1, wait, wait + 1, wait + 20_000] {
+            let mut gate = Gate::NEW;
+            gate.judge(mdeg(5), Micros(1_000), None, &demands);
+            let within = wait <= 3_600_000_000;
+            let expected = if within { Verdict::Publish } else { Verdict::Hold };
+            assert_eq!(
+                gate.judge(mdeg(5), Micros(1_000 + wait), None, &demands),
+                expected,
+                "after {wait} us"
+            );
+        }
+    }
+}
+
+/// The row's own numbers: every 20 minutes, stale after an hour, one reading missed. What has agreed is published.
+#[test]
+fn values_that_agree_after_forty_minutes_are_no_suspects() {
+    let demands = Demands { life: LONGEST_STALE, ..DEMANDS };
+    let mut gate = Gate::NEW;
+    assert_eq!(gate.judge(mdeg(10_000), Micros(0), None, &demands), Verdict::Hold);
+    assert_eq!(gate.judge(mdeg(10_100), Micros(2_400_000_000), None, &demands), Verdict::Publish);
 }
 
 proptest! {

@@ -9,6 +9,7 @@ use super::{Gateway, listens};
 use crate::bits::Bits;
 use crate::config::{Bus, MAX_SLOTS, SlotConfig};
 use crate::restraint::Restraint;
+use crate::settings::console::ConsoleSettings;
 use crate::settings::{BusSettings, Configuration, Settings};
 use crate::slot::Slot;
 use crate::trace::Trace;
@@ -28,8 +29,9 @@ impl Gateway {
             changed: Bits::EMPTY,
             listening: Bits::EMPTY,
             trace: Trace::new(),
-            revision: 0,
+            fingerprint: 0,
             restraint: Restraint::None,
+            console: ConsoleSettings::DEFAULT,
         }
     }
 
@@ -37,6 +39,7 @@ impl Gateway {
     pub fn new(settings: &Settings, pwm: pwm::Limits) -> Gateway {
         let mut gateway = Gateway::idle(pwm);
         gateway.set_up(&settings.slots, &settings.t7, &settings.isu);
+        gateway.console = settings.console;
         gateway
     }
 
@@ -60,13 +63,18 @@ impl Configuration for Gateway {
     }
 
     fn bus(&self, bus: Bus) -> BusSettings {
-        self.bus_settings(bus)
+        *self.bus_settings(bus)
     }
 
     fn set_slot(&mut self, slot: usize, config: &SlotConfig) {
-        while self.slots.len() <= slot && self.slots.push(Slot::new(SlotConfig::OFF)).is_ok() {}
+        while self.slots.len() <= slot && self.slots.push(Slot::new(SlotConfig::OFF)).is_ok() {
+            self.note_settings(self.slots.len().saturating_sub(1));
+        }
+        self.note_settings(slot);
         let Some(place) = self.slots.get_mut(slot) else { return };
         *place = Slot::new(*config);
+        self.note_settings(slot);
+        let Some(place) = self.slots.get_mut(slot) else { return };
         self.t7.forget(slot, place);
         self.isu.forget(slot, place);
         self.listening.set(slot, listens(place));
@@ -79,5 +87,13 @@ impl Configuration for Gateway {
             Bus::T7 => self.t7.set_up(settings),
             Bus::Isu => self.isu.set_up(settings),
         }
+    }
+
+    fn console(&self) -> ConsoleSettings {
+        self.console
+    }
+
+    fn set_console(&mut self, settings: &ConsoleSettings) {
+        self.console = *settings;
     }
 }

@@ -18,6 +18,7 @@ mod faulty_bus;
 mod refresh;
 mod schedule;
 mod world;
+mod zeros;
 
 const T7_PERIOD: Span = Span::from_millis(20);
 const ISU_PERIOD: Span = Span::from_millis(266);
@@ -119,7 +120,7 @@ impl Bench {
         self.gateway.slots.iter_mut().for_each(Slot::digest);
         let slots = self.gateway.slots.iter().enumerate().filter(used);
         let readings = slots.map(|(index, slot)| slot.reading(index as u8));
-        readings.map(|r| (r.status(self.now), r.angle(self.now).map(|angle| angle.udeg()))).collect()
+        readings.map(|r| (r.status(self.now), r.angle(self.now).map(|angle| angle.mdeg()))).collect()
     }
 }
 
@@ -140,7 +141,7 @@ fn answer(request: &[u8]) -> Vec<u8> {
 }
 
 const ALL_RIGHT: [(Status, Option<i32>); 3] =
-    [(Status::Ok, Some(1_000_000)), (Status::Ok, Some(2_000_000)), (Status::Ok, Some(90_000_000))];
+    [(Status::Ok, Some(1_000)), (Status::Ok, Some(2_000)), (Status::Ok, Some(90_000))];
 
 #[test]
 fn clean_buses_are_read_right() {
@@ -165,22 +166,22 @@ fn what_a_pwm_input_sees_becomes_a_value_or_a_reason() {
     let mut gateway = Gateway::new(&Settings::new(&table, timing, timing), pwm::Limits::new(84_000_000));
     let cycle = |period, high| Capture::Cycle(Ticks { period, high });
     // 2.8 million ticks are 1/30 s; half of them high is 180°.
-    for (capture, status, udeg) in [
-        (cycle(2_800_000, 1_400_000), Status::Ok, Some(180_000_000)),
-        (Capture::LostEdge, Status::Ok, Some(180_000_000)),
+    for (capture, status, mdeg) in [
+        (cycle(2_800_000, 1_400_000), Status::Ok, Some(180_000)),
+        (Capture::LostEdge, Status::Ok, Some(180_000)),
         (cycle(1_680_000, 840_000), Status::BadPeriod, None),
         (cycle(2_800_000, 280_000), Status::OutOfRange, None),
         (Capture::NoSignal { high: true }, Status::StuckHigh, None),
         (Capture::NoSignal { high: false }, Status::StuckLow, None),
-        (cycle(2_800_000, 1_400_000), Status::Ok, Some(180_000_000)),
+        (cycle(2_800_000, 1_400_000), Status::Ok, Some(180_000)),
     ] {
         gateway.pwm(PwmInput::Pwm1, capture, Micros(1));
         gateway.pwm(PwmInput::Pwm2, cycle(2_800_000, 700_000), Micros(1));
         gateway.slots[3].digest();
         let reading = gateway.slots[3].reading(3);
         assert_eq!(
-            (reading.status(Micros(1)), reading.angle(Micros(1)).map(|a| a.udeg())),
-            (status, udeg),
+            (reading.status(Micros(1)), reading.angle(Micros(1)).map(|a| a.mdeg())),
+            (status, mdeg),
             "{capture:?}"
         );
     }

@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 use super::*;
 use crate::config::{PwmInput, Span};
-use clino_bus::Serial;
+use clino_bus::{Serial, Timing};
 use clino_codec::{isu, t7};
 
 fn t7(address: u8, ms: u32) -> SlotConfig {
@@ -19,7 +19,7 @@ fn isu(address: u8, ms: u32) -> SlotConfig {
 }
 
 fn check(table: &[SlotConfig], damping_ms: fn(u8) -> Option<u16>) -> Vec<Finding> {
-    let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
+    let (t7, isu) = (BusSettings::new(Timing::t7(Serial::T7_DEFAULT)), BusSettings::new(Timing::isu()));
     let slot = |slot: u8| table.get(usize::from(slot)).copied();
     let mut findings = Vec::new();
     Lint { slot: &slot, t7: &t7, isu: &isu, damping_ms }.findings(&mut |finding| findings.push(finding));
@@ -43,10 +43,11 @@ fn nothing_is_wrong_with_a_full_house() {
 
 #[test]
 fn the_load_is_that_of_the_documents() {
-    let (t7_timing, isu_timing) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
+    let (t7_bus, isu_bus) =
+        (BusSettings::new(Timing::t7(Serial::T7_DEFAULT)), BusSettings::new(Timing::isu()));
     let load = |table: &[SlotConfig], bus| {
         let slot = |slot: u8| table.get(usize::from(slot)).copied();
-        Lint { slot: &slot, t7: &t7_timing, isu: &isu_timing, damping_ms: |_| None }.load(bus)
+        Lint { slot: &slot, t7: &t7_bus, isu: &isu_bus, damping_ms: |_| None }.load(bus)
     };
     // 3.043 ms of 100 ms, 32 times: 97.4 %.
     let full: Vec<SlotConfig> = (1..=32).map(|node| t7(node, 100)).collect();

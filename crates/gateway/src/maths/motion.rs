@@ -1,24 +1,26 @@
 //! How a slot moves: its rate the shorter way round, and how many turns it has made.
 //!
-//! Limits: half a turn from one angle to the next; beyond that nobody can tell which way it went. Turns are counted
-//! from the first angle; an angle of the output range plus 360° for every turn is the unwrapped angle.
+//! Limits: half a turn from one angle to the next; beyond that the way is not known. Turns are counted from the first
+//! angle, so that the published angle plus 360° for every turn is the unwrapped angle. The rate is that of the angles
+//! before they are rounded for publication.
 
 use clino_bus::Micros;
-use clino_codec::angle::Angle;
+use clino_codec::angle::{Angle, Range};
 
 use super::step;
 use crate::stamp::Stamp;
+use crate::value::Published;
 
-/// Micro-degrees in half a turn, and in a whole one.
-const HALF_TURN: i32 = 180_000_000;
+/// Micro-degrees in half a turn.
+const HALF_TURN: i64 = 180_000_000;
 /// Micro-degrees a microsecond to millidegrees a second.
 const MDEG_PER_S: i64 = 1_000;
 
 /// The last angle and how it was reached.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Motion {
-    /// In the output range of the slot.
-    pub angle: Angle,
+    /// In any range.
+    angle: Angle,
     /// In 0.001°/s.
     pub rate: i32,
     /// Whole turns since the first angle; wraps.
@@ -28,21 +30,27 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// Takes the next angle, of the same output range. After a `gap` there is no rate.
-    pub fn take(&mut self, angle: Angle, at: Micros, gap: bool) {
+    /// Takes the next angle, to be published in `range`, which has to be the same every time. After a `gap` there is no
+    /// rate.
+    pub fn take(&mut self, angle: Angle, range: Range, at: Micros, gap: bool) {
         if self.begun {
             let step = step(self.angle, angle);
-            self.rate = if gap { 0 } else { rate(step, at.since(self.at.near(at))) };
-            // The direct way differs from the shorter one by a turn when the seam lies between.
-            let direct = angle.udeg().saturating_sub(self.angle.udeg());
-            let across = i64::from(step).saturating_sub(direct.into());
+            self.rate = if gap { 0 } else { rate(step, self.at.age(at)) };
+            // The published angles differ from the step by whole turns, and by what was rounded.
+            let udeg = |angle: Angle| i64::from(Published::new(angle, range).angle().udeg());
+            let across = udeg(self.angle).saturating_add(step.into()).saturating_sub(udeg(angle));
             self.turns = self.turns.wrapping_add(match across {
-                across if across > HALF_TURN.into() => 1,
-                across if across < HALF_TURN.saturating_neg().into() => -1,
+                HALF_TURN.. => 1,
+                across if across <= -HALF_TURN => -1,
                 _ => 0,
             });
         }
         (self.angle, self.at, self.begun) = (angle, Stamp::of(at), true);
+    }
+
+    /// The angle as it is published.
+    pub fn published(&self, range: Range) -> Published {
+        Published::new(self.angle, range)
     }
 
     /// Whether there was an angle.

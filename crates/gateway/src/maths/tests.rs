@@ -107,22 +107,27 @@ proptest! {
         prop_assert_eq!(window.median().udeg(), wrapped(new));
     }
 
+    /// In steps of a µ°, which the published angle does not show: it is the true one, rounded.
     #[test]
     fn turns_and_angle_are_the_unwrapped_angle(
         start in any_angle(),
-        steps in prop::collection::vec(-TURN / 2..TURN / 2, 1..200),
+        steps in prop::collection::vec(prop_oneof![-TURN / 2..TURN / 2, -3_000..3_000_i128], 1..200),
         unidirectional in any::<bool>(),
     ) {
         let range = if unidirectional { Range::Unidirectional } else { Range::Bidirectional };
         let mut motion = Motion::default();
+        let unwrapped = |motion: &Motion| {
+            i128::from(motion.turns) * TURN + 1_000 * i128::from(motion.published(range).mdeg())
+        };
         let mut true_angle = start;
-        motion.take(angle(start).normalised(range), Micros(0), false);
-        let first = i128::from(motion.angle.udeg());
+        motion.take(angle(start), range, Micros(0), false);
+        // The first angle is published within its range: whole turns from the true one, but for what was rounded.
+        let whole = unwrapped(&motion) - start;
+        let whole = (whole + TURN / 2).div_euclid(TURN) * TURN;
         for (n, step) in (1..).zip(steps) {
             true_angle += step;
-            motion.take(angle(true_angle).normalised(range), Micros(n * 20_000), false);
-            let unwrapped = i128::from(motion.turns) * TURN + i128::from(motion.angle.udeg());
-            prop_assert_eq!(unwrapped - first, true_angle - start);
+            motion.take(angle(true_angle), range, Micros(n * 20_000), false);
+            prop_assert!((unwrapped(&motion) - whole - true_angle).abs() <= 500, "{motion:?}");
             // Millidegrees a second: µ° a µs, times a thousand; towards zero.
             prop_assert_eq!(i128::from(motion.rate), step * 1_000 / 20_000);
         }
@@ -131,10 +136,10 @@ proptest! {
     #[test]
     fn a_rate_beyond_all_numbers_is_the_largest_one(step in 3_000_000_i128..TURN / 2, span in 0_u64..2) {
         let mut motion = Motion::default();
-        motion.take(Angle::ZERO, Micros(10), false);
-        motion.take(angle(step), Micros(10 + span), false);
+        motion.take(Angle::ZERO, Range::Bidirectional, Micros(10), false);
+        motion.take(angle(step), Range::Bidirectional, Micros(10 + span), false);
         prop_assert_eq!(motion.rate, i32::MAX);
-        motion.take(Angle::ZERO, Micros(10 + 2 * span), false);
+        motion.take(Angle::ZERO, Range::Bidirectional, Micros(10 + 2 * span), false);
         prop_assert_eq!(motion.rate, i32::MIN);
     }
 }
@@ -142,10 +147,28 @@ proptest! {
 #[test]
 fn the_seam_is_no_step() {
     let mut motion = Motion::default();
-    motion.take(Angle::from_udeg(179_000_000), Micros(0), false);
-    motion.take(Angle::from_udeg(-179_000_000), Micros(1_000_000), false);
+    motion.take(Angle::from_udeg(179_000_000), Range::Bidirectional, Micros(0), false);
+    motion.take(Angle::from_udeg(-179_000_000), Range::Bidirectional, Micros(1_000_000), false);
     assert_eq!((motion.rate, motion.turns), (2_000, 1));
-    motion.take(Angle::from_udeg(179_000_000), Micros(2_000_000), false);
+    motion.take(Angle::from_udeg(179_000_000), Range::Bidirectional, Micros(2_000_000), false);
     assert_eq!((motion.rate, motion.turns), (-2_000, 0));
     assert_eq!(window(180_000_000, &[-1_000_000, 1_000_000]).mean(), Angle::from_udeg(-180_000_000));
+}
+
+/// Where a 32-bit count of µs turns negative and where it comes round, where one of ms comes round; a year; and the longest
+/// period that can be set.
+const SPANS: [u64; 5] = [1 << 31, 1 << 32, 1_000 << 32, 365 * 86_400_000_000, 1_200_000_000];
+
+#[test]
+fn a_rate_over_any_span_is_that_of_the_true_angles() {
+    for span in SPANS.into_iter().flat_map(|span| [span - 1, span, span + 1]) {
+        for (step, begin) in
+            [100_000, -100_000, 179_000_000_i128].into_iter().flat_map(|step| [(step, 0), (step, span)])
+        {
+            let mut motion = Motion::default();
+            motion.take(Angle::ZERO, Range::Bidirectional, Micros(begin), false);
+            motion.take(angle(step), Range::Bidirectional, Micros(begin + span), false);
+            assert_eq!(i128::from(motion.rate), step * 1_000 / i128::from(span), "{step} in {span} us");
+        }
+    }
 }

@@ -63,3 +63,18 @@ fn one_asked_less_often_than_it_refreshes_is_not_followed() {
     read(&mut phase, 5, 0);
     assert_eq!(phase.next(Micros(0), Micros(534_000)), None);
 }
+
+/// However long nothing was read, the next angle is new: past 35.8 min and 71.6 min, at which counts of 32 bits turn,
+/// 49.7 days, and a year.
+#[test]
+fn an_angle_after_a_long_silence_is_new() {
+    for wait in [1 << 31, 1 << 32, 1_000 << 32, 365 * 86_400_000_000_u64, 1_200_000_000] {
+        for wait in [wait - 300_000, wait - 1, wait, wait + 1, wait + 300_000] {
+            let mut phase = Phase::default();
+            assert!(phase.read(5, Micros(1_000_000), Micros(1_007_000)));
+            let asked = 1_000_000 + wait;
+            assert!(phase.read(5, Micros(asked), Micros(asked + EXCHANGE)), "the same code, {wait} us later");
+            assert!(!phase.read(5, Micros(asked + 100_000), Micros(asked + 107_000)));
+        }
+    }
+}

@@ -4,7 +4,7 @@
 //! line is in doubt, not the sensor. There is one way only to ask for it, so that time has to tell the two answers apart.
 
 use clino_bus::{Isu, Micros};
-use clino_codec::isu::{Address, Answer, DecodeError, Request, Response};
+use clino_codec::isu::{Address, Answer, DecodeError, Function, Request, Response};
 
 use super::Poll;
 use crate::agenda::Asked;
@@ -20,6 +20,15 @@ impl Poll for Isu {
     const SILENCE: Micros = Micros::from_millis(416);
     /// 0.05°: nine steps of 360/65536°.
     const RESOLUTION: u32 = 50_000;
+    /// Until the next refresh it may say the angle before (AN #201 section 4: 533 ms), and longer by its clock.
+    const SETTLES: Micros = Micros::from_millis(600);
+
+    fn alters(command: u8) -> bool {
+        use Function::{ResetModule, ResetNullPosition, WriteEeprom, WriteRam};
+        [ResetModule, WriteRam, WriteEeprom, ResetNullPosition]
+            .iter()
+            .any(|&function| function as u8 == command)
+    }
 
     fn request(config: &SlotConfig, _: bool) -> Option<(Address, Request)> {
         match config.source {

@@ -4,7 +4,7 @@
 //! place: neither a late answer nor the same damage can make the same value of it.
 
 use clino_bus::{Micros, T7};
-use clino_codec::t7::{Address, Answer, DecodeError, Field, Request, Response};
+use clino_codec::t7::{Address, Answer, DecodeError, Field, Opcode, Request, Response};
 
 use super::Poll;
 use crate::agenda::Asked;
@@ -23,6 +23,14 @@ impl Poll for T7 {
     const SILENCE: Micros = Micros::from_millis(520);
     /// 0.05°: half of its accuracy.
     const RESOLUTION: u32 = 50_000;
+    /// A Set command is answered within 25 ms (T7 guide, section 1); one whose answer has not come then may be carried out
+    /// as late as its answer is still awaited.
+    const SETTLES: Micros = Micros::from_millis(50);
+
+    fn alters(command: u8) -> bool {
+        // Damping changes how fast the angle follows the sensor, not what it means.
+        Opcode::new(command).is_some_and(|opcode| opcode.is_set() && opcode != Opcode::SetDamping)
+    }
 
     fn request(config: &SlotConfig, confirm: bool) -> Option<(Address, Request)> {
         let Source::T7 { address, axis } = config.source else { return None };
@@ -36,18 +44,21 @@ impl Poll for T7 {
 
     fn sample(answer: &Answer, config: &SlotConfig) -> Result<Sample, Status> {
         let Source::T7 { axis, .. } = config.source else { return Err(Status::BadAnswer) };
-        let (angle, temperature, one_g) = match &answer.response {
-            Response::GetAngle { angle, .. } => (*angle, None, None),
-            Response::GetAllAngles { angles, temperature } => (axis.of(*angles), Some(*temperature), None),
-            Response::GetAllData { angles, temperature, accelerations, .. } => {
-                (axis.of(*angles), Some(*temperature), Some(is_one_g(accelerations, config.tolerance)))
+        let (angle, temperature, one_g, serial) = match &answer.response {
+            Response::GetAngle { angle, .. } => (*angle, None, None, None),
+            Response::GetAllAngles { angles, temperature } => {
+                (axis.of(*angles), Some(*temperature), None, None)
+            }
+            Response::GetAllData { angles, temperature, accelerations, serial } => {
+                let one_g = is_one_g(accelerations, config.tolerance);
+                (axis.of(*angles), Some(*temperature), Some(one_g), Some(*serial))
             }
             // The decoder lets no other answer through.
             _ => return Err(Status::BadAnswer),
         };
         let angle = angle.angle().ok_or(Status::OutOfRange)?;
         let temperature = temperature.filter(|_| config.ask == Ask::Everything);
-        Ok(Sample { angle, temperature: temperature.map(|t| t.centi_celsius()), one_g })
+        Ok(Sample { angle, temperature: temperature.map(|t| t.centi_celsius()), one_g, serial })
     }
 
     fn refused(error: &DecodeError) -> Status {

@@ -18,7 +18,7 @@ fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Read
         health: Health::WELL,
         fresh: true,
         raw: Angle::ZERO,
-        angle: Angle::ZERO,
+        angle: crate::Published::default(),
         rate: 0,
         turns: 0,
         temperature: None,
@@ -48,6 +48,16 @@ fn a_reading_is_printed_once() {
 fn a_slot_that_was_never_read_is_not_printed() {
     let never = Reading { status: Status::NeverRead, measured: None, ..reading(0, 0, 0, 0) };
     assert_eq!(next(&mut Reporter::new(), &[never], 1), None);
+}
+
+/// A sensor that is set up anew takes back the angle that was printed: whoever reads the stream must not keep it.
+#[test]
+fn a_value_that_was_printed_is_taken_back() {
+    let mut reporter = Reporter::new();
+    assert_eq!(next(&mut reporter, &[reading(0, 1, 0, 1_000)], 1), Some(0));
+    let never = Reading { status: Status::NeverRead, ..reading(0, 2, 0, 1_000) };
+    assert_eq!(next(&mut reporter, &[never], 2), Some(0), "at once");
+    assert_eq!(next(&mut reporter, &[never], 5_000), None, "once");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use clino_commissioning::t7::{Device, Rates, Setting};
 use super::*;
 use crate::task::isu::Task as OfIsu;
 use crate::task::t7::Task as OfT7;
-use crate::{Asker, Bus, Gateway, Settings, SlotConfig};
+use crate::{Asker, Bus, BusChange, Gateway, Settings, SlotConfig};
 
 fn gateway(restraint: Restraint) -> Gateway {
     let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
@@ -51,10 +51,9 @@ fn writing() -> [Order; 7] {
 
 /// What concerns the gateway alone.
 fn own() -> [Order; 3] {
-    let timing = Timing::t7(Serial { baud: 9_600 });
     [
         Order::Slot { slot: 7, config: SlotConfig::OFF },
-        Order::Bus { bus: Bus::T7, timing, line: timing.line() },
+        Order::Bus { bus: Bus::T7, change: BusChange { baud: Some(9_600), ..BusChange::NONE } },
         Order::Cancel(Bus::T7),
     ]
 }

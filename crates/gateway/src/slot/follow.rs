@@ -1,31 +1,42 @@
-//! A sensor that has moved to another address is followed there.
+//! What a task has done to a sensor, the slots that read it take over.
+//!
+//! A slot follows a sensor that has moved to another address. A sensor that was made to read zero as it stands reads zero in
+//! its slots, too: the zero they have subtracted until then goes.
 
+use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom::Change as Eeprom;
 use clino_commissioning::{Change, Report};
 
 use super::Slot;
-use crate::task::{News, isu, t7};
+use crate::task::{Claim, News, isu, t7};
 use crate::{SlotConfig, Source};
 
 impl Slot {
-    /// Follows this slot's sensor. Returns whether it is the one that has moved.
-    pub fn follow(&mut self, news: &News) -> bool {
-        let source = match (*news, self.config.source) {
-            (
-                News::T7(t7::News::Address(Report { change: Change::Changed { from, to }, .. })),
-                Source::T7 { address, axis },
-            ) if address == from => Source::T7 { address: to, axis },
-            (
-                News::Isu(isu::News::Programmed(Report {
-                    change:
-                        Change::Changed { from: Eeprom::ModuleAddress(from), to: Eeprom::ModuleAddress(to) },
-                    ..
-                })),
-                Source::Isu { address },
-            ) if address == from => Source::Isu { address: to },
-            _ => return false,
-        };
-        self.set(SlotConfig { source, ..self.config });
-        true
+    /// How the slot is to be set after a task that has ended like this, if otherwise than now.
+    pub fn follow(&self, claim: Claim, news: &News) -> Option<SlotConfig> {
+        followed(&self.config, claim, news)
     }
+}
+
+fn followed(config: &SlotConfig, claim: Claim, news: &News) -> Option<SlotConfig> {
+    let source = match (*news, config.source) {
+        (
+            News::T7(t7::News::Address(Report { change: Change::Changed { from, to }, .. })),
+            Source::T7 { address, axis },
+        ) if address == from => Source::T7 { address: to, axis },
+        (
+            News::Isu(isu::News::Programmed(Report {
+                change: Change::Changed { from: Eeprom::ModuleAddress(from), to: Eeprom::ModuleAddress(to) },
+                ..
+            })),
+            Source::Isu { address },
+        ) if address == from => Source::Isu { address: to },
+        (News::T7(t7::News::Zeroed(_)) | News::Isu(isu::News::Nulled(_)), source)
+            if claim == Claim::Zero(source) && config.soft_zero != Angle::ZERO =>
+        {
+            return Some(SlotConfig { soft_zero: Angle::ZERO, ..*config });
+        }
+        _ => return None,
+    };
+    Some(SlotConfig { source, ..*config })
 }

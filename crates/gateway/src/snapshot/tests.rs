@@ -29,7 +29,7 @@ fn reading(slot: u8, n: u32) -> Reading {
         fresh: n.is_multiple_of(3),
         status: Status::ALL[n as usize % Status::ALL.len()],
         raw: Angle::from_udeg(-(n as i32)),
-        angle: Angle::from_udeg(n as i32),
+        angle: Published::from_mdeg(n as i32),
         rate: -3 * n as i32,
         turns: n as i32 / 7,
         temperature: (!n.is_multiple_of(7)).then_some(-(n as i16)),
@@ -76,6 +76,9 @@ fn a_value_is_that_of_the_reading() {
             let expected = Value { status: whole.status(now), angle: whole.angle(now), age: whole.age(now) };
             assert_eq!(value, expected, "{n} {late}");
             assert_eq!(view.glance(0, now), Some(whole.glance(now)), "{n} {late}");
+            let Reading { source, health, .. } = whole;
+            let standing = Standing { source, status: whole.status(now), health, age: whole.age(now) };
+            assert_eq!(view.standing(0, now), Some(standing), "{n} {late}");
         }
     }
     assert_eq!(snapshot.view().value(MAX_SLOTS, Micros::ZERO), None);

@@ -5,7 +5,7 @@
 //!  0  status | flags << 8 | health << 16 | address << 24      6  temperature
 //!  1  sequence                                             7, 8  time of the last good value, low half first
 //!  2  angle of the sensor, µ°                                 9  stale after, µs
-//!  3  angle, µ°                                              10  period, µs
+//!  3  angle, 0.001°                                           10  period, µs
 //!  4  rate, 0.001°/s                                         11  reported every, µs
 //!  5  turns
 //! ```
@@ -14,12 +14,13 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
-use clino_codec::{isu, t7};
+use clino_codec::t7;
 
-use crate::config::{PwmInput, Source, Span};
+use crate::config::{Kind, Source, Span};
 use crate::health::Health;
 use crate::snapshot::Value;
-use crate::{Glance, Reading, Status};
+use crate::summary::Standing;
+use crate::{Glance, Published, Reading, Status};
 
 pub(super) const WORDS: usize = 12;
 
@@ -31,31 +32,29 @@ const MEASURED: u8 = 1 << 3;
 const KIND: u8 = 4;
 const PART: u8 = 6;
 const TWO_BITS: u8 = 0b11;
-
-const T7: u8 = 1;
-const ISU: u8 = 2;
-const PWM: u8 = 3;
+/// In place of an axis.
+const INCOMPLETE: u8 = 3;
 
 pub(super) fn words(reading: &Reading) -> [u32; WORDS] {
-    let (kind, part, address) = match reading.source {
-        Source::Off => (0, 0, 0),
-        Source::T7 { address, axis } => (T7, axis.get(), address.get()),
-        Source::Isu { address } => (ISU, 0, address.get()),
-        Source::Pwm { input } => (PWM, u8::from(input == PwmInput::Pwm2), 0),
+    let source = reading.source;
+    let part = match source {
+        Source::T7 { axis, .. } => axis.get(),
+        Source::Incomplete { .. } => INCOMPLETE,
+        Source::Off | Source::Isu { .. } | Source::Pwm { .. } => 0,
     };
     let flag = |bit, on: bool| if on { bit } else { 0 };
     let flags = flag(FRESH, reading.fresh)
         | flag(ENABLED, reading.enabled)
         | flag(WARM, reading.temperature.is_some())
         | flag(MEASURED, reading.measured.is_some())
-        | kind << KIND
+        | (source.kind() as u8) << KIND
         | part << PART;
     let measured = reading.measured.unwrap_or(Micros::ZERO).0;
     [
-        u32::from_le_bytes([reading.status as u8, flags, reading.health.bits(), address]),
+        u32::from_le_bytes([reading.status as u8, flags, reading.health.bits(), source.address()]),
         reading.sequence,
         reading.raw.udeg().cast_unsigned(),
-        reading.angle.udeg().cast_unsigned(),
+        reading.angle.mdeg().cast_unsigned(),
         reading.rate.cast_unsigned(),
         reading.turns.cast_unsigned(),
         u32::from(reading.temperature.unwrap_or(0).cast_unsigned()),
@@ -81,7 +80,7 @@ pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
         fresh: has(FRESH),
         status: Status::ALL.get(usize::from(status)).copied().unwrap_or_default(),
         raw: Angle::from_udeg(raw.cast_signed()),
-        angle: Angle::from_udeg(angle.cast_signed()),
+        angle: Published::from_mdeg(angle.cast_signed()),
         rate: rate.cast_signed(),
         turns: turns.cast_signed(),
         temperature: has(WARM).then_some((temperature as u16).cast_signed()),
@@ -95,8 +94,16 @@ pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
 pub(super) fn value(words: &[AtomicU32; WORDS], now: Micros) -> Value {
     let [_, _, _, angle, ..] = words;
     let (status, age) = worth(words, now);
-    let angle = (status == Status::Ok).then(|| Angle::from_udeg(load(angle).cast_signed()));
+    let angle = (status == Status::Ok).then(|| Published::from_mdeg(load(angle).cast_signed()));
     Value { status, angle, age }
+}
+
+pub(super) fn standing(words: &[AtomicU32; WORDS], now: Micros) -> Standing {
+    let [first, ..] = words;
+    let [_, flags, health, address] = load(first).to_le_bytes();
+    let (status, age) = worth(words, now);
+    let source = source(flags >> KIND & TWO_BITS, flags >> PART & TWO_BITS, address);
+    Standing { source, status, health: Health::from_bits(health), age }
 }
 
 pub(super) fn glance(words: &[AtomicU32; WORDS], now: Micros) -> Glance {
@@ -131,18 +138,9 @@ fn load(word: &AtomicU32) -> u32 {
 }
 
 fn source(kind: u8, part: u8, address: u8) -> Source {
-    let source = match kind {
-        T7 => t7_axis(part)
-            .zip(t7::Address::of_request(address))
-            .map(|(axis, address)| Source::T7 { address, axis }),
-        ISU => isu::Address::new(address).map(|address| Source::Isu { address }),
-        PWM if part == 0 => Some(Source::Pwm { input: PwmInput::Pwm1 }),
-        PWM => Some(Source::Pwm { input: PwmInput::Pwm2 }),
-        _ => None,
-    };
-    source.unwrap_or(Source::Off)
-}
-
-fn t7_axis(number: u8) -> Option<t7::Axis> {
-    t7::Axis::new(number)
+    let kind = Kind::from_code(kind).unwrap_or_default();
+    match t7::Axis::new(part) {
+        Some(axis) => Source::of(kind, address, axis),
+        None => Source::Incomplete { kind, address },
+    }
 }

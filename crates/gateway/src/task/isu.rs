@@ -1,13 +1,14 @@
 //! Tasks on the ISU bus.
 
-use clino_bus::{Isu, Serial, Timing};
+use clino_bus::{Isu, Serial};
 use clino_codec::isu::eeprom::Change;
 use clino_commissioning::isu::{
     Alive, Cause, Failure, Identify, Identity, Module, Nulled, Program, Repair, Repaired, Reset, ResetNull,
 };
 use clino_commissioning::{Report, Runner};
 
-use super::Led;
+use super::{Claim, Led};
+use crate::config::{Bus, Source};
 use crate::traffic::Serve;
 
 /// What can be asked for.
@@ -79,7 +80,23 @@ impl Work {
 }
 
 impl Serve for Isu {
+    type Task = Task;
     type Work = Work;
+
+    fn begin(task: &Task, _: Serial, place: &mut Option<Work>) -> Result<(), super::News> {
+        let refused = |cause| Failure { cause, writes: 0, repair: false }.into();
+        Work::begin(task, place).map_err(refused)
+    }
+
+    fn claim(task: &Task) -> Claim {
+        match *task {
+            Task::ResetNull(module) => Claim::Zero(Source::Isu { address: module.address() }),
+            Task::Program(module, Change::ModuleAddress(to)) => {
+                Claim::Addresses(Bus::Isu, [module.address().get(), to.get()])
+            }
+            Task::Identify(_) | Task::Reset(_) | Task::Program(..) | Task::Repair(_) => Claim::Nothing,
+        }
+    }
 
     fn led(work: &mut Work) -> &mut dyn Led<Isu> {
         match work {
@@ -99,10 +116,6 @@ impl Serve for Isu {
             Work::Program(runner) => runner,
             Work::Repair(runner) => runner,
         }
-    }
-
-    fn timing(serial: Serial) -> Timing {
-        Timing { serial, ..Timing::isu() }
     }
 }
 

@@ -2,15 +2,16 @@
 
 use core::convert::Infallible;
 
-use clino_bus::{Serial, T7, Timing};
+use clino_bus::{Serial, T7};
 use clino_codec::t7::{Address, Axis, BaudRate, EncodeError};
 use clino_commissioning::t7::{
-    ChangeAddress, ChangeBaud, Device, Failure, Found, Identify, Identity, Rates, Set, SetZero, Setting,
-    Sweep, Swept, Zeroed,
+    Cause, ChangeAddress, ChangeBaud, Device, Failure, Found, Identify, Identity, Rates, Set, SetZero,
+    Setting, Sweep, Swept, Zeroed,
 };
 use clino_commissioning::{Report, Runner};
 
-use super::Led;
+use super::{Claim, Led};
+use crate::config::{Bus, Source};
 use crate::traffic::Serve;
 
 /// What can be asked for.
@@ -95,7 +96,22 @@ impl Work {
 }
 
 impl Serve for T7 {
+    type Task = Task;
     type Work = Work;
+
+    fn begin(task: &Task, serial: Serial, place: &mut Option<Work>) -> Result<(), super::News> {
+        let refused = |error| Failure { cause: Cause::Refused(error), writes: 0 }.into();
+        Work::begin(task, serial, place).map_err(refused)
+    }
+
+    fn claim(task: &Task) -> Claim {
+        match *task {
+            Task::Zero(device, axis) => Claim::Zero(Source::T7 { address: device.address(), axis }),
+            Task::Address { from, to } => Claim::Addresses(Bus::T7, [from.get(), to.get()]),
+            Task::Baud(..) => Claim::BitRate,
+            Task::Identify(_) | Task::Sweep(_) | Task::Set(..) => Claim::Nothing,
+        }
+    }
 
     fn led(work: &mut Work) -> &mut dyn Led<T7> {
         match work {
@@ -117,10 +133,6 @@ impl Serve for T7 {
             Work::Address(runner) => runner,
             Work::Baud(runner) => runner,
         }
-    }
-
-    fn timing(serial: Serial) -> Timing {
-        Timing::t7(serial)
     }
 }
 

@@ -17,7 +17,7 @@ pub fn order(command: Command, source: Source, value: i32) -> Option<Order> {
     match source {
         Source::T7 { address, axis } => t7(command, Device::at(address).ok()?, axis, value).map(Order::T7),
         Source::Isu { address } => isu(command, Module::at(address).ok()?, value).map(Order::Isu),
-        Source::Pwm { .. } | Source::Off => None,
+        Source::Pwm { .. } | Source::Incomplete { .. } | Source::Off => None,
     }
 }
 

@@ -1,17 +1,19 @@
 //! A slot in the gateway's terms and in those of the map.
 
-use clino_codec::angle::{Angle, Range};
-use clino_codec::{isu, t7};
+use clino_codec::angle::Range;
 use clino_gateway::config::{Direction, Filter};
-use clino_gateway::{PwmInput, SlotConfig, Source, Span};
+use clino_gateway::settings::Given;
+use clino_gateway::settings::slot::id;
+use clino_gateway::{SlotConfig, Source, Span};
 
 use crate::config;
 use crate::host::Kind;
 use crate::status::Status;
 
-pub const TURN_MDEG: i32 = 360_000;
 /// Microseconds of a millisecond.
 const MS: u32 = 1_000;
+/// Micro-degrees of a millidegree.
+const UDEG: i32 = 1_000;
 
 /// A status as the map tells it. The gateway's numbers are its own.
 pub fn status(status: clino_gateway::Status) -> Status {
@@ -31,107 +33,71 @@ pub fn status(status: clino_gateway::Status) -> Status {
         Core::StuckLow => Status::StuckLow,
         Core::StuckHigh => Status::StuckHigh,
         Core::BadPeriod => Status::BadPeriod,
+        Core::ConfigFault => Status::ConfigFault,
     }
 }
 
-/// Kind, address and axis of a source.
-pub fn place(source: Source) -> (Kind, u8, u8) {
-    match source {
-        Source::Off => (Kind::None, 0, 0),
-        Source::T7 { address, axis } => (Kind::T7, address.get(), axis.get()),
-        Source::Isu { address } => (Kind::Isu, address.get(), 0),
-        Source::Pwm { input: PwmInput::Pwm1 } => (Kind::Pwm, 1, 0),
-        Source::Pwm { input: PwmInput::Pwm2 } => (Kind::Pwm, 2, 0),
-    }
-}
-
-fn source(kind: Kind, address: u8, axis: u8) -> Option<Source> {
-    Some(match kind {
-        Kind::None => Source::Off,
-        Kind::T7 => Source::T7 { address: t7::Address::new(address)?, axis: t7::Axis::new(axis)? },
-        Kind::Isu => Source::Isu { address: isu::Address::new(address)? },
-        Kind::Pwm => match address {
-            1 => Source::Pwm { input: PwmInput::Pwm1 },
-            2 => Source::Pwm { input: PwmInput::Pwm2 },
-            _ => return None,
-        },
-    })
+/// Kind and address of a source.
+pub fn place(source: Source) -> (Kind, u8) {
+    let kind = match source.kind() {
+        clino_gateway::config::Kind::Off => Kind::None,
+        clino_gateway::config::Kind::T7 => Kind::T7,
+        clino_gateway::config::Kind::Isu => Kind::Isu,
+        clino_gateway::config::Kind::Pwm => Kind::Pwm,
+    };
+    (kind, source.address())
 }
 
 /// A configuration as the map tells it: times in whole milliseconds, angles in whole millidegrees.
 pub fn shown(config: &SlotConfig) -> config::SlotConfig {
-    let (kind, address, axis) = place(config.source);
+    let (kind, address) = place(config.source);
     let ms = |span: Span| span.as_micros() / MS;
     config::SlotConfig {
         enabled: config.enabled,
         kind,
         address,
-        axis,
+        axis: config.axis().get(),
         period_ms: ms(config.period),
-        stale_ms: ms(config.stale_after),
+        stale_ms: ms(config.stale_after()),
         timeout_ms: ms(config.timeout) as u16,
         retries: config.retries,
-        zero_mdeg: config.soft_zero.mdeg(),
+        zero_mdeg: config.soft_zero.udeg() / UDEG,
         reversed: config.direction == Direction::Reversed,
         unidirectional: config.range == Range::Unidirectional,
         filter: match config.filter {
             Filter::Off => config::Filter::None,
-            Filter::Mean(_) => config::Filter::Mean,
-            Filter::Median(_) => config::Filter::Median,
+            Filter::Mean => config::Filter::Mean,
+            Filter::Median => config::Filter::Median,
         },
-        filter_length: config.filter.samples(),
+        filter_length: config.samples,
         confirm: config.confirm,
         jump_mdeg_s: config.max_rate,
     }
 }
 
-/// The configuration that the map is to tell as `wanted`; `None` if there is no such sensor.
-///
-/// What is not changed stays as it is, finer than the map can tell it. In a slot that reads another kind of sensor from now
-/// on, it becomes what is usual for that kind.
+/// The configuration that the map is to tell as `wanted`; `None` if there is no such slot.
 pub fn changed(now: &SlotConfig, wanted: &config::SlotConfig) -> Option<SlotConfig> {
     let before = shown(now);
-    let source = source(wanted.kind, wanted.address, wanted.axis)?;
-    let mut config = match before.kind == wanted.kind {
-        true => SlotConfig { source, ..*now },
-        false => SlotConfig::usual(source),
-    };
-    if wanted.enabled != before.enabled {
-        config.enabled = wanted.enabled;
-    }
-    if wanted.period_ms != before.period_ms {
-        config.period = Span::from_millis(wanted.period_ms);
-    }
-    if wanted.stale_ms != before.stale_ms {
-        config.stale_after = Span::from_millis(wanted.stale_ms);
-    }
-    if wanted.timeout_ms != before.timeout_ms {
-        config.timeout = Span::from_millis(wanted.timeout_ms.into());
-    }
-    if wanted.retries != before.retries {
-        config.retries = wanted.retries;
-    }
-    if wanted.zero_mdeg != before.zero_mdeg {
-        config.soft_zero = Angle::from_mdeg(wanted.zero_mdeg)?;
-    }
-    if wanted.reversed != before.reversed {
-        config.direction = if wanted.reversed { Direction::Reversed } else { Direction::Normal };
-    }
-    if wanted.unidirectional != before.unidirectional {
-        config.range = if wanted.unidirectional { Range::Unidirectional } else { Range::Bidirectional };
-    }
-    if (wanted.filter, wanted.filter_length) != (before.filter, before.filter_length) {
-        config.filter = match wanted.filter {
-            config::Filter::None => Filter::Off,
-            config::Filter::Mean => Filter::Mean(wanted.filter_length),
-            config::Filter::Median => Filter::Median(wanted.filter_length),
+    let named = |id: u8| {
+        let (is, was, scale): (i64, i64, i64) = match id {
+            id::KIND => (wanted.kind as i64, before.kind as i64, 1),
+            id::ADDRESS => (wanted.address.into(), before.address.into(), 1),
+            id::AXIS => (wanted.axis.into(), before.axis.into(), 1),
+            id::ENABLED => (wanted.enabled.into(), before.enabled.into(), 1),
+            id::PERIOD => (wanted.period_ms.into(), before.period_ms.into(), MS.into()),
+            id::STALE => (wanted.stale_ms.into(), before.stale_ms.into(), MS.into()),
+            id::TIMEOUT => (wanted.timeout_ms.into(), before.timeout_ms.into(), MS.into()),
+            id::RETRIES => (wanted.retries.into(), before.retries.into(), 1),
+            id::ZERO => (wanted.zero_mdeg.into(), before.zero_mdeg.into(), UDEG.into()),
+            id::DIRECTION => (wanted.reversed.into(), before.reversed.into(), 1),
+            id::RANGE => (wanted.unidirectional.into(), before.unidirectional.into(), 1),
+            id::FILTER => (wanted.filter as i64, before.filter as i64, 1),
+            id::SAMPLES => (wanted.filter_length.into(), before.filter_length.into(), 1),
+            id::CONFIRM => (wanted.confirm.into(), before.confirm.into(), 1),
+            id::RATE => (wanted.jump_mdeg_s.into(), before.jump_mdeg_s.into(), 1),
+            _ => return None,
         };
-    }
-    if wanted.confirm != before.confirm {
-        config.confirm = wanted.confirm;
-    }
-    if wanted.jump_mdeg_s != before.jump_mdeg_s {
-        config.max_rate = wanted.jump_mdeg_s;
-    }
-    Some(config)
+        (is != was).then_some(Given { value: is, scale })
+    };
+    clino_gateway::settings::slot::changed(now, &named).ok()
 }

@@ -306,4 +306,6 @@ pub enum CommandItem {
     Done,
     /// Of so many.
     Of,
+    /// Nodes that it silences.
+    Silenced,
 }

@@ -1,8 +1,5 @@
 //! The table. Addresses as on the wire.
 
-use clino_bus::Micros;
-use clino_gateway::config::Filter;
-use clino_gateway::order;
 use clino_recovery::PLACE;
 
 use super::{
@@ -29,14 +26,6 @@ const ALL: u8 = SLOTS as u8;
 /// Slots of the first block of angles and ages; the others are in the second.
 const FIRST: u8 = 32;
 const OTHERS: u8 = ALL - FIRST;
-
-const fn ms(span: Micros) -> i32 {
-    (span.0 / 1_000) as i32
-}
-
-const fn us(span: Micros) -> i32 {
-    span.0 as i32
-}
 
 /// The register map.
 pub const BLOCKS: &[Block] = &[
@@ -238,7 +227,7 @@ const FAST2: &[Entry] = &[
 
 const MIRRORS: &[Entry] = &[
     reading(0x00, Form::F32, R::Degrees, "angle_f32", "deg", ANGLE).times(0, ALL),
-    reading(0x60, Form::I16, R::Centidegrees, "angle_i16", "0.01 deg", "angle within −180.00° to 180.00°")
+    reading(0x60, Form::I16, R::Centidegrees, "angle_i16", "0.01 deg", "angle from −180.00° up to 179.99°")
         .times(0, ALL),
 ];
 
@@ -263,18 +252,25 @@ const SLOT: &[Entry] = &[
     detail(1, Form::U16, D::Flags, "flags", "bits", "see *flags of a slot*"),
     reading(2, Form::I32, R::Angle, "angle_mdeg", "mdeg", ANGLE),
     reading(4, Form::F32, R::Degrees, "angle_deg", "deg", ANGLE),
-    reading(6, Form::I16, R::Centidegrees, "angle_cdeg", "0.01 deg", "angle within −180.00° to 180.00°"),
+    reading(6, Form::I16, R::Centidegrees, "angle_cdeg", "0.01 deg", "angle from −180.00° up to 179.99°"),
     detail(7, Form::I16, D::Temperature, "temperature", "0.01 °C", "T7, if it is polled for it"),
     reading(8, Form::U16, R::Age, "age", "ms", AGE),
     detail(9, Form::U16, D::Sequence, "sequence", "", "counts the readings, good or bad; wraps"),
-    detail(10, Form::I32, D::Raw, "raw_mdeg", "mdeg", "angle as the sensor said it"),
+    detail(
+        10,
+        Form::I32,
+        D::Raw,
+        "raw_mdeg",
+        "mdeg",
+        "angle as the sensor said it; ISU and PWM: 0.000° up to 359.999°",
+    ),
     detail(
         12,
         Form::I32,
         D::Unwrapped,
         "unwrapped_mdeg",
         "mdeg",
-        "angle with the turns since the first value",
+        "angle with the turns since the first value; none beyond 5 965 turns",
     ),
     detail(14, Form::U16, D::LastError, "last_error", "code", "status of the last reading that failed"),
     detail(
@@ -361,7 +357,7 @@ const START: &[Entry] = &[
     start(4, Form::U32, T::Boots, "boots", "", "starts since power came, this one included; wraps"),
     start(6, Form::U32, T::Crashes, "crashes", "", "how many of the times before ended in a crash; wraps"),
     start(8, Form::U32, T::CrashBoot, "crash_boot", "", "the start in which it crashed, counted like *boots*"),
-    start(10, Form::U32, T::CrashUptime, "crash_uptime", "ms", "from that start to the crash"),
+    start(10, Form::U32, T::CrashUptime, "crash_uptime", "ms", "from that start to the crash; none from 49.7 days on"),
     start(
         12,
         Form::U32,
@@ -423,9 +419,9 @@ const SLOT_SETTINGS: &[Entry] = &[
         "ms",
         "from one reading to the next; 0: as often as the bus can",
     )
-    .writable(0, ms(order::LONGEST_PERIOD)),
+    .writable(0, 1_200_000),
     setting(6, Form::U32, S::Stale, "stale", "ms", "a value older than this is stale")
-        .writable(ms(order::SHORTEST_STALE), ms(order::LONGEST_STALE)),
+        .writable(10, 3_600_000),
     setting(
         8,
         Form::U16,
@@ -434,9 +430,8 @@ const SLOT_SETTINGS: &[Entry] = &[
         "ms",
         "longest wait for an answer; 0: as the sensor's document says",
     )
-    .writable(0, ms(order::LONGEST_TIMEOUT)),
-    setting(9, Form::U16, S::Retries, "set_retries", "", "further tries within one reading")
-        .writable(0, order::MOST_RETRIES as i32),
+    .writable(0, 500),
+    setting(9, Form::U16, S::Retries, "set_retries", "", "further tries within one reading").writable(0, 10),
     setting(10, Form::I32, S::Zero, "zero", "mdeg", "soft zero: subtracted from what the sensor says")
         .writable(-360_000, 360_000),
     setting(12, Form::U16, S::Reversed, "reversed", "", "1: the angle counts the other way").writable(0, 1),
@@ -444,8 +439,7 @@ const SLOT_SETTINGS: &[Entry] = &[
         .writable(0, 1),
     setting(14, Form::U16, S::Filter, "filter", "code", "0: none; 1: circular mean; 2: circular median")
         .writable(0, 2),
-    setting(15, Form::U16, S::FilterLength, "filter_length", "", "readings it goes over")
-        .writable(1, Filter::MOST as i32),
+    setting(15, Form::U16, S::FilterLength, "filter_length", "", "readings it goes over").writable(1, 8),
     setting(
         16,
         Form::U16,
@@ -474,11 +468,11 @@ const BUS_SETTINGS: &[Entry] = &[
     bus_setting(0, Form::U32, P::Baud, "baud", "bit/s", "T7: 9600, 19200, 38400, 57600, 115200; ISU: 9600")
         .writable(9_600, 115_200),
     bus_setting(2, Form::U16, P::Guard, "guard", "us", "silence before our driver is switched on")
-        .writable(0, us(order::LONGEST_GUARD)),
+        .writable(0, 20_000),
     bus_setting(3, Form::U16, P::PreDelay, "pre_delay", "us", "from DE high to our first start bit")
-        .writable(0, us(order::LONGEST_DELAY)),
+        .writable(0, 5_000),
     bus_setting(4, Form::U16, P::PostDelay, "post_delay", "us", "from our last stop bit to DE low")
-        .writable(0, us(order::LONGEST_DELAY)),
+        .writable(0, 5_000),
     bus_setting(
         5,
         Form::U16,
@@ -547,4 +541,12 @@ const COMMAND: &[Entry] = &[
     command(10, Form::U16, C::Sequence, "command_sequence", "", "counts the accepted commands; wraps"),
     command(11, Form::U16, C::Done, "command_done", "", "steps done"),
     command(12, Form::U16, C::Of, "command_of", "", "of so many; 0 if that is not known"),
+    command(
+        14,
+        Form::U16,
+        C::Silenced,
+        "command_silenced",
+        "",
+        "other nodes, read by slots, that *sensor_baud* leaves at another bit rate than their bus",
+    ),
 ];

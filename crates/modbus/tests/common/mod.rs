@@ -13,8 +13,13 @@ use model::Model;
 
 pub const ADDRESS: u8 = 17;
 
-pub const SETTINGS: Settings =
-    Settings { address: ADDRESS, baud: 19_200, parity: Parity::Even, stop_bits: StopBits::One };
+pub const SETTINGS: Settings = Settings {
+    address: ADDRESS,
+    baud: 19_200,
+    parity: Parity::Even,
+    stop_bits: StopBits::One,
+    ..Settings::DEFAULT
+};
 
 pub const IDENTIFICATION: &Identification =
     &Identification(["Vendor", "P-1", "1.2.3", "https://example.org", "Gateway", "Model"]);
@@ -103,12 +108,18 @@ impl<H: Host> Bench<H> {
         self.server.heard(Character { byte, errors }, Micros(self.now));
     }
 
+    /// A silence after which whatever came is over: one that is no frame yet may go on with a character that began in
+    /// t3.5, and is stamped late.
+    pub fn over(&self) -> u64 {
+        self.t3_5 + 2 * self.character + 50
+    }
+
     /// Bytes as they are, then silence.
     pub fn raw(&mut self, bytes: &[u8]) -> Option<Vec<u8>> {
         for &byte in bytes {
             self.character(byte, LineErrors::NONE);
         }
-        self.pause(self.t3_5 + self.character)
+        self.pause(self.over())
     }
 
     /// A request: function and data. Returns function and data of the answer.

@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use clino_bus::line::EchoMode;
 use clino_bus::{Counters, DriverEnable, Micros};
+use clino_gateway::summary::Summary;
 use clino_gateway::{BusFault, BusHealth};
 use clino_modbus::command::{Command, Outcome, Progress};
 use clino_modbus::config::{BusConfig, SlotConfig};
@@ -102,6 +103,7 @@ impl Model {
                 sequence: 0xFFFE,
                 done: 3,
                 of: 8,
+                silenced: 5,
             },
             start: start(),
         }
@@ -191,6 +193,20 @@ impl Host for Model {
         }
     }
 
+    fn summary(&self) -> Summary {
+        self.look();
+        let set =
+            |is: fn(Status) -> bool| (0..48).fold(0, |set, slot| set | u64::from(is(status(slot))) << slot);
+        Summary {
+            // The gateway's own word is in the view.
+            signals: Default::default(),
+            online: set(|status| matches!(status, Status::Ok | Status::DeviceError)),
+            valid: set(|status| status == Status::Ok),
+            enabled: 46,
+            oldest: Micros(u64::MAX),
+        }
+    }
+
     fn start(&self) -> Start {
         self.look();
         self.start
@@ -264,7 +280,17 @@ impl Host for Model {
         }
         match *write {
             Write::Slot { slot, config } => self.slots[usize::from(slot)] = config,
-            Write::Bus { bus, config } => self.buses[bus as usize] = config,
+            Write::Bus { bus, change } => {
+                let us = |wait: Option<Micros>, before| wait.map_or(before, |wait| wait.0 as u16);
+                let before = self.buses[bus as usize];
+                self.buses[bus as usize] = BusConfig {
+                    baud: change.baud.unwrap_or(before.baud),
+                    guard_us: us(change.guard, before.guard_us),
+                    pre_delay_us: us(change.pre_delay, before.pre_delay_us),
+                    post_delay_us: us(change.post_delay, before.post_delay_us),
+                    echo: change.echo.unwrap_or(before.echo),
+                };
+            }
             Write::Port(_) | Write::Command { .. } => {}
         }
         self.writes.push(*write);

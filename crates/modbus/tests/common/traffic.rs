@@ -5,6 +5,7 @@
 
 use clino_codec::character::LineErrors;
 use clino_modbus::Host;
+use clino_modbus::settings::Pauses;
 
 use super::{ADDRESS, Bench, crc, opened};
 
@@ -24,19 +25,60 @@ pub struct Heard {
     pub errors: LineErrors,
 }
 
-/// Whether what was heard between two silences is a frame that has to be answered, by address and checksum.
-pub fn is_for_us(frame: &[Heard]) -> bool {
+/// Whether what was heard between two silences is a request that has to be answered: by its characters and pauses, its
+/// address and checksum, and as long as MODBUS Application Protocol V1.1b3, section 6, says that it is.
+pub fn is_for_us(frame: &[Heard], pauses: Pauses) -> bool {
     let bytes: Vec<u8> = frame.iter().map(|heard| heard.byte).collect();
-    let spoilt = |heard: &Heard| {
-        [LineErrors::FRAMING, LineErrors::PARITY, LineErrors::OVERRUN]
-            .iter()
-            .any(|&e| heard.errors.contains(e))
+    // Zeros behind a right checksum may be anything.
+    let zeros_from = |length: &usize| bytes[*length..].iter().all(|&byte| byte == 0);
+    let is_right = |length: &usize| {
+        let (bytes, found) = bytes[..*length].split_at(length - 2);
+        crc(bytes).to_le_bytes() == found
     };
-    (4..=256).contains(&bytes.len())
-        && !frame.iter().any(spoilt)
-        && !frame[1..].iter().any(|heard| heard.silence > WITHIN)
-        && crc(&bytes[..bytes.len() - 2]).to_le_bytes() == bytes[bytes.len() - 2..]
-        && bytes[0] == ADDRESS
+    let Some(end) = (4..=bytes.len().min(256)).filter(zeros_from).find(is_right) else { return false };
+    let has = |part: &[Heard], error| part.iter().any(|heard: &Heard| heard.errors.contains(error));
+    let longest = if pauses == Pauses::Strict { WITHIN } else { BETWEEN };
+    if has(&frame[..end], LineErrors::FRAMING)
+        || has(&frame[..end], LineErrors::PARITY)
+        || has(frame, LineErrors::OVERRUN)
+        || frame[1..].iter().any(|heard| heard.silence > longest)
+        || bytes[0] != ADDRESS
+        || bytes[1] >= 0x80
+    {
+        return false;
+    }
+    let behind = |length: usize| (length <= bytes.len() && zeros_from(&length)).then(|| bytes.len() - length);
+    let (request, writes, answer) = match bytes[1] {
+        3 | 4 => (8, false, Some(5 + usize::from(bytes[2])).filter(|length| length % 2 == 1 && *length > 5)),
+        6 => (8, true, None),
+        8 if bytes[2..4] == [0, 0] => {
+            let length = (8..=bytes.len()).step_by(2).find(zeros_from).unwrap_or(usize::MAX);
+            (length, false, None)
+        }
+        8 => (8, matches!(bytes[2..4], [0, 1 | 10]), None),
+        16 => (bytes.get(6).map_or(usize::MAX, |&count| 9 + usize::from(count)), true, Some(8)),
+        43 => (7, false, (bytes.len() >= 10).then_some(bytes.len())),
+        _ => return true,
+    };
+    match (behind(request), answer.and_then(behind)) {
+        (Some(zeros), _) => zeros == 0 || !writes,
+        // The answer to a request: ours that has come back, or somebody else's.
+        (None, Some(_)) => false,
+        // Shorter or longer than it says: exception 3.
+        (None, None) => true,
+    }
+}
+
+/// Whether a frame may be taken for the echo of an answer: it asks for what was asked for before, and its answer may
+/// have been the same as the request.
+pub fn may_be_echo(frame: &[Heard], before: &[Vec<Heard>]) -> bool {
+    let bytes = |frame: &[Heard]| -> Vec<u8> { frame.iter().map(|heard| heard.byte).collect() };
+    let trimmed = |mut bytes: Vec<u8>| {
+        bytes.truncate(bytes.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1));
+        bytes
+    };
+    let asked = trimmed(bytes(frame));
+    matches!(asked.get(1), Some(6 | 8)) && before.iter().any(|frame| trimmed(bytes(frame)) == asked)
 }
 
 /// Plays traffic to a server; what was answered, by the number of the frame that it followed.

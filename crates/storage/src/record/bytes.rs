@@ -80,17 +80,12 @@ impl<'a> Writer<'a> {
         self.sink.put(byte);
     }
 
-    pub fn number(&mut self, mut value: u32) {
+    pub fn wide(&mut self, mut value: u64) {
         while value > 0x7F {
             self.byte(value as u8 | 0x80);
             value >>= 7;
         }
         self.byte(value as u8);
-    }
-
-    pub fn signed(&mut self, value: i32) {
-        // The sign goes to the lowest bit, so that small numbers are short on both sides of zero.
-        self.number((value.wrapping_shl(1) ^ (value >> 31)) as u32);
     }
 
     pub fn finish(self) {
@@ -103,10 +98,10 @@ pub(crate) struct Reader<'a> {
     left: core::slice::Iter<'a, u8>,
 }
 
-/// Bytes of the longest number.
-pub(crate) const LONGEST_NUMBER: usize = 5;
-/// Bytes of the longest number of 16 bits.
-pub(crate) const LONGEST_SHORT: usize = 3;
+/// Bytes of the longest number of 32 bits.
+const LONGEST_NUMBER: usize = 5;
+/// Bytes of the longest number of 64 bits.
+pub(crate) const LONGEST_WIDE: usize = 10;
 const _: () = assert!(CRC == size_of::<u32>());
 
 impl<'a> Reader<'a> {
@@ -118,13 +113,29 @@ impl<'a> Reader<'a> {
         self.left.next().copied().ok_or(Reject::Short)
     }
 
+    /// A number of 64 bits.
+    pub fn wide(&mut self, what: &'static str) -> Result<u64, Reject> {
+        self.leb128(LONGEST_WIDE, what)
+    }
+
+    /// A number of 32 bits.
     pub fn number(&mut self, what: &'static str) -> Result<u32, Reject> {
+        let value = self.leb128(LONGEST_NUMBER, what)?;
+        u32::try_from(value).map_err(|_| Reject::Number { what })
+    }
+
+    fn leb128(&mut self, longest: usize, what: &'static str) -> Result<u64, Reject> {
         let mut value = 0_u64;
-        for place in 0..LONGEST_NUMBER as u32 {
+        for place in 0..longest as u32 {
             let byte = self.byte()?;
-            value |= u64::from(byte & 0x7F).wrapping_shl(place.saturating_mul(7));
+            let (bits, at) = (u64::from(byte & 0x7F), place.saturating_mul(7));
+            let placed = bits.wrapping_shl(at);
+            if placed >> at != bits {
+                return Err(Reject::Number { what });
+            }
+            value |= placed;
             if byte & 0x80 == 0 {
-                return u32::try_from(value).map_err(|_| Reject::Number { what });
+                return Ok(value);
             }
         }
         Err(Reject::Number { what })

@@ -6,10 +6,11 @@ use clino_bus::line::EchoMode;
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
-use clino_gateway::config::{Ask, Direction, Filter};
-use clino_gateway::order::{Refusal, T7_BIT_RATES};
+use clino_gateway::config::{Ask, Direction, Filter, Kind as SourceKind};
+use clino_gateway::order::Refusal;
+use clino_gateway::settings::Number;
 use clino_gateway::{PwmInput, Settings, Source, Span};
-use clino_modbus::settings::{Parity, StopBits};
+use clino_modbus::settings::{Parity, Pauses, StopBits};
 use proptest::prelude::*;
 
 use super::base::base;
@@ -35,6 +36,7 @@ fn read(record: &[u8]) -> Result<(Settings, Modbus), Reject> {
         Part::Bus(Bus::T7, bus) => settings.t7 = *bus,
         Part::Bus(Bus::Isu, bus) => settings.isu = *bus,
         Part::Modbus(port) => modbus = port,
+        Part::Console(console) => settings.console = console,
         Part::Slot(slot, config) => settings.slots[usize::from(slot)] = *config,
     };
     match decode(record, take)? {
@@ -66,63 +68,67 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
 }
 
 fn sources() -> impl Strategy<Value = Source> {
-    prop_oneof![
-        Just(Source::Off),
-        (1_u8..=100, 0_usize..3).prop_map(|(address, axis)| Source::T7 {
-            address: t7::Address::new(address).unwrap(),
-            axis: t7::Axis::ALL[axis]
-        }),
-        (0_u8..=14).prop_map(|address| Source::Isu { address: isu::Address::new(address).unwrap() }),
-        prop_oneof![Just(PwmInput::Pwm1), Just(PwmInput::Pwm2)].prop_map(|input| Source::Pwm { input }),
-    ]
+    let axis = (0_usize..3).prop_map(|axis| t7::Axis::ALL[axis]);
+    let any = (0_u8..4, 0_u8..=127, axis).prop_map(|(kind, address, axis)| {
+        let kind = [SourceKind::Off, SourceKind::T7, SourceKind::Isu, SourceKind::Pwm][usize::from(kind)];
+        Source::of(kind, address, axis)
+    });
+    prop_oneof![8 => any, 1 => Just(Source::held(SourceKind::Isu, 0, t7::Axis::Two))]
 }
 
 fn slots() -> impl Strategy<Value = SlotConfig> {
-    let filter = prop_oneof![
-        Just(Filter::Off),
-        (1..=Filter::MOST).prop_map(Filter::Mean),
-        (1..=Filter::MOST).prop_map(Filter::Median)
-    ];
-    let switches = (sources(), any::<[bool; 5]>(), 0_u8..=10, filter, prop::option::of(0_u8..48));
-    let numbers = (any::<u16>(), 0_u32..=1_200_000_000, 0_u32..=500_000, 10_000_u32..=3_600_000_000);
-    let more = (0_u32..=3_600_000_000, any::<i32>(), any::<u32>(), any::<bool>());
+    let filter = prop_oneof![Just(Filter::Off), Just(Filter::Mean), Just(Filter::Median)];
+    let filter = (filter, 1..=Filter::MOST);
+    let switches = (sources(), any::<[bool; 5]>(), 0_u8..=10, filter, prop::option::of(0_u8..48), 0_usize..3);
+    let timeout = prop_oneof![Just(0_u32), 2_000_u32..=500_000];
+    let numbers = (any::<u16>(), 0_u32..=1_200_000_000, timeout, 0_u32..=3_600_000_000);
+    let more = (0_u32..=3_600_000_000, -360_000_000..=360_000_000, 0_u32..=36_000_000, any::<bool>());
     (switches, numbers, more).prop_map(|(switches, numbers, more)| {
-        let (source, [enabled, everything, confirm, reversed, positive], retries, filter, partner) = switches;
+        let (source, switches, retries, (filter, samples), partner, axis) = switches;
+        let [enabled, everything, confirm, reversed, positive] = switches;
         let (tolerance, period, timeout, stale) = numbers;
         let (report, soft_zero, max_rate, usual) = more;
         if usual {
             return SlotConfig::usual(source);
         }
-        SlotConfig {
+        let held_axis = if matches!(source, Source::T7 { .. }) { t7::Axis::Two } else { t7::Axis::ALL[axis] };
+        let config = SlotConfig {
             source,
             enabled,
             ask: if everything { Ask::Everything } else { Ask::Angle },
             retries,
             confirm,
             filter,
+            samples,
+            held_axis,
             direction: if reversed { Direction::Reversed } else { Direction::Normal },
             range: if positive { Range::Unidirectional } else { Range::Bidirectional },
             partner,
             tolerance,
             period: Span::from_micros(period),
             timeout: Span::from_micros(timeout),
-            stale_after: Span::from_micros(stale),
+            stale: Span::from_micros(stale),
             report_every: Span::from_micros(report),
             soft_zero: Angle::from_udeg(soft_zero),
             max_rate,
+        };
+        match settings::slot::check(&config) {
+            Ok(()) => config,
+            // Too short for the period.
+            Err(_) => SlotConfig { stale: Span::ZERO, ..config },
         }
     })
 }
 
 fn buses(of: Bus) -> impl Strategy<Value = BusSettings> {
     let echo = prop_oneof![Just(EchoMode::Off), Just(EchoMode::Expected), Just(EchoMode::Detect)];
-    (0_usize..5, 0_u64..=20_000, 0_u64..=5_000, 0_u64..=5_000, any::<u32>(), echo).prop_map(
-        move |(rate, guard, pre, post, slack, echo)| {
-            let timing = match of {
-                Bus::T7 => Timing::t7(Serial { baud: T7_BIT_RATES[rate] }),
+    (0_usize..5, prop::option::of(0_u64..=20_000), 0_u64..=5_000, 0_u64..=1_000, echo).prop_map(
+        move |(rate, guard, pre, post, echo)| {
+            let mut timing = match of {
+                Bus::T7 => Timing::t7(Serial { baud: [9_600, 19_200, 38_400, 57_600, 115_200][rate] }),
                 Bus::Isu => Timing::isu(),
             };
-            let timing = Timing { guard: Micros(guard), slack: Micros(slack.into()), ..timing };
+            timing.guard = guard.map_or(timing.guard, Micros);
             let mut settings = BusSettings::new(timing);
             settings.line.pre_delay = Micros(pre);
             settings.line.post_delay = Micros(post);
@@ -134,21 +140,29 @@ fn buses(of: Bus) -> impl Strategy<Value = BusSettings> {
 
 fn ports() -> impl Strategy<Value = Modbus> {
     let parity = prop_oneof![Just(Parity::None), Just(Parity::Even), Just(Parity::Odd)];
-    (1_u8..=247, 0_usize..7, parity, any::<bool>()).prop_map(|(address, rate, parity, two)| Modbus {
-        address,
-        baud: clino_modbus::settings::BIT_RATES[rate],
-        parity,
-        stop_bits: if two { StopBits::Two } else { StopBits::One },
-    })
+    let echo = prop_oneof![Just(EchoMode::Off), Just(EchoMode::Expected), Just(EchoMode::Detect)];
+    (1_u8..=247, 0_usize..7, parity, any::<[bool; 3]>(), echo).prop_map(
+        |(address, rate, parity, [two, strict, locked], echo)| Modbus {
+            address,
+            baud: clino_modbus::settings::BIT_RATES[rate],
+            parity,
+            stop_bits: if two { StopBits::Two } else { StopBits::One },
+            echo,
+            pauses: if strict { Pauses::Strict } else { Pauses::Tolerant },
+            locked,
+        },
+    )
 }
 
 fn configurations() -> impl Strategy<Value = (Settings, Modbus)> {
     let slots = prop::collection::vec(slots(), MAX_SLOTS);
-    (slots, buses(Bus::T7), buses(Bus::Isu), ports()).prop_map(|(slots, t7, isu, modbus)| {
-        let mut settings = factory();
-        settings.slots.copy_from_slice(&slots);
-        (Settings { t7, isu, ..settings }, modbus)
-    })
+    (slots, buses(Bus::T7), buses(Bus::Isu), ports(), 0_u32..=86_400).prop_map(
+        |(slots, t7, isu, modbus, idle_s)| {
+            let mut settings = factory();
+            settings.slots.copy_from_slice(&slots);
+            (Settings { t7, isu, console: ConsoleSettings { idle_s }, ..settings }, modbus)
+        },
+    )
 }
 
 proptest! {
@@ -234,13 +248,16 @@ fn limits_are_those_of_orders() {
     let mut settings = factory();
     settings.slots[7] = SlotConfig::usual(Source::Pwm { input: PwmInput::Pwm1 });
     settings.slots[7].retries = 11;
-    let refusal = Reject::Refused(Refusal::Range { what: "retries", value: 11, least: 0, most: 10 });
+    let number = Number { name: "retries", unit: "", value: 11, decimals: 0 };
+    let refusal = Reject::Refused(Refusal::Range { number, least: 0, most: 10 });
     assert_eq!(check(&settings, &Modbus::DEFAULT), Err(refusal));
     assert_eq!(read(&written(&settings, &Modbus::DEFAULT)), Err(refusal));
 
     let modbus = Modbus { address: 248, ..Modbus::DEFAULT };
-    assert_eq!(check(&factory(), &modbus), Err(Reject::Modbus));
-    assert_eq!(read(&written(&factory(), &modbus)), Err(Reject::Modbus));
+    let number = Number { name: "address", unit: "", value: 248, decimals: 0 };
+    let refusal = Reject::Refused(Refusal::Range { number, least: 1, most: 247 });
+    assert_eq!(check(&factory(), &modbus), Err(refusal));
+    assert_eq!(read(&written(&factory(), &modbus)), Err(refusal));
 }
 
 /// Otherwise the usual slots are longer than they need to be: time for a new version of the format.
@@ -258,48 +275,53 @@ fn the_base_is_the_usual() {
 fn the_longest_fits() {
     let mut settings = factory();
     settings.slots = [longest_slot(); MAX_SLOTS];
-    for bus in [&mut settings.t7, &mut settings.isu] {
-        let all = Micros(u64::MAX);
-        bus.timing = Timing {
-            serial: Serial { baud: u32::MAX },
-            guard: all,
-            get_latency: all,
-            set_latency: all,
-            margin: all,
-            gap: all,
-            quiet: all,
-            patience: all,
-            late: all,
-            slack: all,
-            line_busy: all,
-        };
+    for (bus, post) in [(&mut settings.t7, 2_000), (&mut settings.isu, 1_000)] {
+        bus.timing.guard = Micros(20_000);
         bus.line = bus.timing.line();
-        bus.line.pre_delay = all;
-        bus.line.post_delay = all;
+        bus.line.pre_delay = Micros(5_000);
+        bus.line.post_delay = Micros(post);
+        bus.line.echo = EchoMode::Detect;
     }
-    let modbus = Modbus { baud: u32::MAX, ..Modbus::DEFAULT };
-    assert_eq!(written(&settings, &modbus).len().next_multiple_of(crate::pages::WORD), LONGEST);
+    settings.t7 = BusSettings {
+        timing: Timing { serial: Serial { baud: 57_600 }, ..settings.t7.timing },
+        ..settings.t7
+    };
+    settings.console.idle_s = 86_400;
+    let modbus = Modbus {
+        address: 247,
+        baud: 115_200,
+        parity: Parity::Odd,
+        stop_bits: StopBits::Two,
+        echo: EchoMode::Detect,
+        pauses: Pauses::Strict,
+        locked: true,
+    };
+    assert_eq!(check(&settings, &modbus), Ok(()));
+    let longest = written(&settings, &modbus).len();
+    // The bit rates of a T7 take three bytes, those of an ISU have no other; a word is four.
+    assert!((LONGEST - 8..=LONGEST).contains(&longest), "{longest} of {LONGEST}");
 }
 
 fn longest_slot() -> SlotConfig {
-    let all = Span::from_micros(u32::MAX);
     SlotConfig {
-        source: Source::T7 { address: t7::Address::new(100).unwrap(), axis: t7::Axis::Two },
+        source: Source::T7 { address: t7::Address::new(100).unwrap(), axis: t7::Axis::One },
         enabled: false,
         ask: Ask::Everything,
         retries: 10,
         confirm: false,
-        filter: Filter::Median(3),
+        filter: Filter::Median,
+        samples: 8,
+        held_axis: t7::Axis::Two,
         direction: Direction::Reversed,
         range: Range::Unidirectional,
         partner: Some(47),
         tolerance: u16::MAX,
-        period: all,
-        timeout: all,
-        stale_after: all,
-        report_every: all,
-        soft_zero: Angle::from_udeg(i32::MIN),
-        max_rate: u32::MAX,
+        period: Span::from_micros(1_200_000_000),
+        timeout: Span::from_micros(500_000),
+        stale: Span::from_micros(3_599_999_999),
+        report_every: Span::from_micros(3_600_000_000),
+        soft_zero: Angle::from_udeg(-360_000_000),
+        max_rate: 36_000_000,
     }
 }
 
@@ -347,7 +369,6 @@ mod stored {
             retries: 1,
             confirm: true,
             period: Span::from_millis(20),
-            stale_after: Span::from_millis(60),
             report_every: Span::from_millis(100),
             tolerance: 100,
             max_rate: 180_000,
@@ -359,7 +380,6 @@ mod stored {
             confirm: true,
             range: Range::Unidirectional,
             period: Span::from_millis(266),
-            stale_after: Span::from_millis(798),
             soft_zero: Angle::from_udeg(-1_500_000),
             max_rate: 90_000,
             ..SlotConfig::OFF
@@ -367,23 +387,54 @@ mod stored {
         settings.slots[2] = SlotConfig {
             source: Source::Pwm { input: PwmInput::Pwm2 },
             enabled: true,
-            filter: Filter::Median(5),
+            filter: Filter::Median,
+            samples: 5,
             range: Range::Unidirectional,
             partner: Some(1),
-            tolerance: 56,
+            tolerance: 560,
             period: Span::from_micros(33_333),
-            stale_after: Span::from_micros(99_999),
             ..SlotConfig::OFF
         };
         settings
     }
 
+    const PORT: Modbus = Modbus {
+        address: 17,
+        baud: 9_600,
+        parity: Parity::None,
+        stop_bits: StopBits::Two,
+        echo: EchoMode::Off,
+        pauses: Pauses::Tolerant,
+        locked: false,
+    };
+
+    /// The same as versions 1 and 2 have it: nothing of a bus is different, four settings of the port are.
+    #[test]
+    fn version_3() {
+        #[rustfmt::skip]
+        let record = [
+            &[3, CONFIGURATION, 0, 0][..],
+            // Address, bit rate, parity and stop bits: 17, 9600, none, 2.
+            &[0x0F, 0x11, 0x80, 0x4B, 0x00, 0x02],
+            // Console; number of slots.
+            &[0, MAX_SLOTS as u8],
+            // T7 3 as usual; ISU 14: bits 3 and 13 (enabled, zero); PWM 2: bits 11, 12 and 17 (filter, samples, partner).
+            &[1, 3, 0, 2, 14, 0x88, 0x40, 0xBF, 0x8D, 0xB7, 0x01],
+            &[3, 2, 0x80, 0xB0, 0x08, 2, 5, 2],
+            &OFF.repeat(MAX_SLOTS - 3),
+        ]
+        .concat();
+        let record = sealed(&record);
+        assert_eq!(written(&expected(), &PORT), record);
+        assert_eq!(read(&record), Ok((expected(), PORT)));
+        assert_eq!(decode(&record, &mut |_| ()), Ok(Kind::Configuration(3)));
+    }
+
     #[test]
     fn version_2() {
-        let modbus = Modbus { address: 17, baud: 9_600, parity: Parity::None, stop_bits: StopBits::Two };
         let record = record(2, &[T7, ISU, MODBUS], 0xF75A196);
-        assert_eq!(read(&record), Ok((expected(), modbus)));
-        assert_eq!(written(&expected(), &modbus), record);
+        assert_eq!(read(&record), Ok((expected(), PORT)));
+        assert_eq!(decode(&record, &mut |_| ()), Ok(Kind::Configuration(2)));
     }
 
     /// Without the Modbus port, which is then as in the factory; the rest is kept.
@@ -394,8 +445,50 @@ mod stored {
         assert_eq!(decode(&record, &mut |_| ()), Ok(Kind::Configuration(1)));
     }
 
+    /// A slot of version 2 alone.
+    fn old_slot(slot: &[u8]) -> SlotConfig {
+        let bytes = [&[2, CONFIGURATION], T7, ISU, MODBUS, &[1], slot].concat();
+        read(&sealed(&bytes)).expect("a record").0.slots[0]
+    }
+
+    /// What was allowed, and does not fit any more: a period of a second with the stale limit of 20 ms (60 ms, not
+    /// written); the same, written; a timeout of 0.1 ms; a rate beyond all; a soft zero beyond a turn. A limit that fits is
+    /// kept.
+    #[test]
+    fn what_older_versions_allowed_becomes_what_comes_next_to_it() {
+        // Bit 9: 1 000 000 us.
+        let slot = old_slot(&[1, 3, 2, 0x80, 0x04, 0xC0, 0x84, 0x3D]);
+        assert_eq!((slot.stale, slot.stale_after()), (Span::ZERO, Span::from_millis(3_000)));
+        // Bits 9 and 11: 1 000 000 us, 60 000 us.
+        let slot = old_slot(&[1, 3, 2, 0x80, 0x14, 0xC0, 0x84, 0x3D, 0xE0, 0xD4, 0x03]);
+        assert_eq!((slot.stale, slot.stale_after()), (Span::ZERO, Span::from_millis(3_000)));
+        // Bit 11: 100 000 us.
+        let slot = old_slot(&[1, 3, 2, 0x80, 0x10, 0xA0, 0x8D, 0x06]);
+        assert_eq!((slot.stale, slot.stale_after()), (Span::from_millis(100), Span::from_millis(100)));
+        // Bit 10: 100 us.
+        assert_eq!(old_slot(&[1, 3, 2, 0x80, 0x08, 100]).timeout, Span::ZERO);
+        // Bit 14: 4 294 967 295.
+        assert_eq!(old_slot(&[1, 3, 2, 0x80, 0x80, 0x01, 0xFF, 0xFF, 0xFF, 0xFF, 0x0F]).max_rate, 0);
+        // Bit 13: 450 000 000 udeg, zigzag 900 000 000.
+        let slot = old_slot(&[1, 3, 2, 0x80, 0x40, 0x80, 0xD2, 0x93, 0xAD, 0x03]);
+        assert_eq!(slot.soft_zero, Angle::from_udeg(90_000_000));
+    }
+
+    /// A driver that stayed on for longer than any sensor waits.
+    #[test]
+    fn a_delay_of_an_older_version_is_the_longest_there_may_be() {
+        let mut t7 = T7.to_vec();
+        let end = t7.len() - 2..t7.len() - 1;
+        // 5000 us.
+        t7.splice(end, [0x88, 0x27]);
+        let bytes = [&[2, CONFIGURATION], &t7[..], ISU, MODBUS, &[0]].concat();
+        let (settings, _) = read(&sealed(&bytes)).expect("a record");
+        assert_eq!(settings.t7.line.post_delay, Micros(2_000));
+    }
+
     #[test]
     fn factory_settings() {
+        assert_eq!(decode(&sealed(&[3, FACTORY]), &mut |_| ()), Ok(Kind::Factory));
         let record = [0x02, 0x01, 0xEB, 0x40, 0xE8, 0x04];
         assert_eq!(decode(&record, &mut |_| ()), Ok(Kind::Factory));
     }

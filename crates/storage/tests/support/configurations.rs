@@ -48,40 +48,30 @@ pub fn numbered(n: u32) -> Configuration {
 pub fn longest(n: u32) -> Configuration {
     let mut all = factory();
     let slot = SlotConfig {
-        source: Source::T7 { address: t7::Address::new(100).unwrap(), axis: t7::Axis::Two },
+        source: Source::T7 { address: t7::Address::new(100).unwrap(), axis: t7::Axis::One },
         enabled: false,
         ask: Ask::Everything,
         retries: 10,
         confirm: false,
-        filter: Filter::Median(3),
+        filter: Filter::Median,
+        samples: 3,
+        held_axis: t7::Axis::Two,
         direction: Direction::Reversed,
         range: Range::Unidirectional,
         partner: Some(47),
         tolerance: u16::MAX,
         period: Span::from_micros(1_200_000_000),
         timeout: Span::from_micros(500_000),
-        stale_after: Span::from_micros(3_600_000_000),
+        stale: Span::from_micros(3_600_000_000),
         report_every: Span::from_micros(3_600_000_000),
-        soft_zero: Angle::from_udeg(i32::MIN + n as i32),
-        max_rate: u32::MAX - n,
+        soft_zero: Angle::from_udeg(-360_000_000 + n as i32),
+        max_rate: 36_000_000 - n,
     };
     all.settings.slots = [slot; MAX_SLOTS];
-    for bus in [&mut all.settings.t7, &mut all.settings.isu] {
-        let waits = [
-            &mut bus.timing.get_latency,
-            &mut bus.timing.set_latency,
-            &mut bus.timing.margin,
-            &mut bus.timing.gap,
-            &mut bus.timing.quiet,
-            &mut bus.timing.patience,
-            &mut bus.timing.late,
-            &mut bus.timing.slack,
-            &mut bus.timing.line_busy,
-            &mut bus.line.guard,
-        ];
-        waits.into_iter().for_each(|wait| *wait = Micros(u64::from(u32::MAX - n)));
+    for (bus, post) in [(&mut all.settings.t7, 2_000), (&mut all.settings.isu, 1_000)] {
+        (bus.timing.guard, bus.line.guard) = (Micros(20_000), Micros(20_000));
         bus.line.pre_delay = Micros(5_000);
-        bus.line.post_delay = Micros(5_000);
+        bus.line.post_delay = Micros(post);
     }
     all.modbus.baud = 115_200;
     all.modbus.address = (n % 247 + 1) as u8;

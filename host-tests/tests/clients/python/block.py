@@ -33,7 +33,7 @@ def header_describes_itself():
 
 def every_slot_is_right_and_fresh():
     """A sensor may be waited for: an ISU has a new value every 533 ms."""
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 120
     while master.get("slots_ok") < len(slots):
         assert time.monotonic() < deadline
     assert master.get("slots_enabled") == len(slots)
@@ -106,7 +106,10 @@ identification_says_who_it_is()
 counters_count()
 # Somebody at the console ends its stream of readings, which is most of the board's work.
 console.prompt()
-began = time.monotonic()
+longest = 0
 for _ in range(10):
+    began = time.monotonic()
     one_read_has_all_angles_and_ages(master.client.read_holding_registers)
-print(f"96 registers in {(time.monotonic() - began) * 100:.0f} ms")
+    longest = max(longest, time.monotonic() - began)
+# The test holds it against the timeout that people leave as it is, if the board keeps up with real time.
+print(f"longest answer {longest * 1000:.0f} ms")

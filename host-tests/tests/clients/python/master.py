@@ -12,6 +12,8 @@ from pymodbus.client import ModbusSerialClient
 FORMS = {"uint16": ">H", "int16": ">h", "uint32": ">I", "int32": ">i", "float32": ">f"}
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
 ARM_KEY = 0x4E56
+# Seconds: the virtual board may be much slower than real time on a busy computer.
+PATIENCE = 20
 
 
 class Refused(Exception):
@@ -19,14 +21,15 @@ class Refused(Exception):
 
 
 class Master:
-    """With the timeout that people leave as it is: one second; and without retries, which would hide a fault.
+    """Patient, and without retries, which would hide a fault.
 
     The line has even parity; but a pseudo-terminal knows nothing of it, and to pyserial that is an error if it is asked
     for: a port of a computer is opened with parity="E".
     """
 
     def __init__(self, path, csv_path, baud=19200):
-        self.client = ModbusSerialClient(path, framer=FramerType.RTU, baudrate=baud, parity="N", timeout=1, retries=0)
+        self.client = ModbusSerialClient(path, framer=FramerType.RTU, baudrate=baud, parity="N",
+                                         timeout=PATIENCE, retries=0)
         assert self.client.connect()
         with open(csv_path, encoding="utf-8") as file:
             self.rows = list(csv.DictReader(file))
@@ -103,7 +106,7 @@ def refusal(work):
     raise AssertionError("it was not refused")
 
 
-def wait(what, patience=30):
+def wait(what, patience=120):
     """Until it is so."""
     deadline = time.monotonic() + patience
     while not what():

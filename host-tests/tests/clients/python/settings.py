@@ -109,7 +109,10 @@ def with_the_key_the_sensor_is_zeroed():
 def a_broadcast_is_carried_out_and_not_answered():
     # Slot 3 is not touched otherwise. The frame is what pymodbus makes of it; the silence is seen on the line itself.
     master.client.write_register(master.address("slot03_set_retries"), 7, device_id=0, no_response_expected=True)
-    assert master.client.socket.read(1) == b""
+    line: serial.Serial = master.client.socket
+    patience, line.timeout = line.timeout, 1
+    assert line.read(1) == b""
+    line.timeout = patience
     assert master.get("slot03_set_retries") == 7
     assert int(master.checked(master.client.diag_read_device_no_response_count()).message) >= 1
 
@@ -119,6 +122,7 @@ def random_bytes_change_nothing():
     errors = lambda: int(master.checked(master.client.diag_read_bus_comm_error_count()).message)
     heard, some = errors(), random.Random(2)
     line: serial.Serial = master.client.socket
+    patience = line.timeout
     console.prompt()
     began, sent, answered = console.uptime(), 0, b""
     for _ in range(40):
@@ -128,7 +132,7 @@ def random_bytes_change_nothing():
         # A pause now and then, so that some of them are frames of their own.
         line.timeout = some.choice([0, 0.05])
         answered += line.read(10)
-    line.timeout = 1
+    line.timeout = patience
     # Until they are over the line, by the gateway's own clock, and half a second more.
     while console.uptime() < began + sent * 11 * 1000 // 19200 + 500:
         answered += line.read(line.in_waiting)

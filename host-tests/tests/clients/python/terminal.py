@@ -9,20 +9,22 @@ import time
 import serial
 
 PROMPT = b"clino> "
-PATIENCE = 60
+# Seconds without a byte, and in all.
+SILENCE, PATIENCE = 60, 600
 
 
 class Console:
     def __init__(self, path):
         self.line = serial.Serial(path, 115200, timeout=1)
 
-    def until(self, end, patience=PATIENCE):
+    def until(self, end):
         """Everything up to and with `end`."""
-        heard, deadline = b"", time.monotonic() + patience
+        heard, began = b"", time.monotonic()
+        last = began
         while not heard.endswith(end):
-            byte = self.line.read(1)
-            heard += byte
-            assert byte or time.monotonic() < deadline, f"no {end!r} after {heard!r}"
+            byte, now = self.line.read(1), time.monotonic()
+            heard, last = heard + byte, now if byte else last
+            assert now < last + SILENCE and now < began + PATIENCE, f"no {end!r} after {heard[-4096:]!r}"
         return heard
 
     def prompt(self):
@@ -35,12 +37,11 @@ class Console:
         """Milliseconds since reset."""
         return int(re.search(r"uptime_ms (\d+)", "\n".join(self.person("version")))[1])
 
-    def is_silent(self):
-        """Waits until nothing comes any more."""
-        self.line.timeout = 0.5
-        while self.line.read(1000):
-            pass
-        self.line.timeout = 1
+    def speak_json(self):
+        """Becomes a program; what it says of its version."""
+        self.line.write(b"json on\rversion\r")
+        self.until(b'{"what":"clino"')
+        return json.loads(b'{"what":"clino"' + self.until(b"\n"))
 
     def person(self, command):
         """Types a command; the lines between the command and the next prompt."""

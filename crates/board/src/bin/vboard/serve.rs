@@ -131,6 +131,10 @@ impl Modbus {
             self.settings = settings;
             master.set_framing(framing(settings, self.usual));
         }
+        // A program cannot know how long this computer takes for the gateway's start: what it has sent waits in the terminal.
+        if !master.gateway_has_listened() {
+            return Ok(());
+        }
         let mut buffer = [0; CHUNK];
         let request = self.pty.read(&mut buffer)?;
         if !request.is_empty() {

@@ -189,14 +189,14 @@ fn a_filter_a_zero_a_direction_and_a_range() {
     table[1].soft_zero = Angle::from_udeg(5_000_000);
     table[2].direction = crate::config::Direction::Reversed;
     table[2].range = clino_codec::angle::Range::Unidirectional;
-    table[3].filter = Filter::Median(5);
+    (table[3].filter, table[3].samples) = (Filter::Median, 5);
     table[3].ask = crate::config::Ask::Everything;
     let mut world = world(&table, |_, _, _| true);
     world.skip(SECOND);
     let now = Micros(world.now);
     let readings: Vec<Reading> = (0..4).map(|slot| world.gateway.reading(slot).unwrap()).collect();
-    let angles: Vec<i32> = readings.iter().map(|r| r.angle(now).unwrap().udeg()).collect();
-    assert_eq!(angles, [1_000_000, -3_000_000, 357_000_000, 4_000_000]);
+    let angles: Vec<i32> = readings.iter().map(|r| r.angle(now).unwrap().mdeg()).collect();
+    assert_eq!(angles, [1_000, -3_000, 357_000, 4_000]);
     let raw: Vec<i32> = readings.iter().map(|r| r.raw(now).unwrap().udeg()).collect();
     assert_eq!(raw, [1_000_000, 2_000_000, 3_000_000, 4_000_000]);
     assert_eq!((readings[0].temperature(), readings[3].temperature()), (None, Some(2_300)));

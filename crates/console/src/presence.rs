@@ -1,0 +1,61 @@
+//! Whether somebody is there: how long nothing was typed, and whether what comes back is the gateway's own.
+//!
+//! A prompt at which nothing is typed for the idle time is unattended: the stream of readings resumes. A line that was begun
+//! there waits ten times as long.
+//!
+//! An echo is recognised by lines that only the gateway writes (`line.rs`). No such line is answered, and for a while after
+//! one an empty line is taken for a line end of the echo, not for somebody who presses Enter. While the stream runs, lines
+//! come back at least once a second, as the statistics are printed: no output provokes output without end.
+
+use clino_bus::Micros;
+
+use crate::stream::STATISTICS_EVERY;
+
+/// A line that was begun waits so many idle times.
+const BEGUN: u64 = 10;
+/// Longest delay of an echo, and as much again.
+const ECHO_DELAY: Micros = Micros::from_millis(1_000);
+
+/// Whether somebody is there.
+pub struct Presence {
+    heard: Micros,
+    /// The last character followed at once on the one before, as characters of one line of an echo do.
+    is_flowing: bool,
+    /// An empty line is an echo until then.
+    echo_until: Micros,
+    /// Lines that were damaged, since reset.
+    pub damaged: u32,
+    /// Lines of the gateway's own that came back, since reset.
+    pub own: u32,
+}
+
+impl Presence {
+    /// Nothing was typed yet.
+    pub const fn new() -> Presence {
+        Presence { heard: Micros::ZERO, is_flowing: false, echo_until: Micros::ZERO, damaged: 0, own: 0 }
+    }
+
+    /// Something is typed, or printed for somebody.
+    pub fn is_here(&mut self, now: Micros) {
+        self.is_flowing = now.since(self.heard) < ECHO_DELAY;
+        self.heard = now;
+    }
+
+    /// Whether a prompt is left alone for the idle time, if there is one. `begun`: a line stands at it.
+    pub fn is_gone(&self, now: Micros, idle: Option<Micros>, begun: bool) -> bool {
+        idle.is_some_and(|idle| now.since(self.heard) >= if begun { idle.times(BEGUN) } else { idle })
+    }
+
+    /// A line of the gateway's own has come back.
+    pub fn echo(&mut self, now: Micros) {
+        self.own = self.own.saturating_add(1);
+        if self.is_flowing {
+            self.echo_until = now + STATISTICS_EVERY.times(2) + ECHO_DELAY;
+        }
+    }
+
+    /// Whether such lines come back.
+    pub fn is_echoing(&self, now: Micros) -> bool {
+        now < self.echo_until
+    }
+}

@@ -1,0 +1,174 @@
+//! What can be set of a bus, and what comes of a change.
+//!
+//! A bit rate brings its usual waits with it ([`BusSettings::at`]). A guard that is not the usual one was set, and stays.
+
+use clino_bus::line::EchoMode;
+use clino_bus::{Micros, Serial};
+
+use super::setting::{Form, Named, Setting, change, names};
+use super::{BusChange, BusSettings};
+use crate::config::Bus;
+use crate::order::Refusal;
+
+/// The settings' numbers in the stored record. A number is never given to another setting.
+pub mod id {
+    #![allow(missing_docs, reason = "the table says what each is")]
+    pub const BAUD: u8 = 1;
+    pub const GUARD: u8 = 2;
+    pub const PRE: u8 = 3;
+    pub const POST: u8 = 4;
+    pub const ECHO: u8 = 5;
+}
+
+/// Bit rates of a T7 (T7 guide section 2.7.2), bit/s.
+pub const T7_BIT_RATES: &[u32] = &[115_200, 57_600, 38_400, 19_200, 9_600];
+/// The bit rate of an ISU (AN #201 section 4), bit/s.
+pub const ISU_BIT_RATES: &[u32] = &[9_600];
+
+/// Longest turnaround guard, µs.
+const LONGEST_GUARD: i64 = 20_000;
+/// Longest delay between driver enable and the first start bit, µs.
+const LONGEST_PRE: i64 = 5_000;
+/// A T7 answers within 2 ms (T7 guide section 1): a driver that is on for longer meets every answer, µs.
+const LONGEST_T7_POST: i64 = 2_000;
+/// An ISU switches its own driver on 1 ms before its first bit (AN #201 section 2, TXEN), µs.
+const LONGEST_ISU_POST: i64 = 1_000;
+
+/// What echo modes are called, by their codes.
+pub const ECHO: &[&str] = &["off", "expected", "detect"];
+
+/// The table of a bus, for those who read it while they are compiled.
+pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
+    let (rates, set, longest_post): (_, fn(&mut BusSettings, i64), _) = match bus {
+        Bus::T7 => (T7_BIT_RATES, |s, v| *s = s.at(Bus::T7, Serial { baud: v as u32 }), LONGEST_T7_POST),
+        Bus::Isu => (ISU_BIT_RATES, |s, v| *s = s.at(Bus::Isu, Serial { baud: v as u32 }), LONGEST_ISU_POST),
+    };
+    [
+        Setting {
+            id: id::BAUD,
+            name: "baud",
+            unit: "bit/s",
+            form: Form::OneOf(rates),
+            get: |s| s.timing.serial.baud.into(),
+            set,
+            with: &["guard"],
+            text: "bit rate; T7: 9600, 19200, 38400, 57600, 115200; ISU: 9600",
+        },
+        Setting {
+            id: id::GUARD,
+            name: "guard",
+            unit: "us",
+            form: us(LONGEST_GUARD),
+            get: |s| micros(s.timing.guard),
+            set: |s, v| *s = s.guarded(Micros(v as u64)),
+            with: &["baud"],
+            text: "silence before our driver is switched on",
+        },
+        Setting {
+            id: id::PRE,
+            name: "pre",
+            unit: "us",
+            form: us(LONGEST_PRE),
+            get: |s| micros(s.line.pre_delay),
+            set: |s, v| s.line.pre_delay = Micros(v as u64),
+            with: &[],
+            text: "from DE high to our first start bit",
+        },
+        Setting {
+            id: id::POST,
+            name: "post",
+            unit: "us",
+            form: us(longest_post),
+            get: |s| micros(s.line.post_delay),
+            set: |s, v| s.line.post_delay = Micros(v as u64),
+            with: &[],
+            text: "from our last stop bit to DE low",
+        },
+        Setting {
+            id: id::ECHO,
+            name: "echo",
+            unit: "",
+            form: Form::Choice(ECHO),
+            get: |s| echo_code(s.line.echo),
+            set: |s, v| s.line.echo = echo_of(v),
+            with: &[],
+            text: "whether own characters come back",
+        },
+    ]
+}
+
+/// The tables of both buses.
+pub static T7_SETTINGS: [Setting<BusSettings>; 5] = table(Bus::T7);
+/// See [`T7_SETTINGS`].
+pub static ISU_SETTINGS: [Setting<BusSettings>; 5] = table(Bus::Isu);
+
+/// The names of both tables' settings, in their order.
+pub static NAMES: [&str; 5] = names(&table(Bus::T7));
+
+/// The table of a bus.
+pub fn settings(bus: Bus) -> &'static [Setting<BusSettings>] {
+    match bus {
+        Bus::T7 => &T7_SETTINGS,
+        Bus::Isu => &ISU_SETTINGS,
+    }
+}
+
+/// The bus that comes of a change.
+///
+/// # Errors
+/// A value that its setting does not have.
+pub fn changed(bus: Bus, now: &BusSettings, named: Named<'_>) -> Result<BusSettings, Refusal> {
+    let mut changed = *now;
+    change(settings(bus), &mut changed, named)?;
+    Ok(changed)
+}
+
+/// Whether a bus can run like this.
+///
+/// # Errors
+/// What cannot be.
+pub fn check(bus: Bus, of: &BusSettings) -> Result<(), Refusal> {
+    settings(bus).iter().try_for_each(|setting| setting.check((setting.get)(of)))
+}
+
+/// The fields that a change names.
+///
+/// # Errors
+/// A value that its setting does not have.
+pub fn named(bus: Bus, now: &BusSettings, named: Named<'_>) -> Result<BusChange, Refusal> {
+    let all = BusChange::from(&changed(bus, now, named)?);
+    let has = |id| named(id).is_some();
+    Ok(BusChange {
+        baud: all.baud.filter(|_| has(id::BAUD)),
+        guard: all.guard.filter(|_| has(id::GUARD)),
+        pre_delay: all.pre_delay.filter(|_| has(id::PRE)),
+        post_delay: all.post_delay.filter(|_| has(id::POST)),
+        echo: all.echo.filter(|_| has(id::ECHO)),
+    })
+}
+
+const fn us(most: i64) -> Form {
+    Form::Number { least: 0, most, decimals: 0 }
+}
+
+fn micros(span: Micros) -> i64 {
+    i64::try_from(span.0).unwrap_or(i64::MAX)
+}
+
+/// The code of an echo mode.
+pub const fn echo_code(echo: EchoMode) -> i64 {
+    match echo {
+        EchoMode::Off => 0,
+        EchoMode::Expected => 1,
+        EchoMode::Detect => 2,
+    }
+}
+
+/// The echo mode with this code.
+pub const fn echo_of(code: i64) -> EchoMode {
+    match code {
+        0 => EchoMode::Off,
+        1 => EchoMode::Expected,
+        _ => EchoMode::Detect,
+    }
+}

@@ -1,0 +1,114 @@
+//! A change of how a bus runs, field by field.
+//!
+//! Whoever changes one field knows nothing of the others: they may be changing at the same time, by another door or by a
+//! task. So an order names the fields that it changes and is merged with the settings in force when it is carried out.
+//! It never repeats what it has read before.
+//!
+//! *Guard.* The usual guard is one character, so that it follows the bit rate. A guard that is not the usual one of the
+//! present rate was set by hand, and stays at every rate.
+
+use clino_bus::line::{self, EchoMode};
+use clino_bus::{Micros, Serial, Timing};
+
+use super::BusSettings;
+use crate::config::Bus;
+
+/// Fields that change; `None` stays as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BusChange {
+    /// Bit rate, bit/s. The usual waits of that rate come with it.
+    pub baud: Option<u32>,
+    /// Silence before our driver is switched on.
+    pub guard: Option<Micros>,
+    /// From there to the first start bit.
+    pub pre_delay: Option<Micros>,
+    /// From the last stop bit until the driver is switched off.
+    pub post_delay: Option<Micros>,
+    /// Whether our own characters come back.
+    pub echo: Option<EchoMode>,
+}
+
+impl BusChange {
+    /// No field changes.
+    pub const NONE: BusChange =
+        BusChange { baud: None, guard: None, pre_delay: None, post_delay: None, echo: None };
+}
+
+/// All fields.
+impl From<&BusSettings> for BusChange {
+    fn from(settings: &BusSettings) -> BusChange {
+        BusChange {
+            baud: Some(settings.timing.serial.baud),
+            guard: Some(settings.timing.guard),
+            pre_delay: Some(settings.line.pre_delay),
+            post_delay: Some(settings.line.post_delay),
+            echo: Some(settings.line.echo),
+        }
+    }
+}
+
+impl BusSettings {
+    /// A bus at this bit rate, as its sensors' documents say.
+    pub const fn usual(bus: Bus, baud: u32) -> BusSettings {
+        BusSettings::new(usual(bus, Serial { baud }))
+    }
+
+    /// A bus at the bit rate that its sensors are delivered with.
+    pub(crate) const fn delivered(bus: Bus) -> BusSettings {
+        BusSettings::new(match bus {
+            Bus::T7 => Timing::t7(Serial::T7_DEFAULT),
+            Bus::Isu => Timing::isu(),
+        })
+    }
+
+    /// The bus at another bit rate, with the usual waits of that rate. The line, and a guard set by hand, stay.
+    #[must_use]
+    pub fn at(&self, bus: Bus, serial: Serial) -> BusSettings {
+        let before = self.timing;
+        if serial == before.serial {
+            return *self;
+        }
+        let mut timing = usual(bus, serial);
+        if before.guard != usual(bus, before.serial).guard {
+            timing.guard = before.guard;
+        }
+        self.timed(timing)
+    }
+
+    /// The bus with these fields changed.
+    #[must_use]
+    pub fn with(&self, bus: Bus, change: &BusChange) -> BusSettings {
+        let mut settings = match change.baud {
+            Some(baud) => self.at(bus, Serial { baud }),
+            None => *self,
+        };
+        let line = &mut settings.line;
+        line.pre_delay = change.pre_delay.unwrap_or(line.pre_delay);
+        line.post_delay = change.post_delay.unwrap_or(line.post_delay);
+        line.echo = change.echo.unwrap_or(line.echo);
+        match change.guard {
+            Some(guard) => settings.guarded(guard),
+            None => settings,
+        }
+    }
+
+    /// The bus with this guard.
+    #[must_use]
+    pub(super) fn guarded(&self, guard: Micros) -> BusSettings {
+        self.timed(Timing { guard, ..self.timing })
+    }
+
+    fn timed(&self, timing: Timing) -> BusSettings {
+        let line = line::Settings { serial: timing.serial, guard: timing.guard, ..self.line };
+        BusSettings { timing, line }
+    }
+}
+
+/// The waits that the sensors' documents ask for at a bit rate.
+const fn usual(bus: Bus, serial: Serial) -> Timing {
+    match bus {
+        Bus::T7 => Timing::t7(serial),
+        Bus::Isu => Timing { serial, ..Timing::isu() },
+    }
+}

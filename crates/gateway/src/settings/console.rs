@@ -1,0 +1,69 @@
+//! What can be set of the console.
+
+use clino_bus::Micros;
+
+use super::setting::{Form, Named, Setting, change, names};
+use crate::order::Refusal;
+
+/// The settings' numbers in the stored record. A number is never given to another setting.
+pub mod id {
+    #![allow(missing_docs, reason = "the table says what each is")]
+    pub const IDLE: u8 = 1;
+}
+
+/// How the console behaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ConsoleSettings {
+    /// Seconds at an empty prompt after which the stream goes on; zero is never.
+    pub idle_s: u32,
+}
+
+/// A day.
+const LONGEST_IDLE: i64 = 86_400;
+
+impl ConsoleSettings {
+    /// A minute: longer than a person hesitates between two commands, and a logger misses no more.
+    pub const DEFAULT: ConsoleSettings = ConsoleSettings { idle_s: 60 };
+
+    /// Time at an empty prompt after which the stream goes on, if it ever does.
+    pub fn idle(&self) -> Option<Micros> {
+        (self.idle_s > 0).then(|| Micros::from_millis(self.idle_s.saturating_mul(1_000)))
+    }
+}
+
+/// The table, for those who read it while they are compiled.
+pub const TABLE: [Setting<ConsoleSettings>; 1] = [Setting {
+    id: id::IDLE,
+    name: "idle",
+    unit: "s",
+    form: Form::Number { least: 0, most: LONGEST_IDLE, decimals: 0 },
+    get: |s| s.idle_s.into(),
+    set: |s, v| s.idle_s = v as u32,
+    with: &[],
+    text: "time at an empty prompt after which the stream goes on; 0: never",
+}];
+
+/// The table.
+pub static SETTINGS: [Setting<ConsoleSettings>; 1] = TABLE;
+
+/// The names of the table's settings, in its order.
+pub static NAMES: [&str; 1] = names(&TABLE);
+
+/// The console that comes of a change.
+///
+/// # Errors
+/// A value that its setting does not have.
+pub fn changed(now: &ConsoleSettings, named: Named<'_>) -> Result<ConsoleSettings, Refusal> {
+    let mut settings = *now;
+    change(&SETTINGS, &mut settings, named)?;
+    Ok(settings)
+}
+
+/// Whether the console can behave like this.
+///
+/// # Errors
+/// What cannot be.
+pub fn check(of: &ConsoleSettings) -> Result<(), Refusal> {
+    SETTINGS.iter().try_for_each(|setting| setting.check((setting.get)(of)))
+}

@@ -1,0 +1,210 @@
+//! What every table of settings is made of.
+//!
+//! A value is a whole number in the unit of its last decimal: a period of 33.333 ms is 33 333, a filter is the position of
+//! its word. A door that counts in coarser units (the Modbus map in whole milliseconds) says so with [`Given::scale`].
+
+use crate::order::Refusal;
+
+/// Something that can be set of a `T`.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<T> {
+    /// Names it in the stored record. Never given to another setting.
+    pub id: u8,
+    /// Its name at every door.
+    pub name: &'static str,
+    /// Its unit; empty if it has none.
+    pub unit: &'static str,
+    /// What its values are.
+    pub form: Form,
+    /// Its value.
+    pub get: fn(&T) -> i64,
+    /// Sets it to a value that its form allows.
+    pub set: fn(&mut T, i64),
+    /// The settings that its value has to fit.
+    pub with: &'static [&'static str],
+    /// What it is, in a sentence.
+    pub text: &'static str,
+}
+
+/// What the values of a setting are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// 0 is off, 1 is on.
+    Flag,
+    /// The position of one of these words.
+    Choice(&'static [&'static str]),
+    /// One of these numbers.
+    OneOf(&'static [u32]),
+    /// A number within limits, in units of its last decimal.
+    Number {
+        /// Smallest value.
+        least: i64,
+        /// Largest value.
+        most: i64,
+        /// Decimals that it is told with.
+        decimals: u8,
+    },
+    /// The number of a slot; -1 is none.
+    Slot,
+}
+
+/// The value for "no slot".
+pub const NO_SLOT: i64 = -1;
+
+impl Form {
+    /// Smallest and largest value. What lies between is not always allowed.
+    pub const fn limits(&self) -> (i64, i64) {
+        match *self {
+            Form::Flag => (0, 1),
+            Form::Choice(words) => (0, words.len().saturating_sub(1) as i64),
+            Form::OneOf(numbers) => ends(numbers),
+            Form::Number { least, most, .. } => (least, most),
+            Form::Slot => (NO_SLOT, crate::config::MAX_SLOTS.saturating_sub(1) as i64),
+        }
+    }
+
+    /// Decimals that it is told with.
+    pub const fn decimals(&self) -> u8 {
+        match *self {
+            Form::Number { decimals, .. } => decimals,
+            Form::Flag | Form::Choice(_) | Form::OneOf(_) | Form::Slot => 0,
+        }
+    }
+
+    /// Whether this is one of its values.
+    pub fn allows(&self, value: i64) -> bool {
+        let (least, most) = self.limits();
+        match self {
+            Form::OneOf(numbers) => numbers.iter().any(|&number| i64::from(number) == value),
+            _ => (least..=most).contains(&value),
+        }
+    }
+}
+
+#[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects, reason = "within the length")]
+const fn ends(numbers: &[u32]) -> (i64, i64) {
+    let (mut least, mut most, mut at) = (u32::MAX, 0, 0);
+    while at < numbers.len() {
+        let number = numbers[at];
+        least = if number < least { number } else { least };
+        most = if number > most { number } else { most };
+        at += 1;
+    }
+    (least as i64, most as i64)
+}
+
+impl<T> Setting<T> {
+    /// Whether this is one of its values.
+    ///
+    /// # Errors
+    /// What it is not, and what it may be.
+    pub fn check(&self, value: i64) -> Result<(), Refusal> {
+        let Setting { name, unit, form, .. } = *self;
+        match form {
+            _ if form.allows(value) => Ok(()),
+            Form::OneOf(allowed) if unit == "bit/s" => {
+                Err(Refusal::BitRate { value: u32::try_from(value).unwrap_or(u32::MAX), allowed })
+            }
+            _ => {
+                let (least, most) = form.limits();
+                let number = Number { name, unit, value, decimals: form.decimals() };
+                Err(Refusal::Range { number, least, most })
+            }
+        }
+    }
+
+    /// Its value, as a number with a name.
+    pub fn number(&self, of: &T) -> Number {
+        Number { name: self.name, unit: self.unit, value: (self.get)(of), decimals: self.form.decimals() }
+    }
+
+    /// Its value in units of `scale`, towards zero.
+    pub fn scaled(&self, of: &T, scale: i64) -> i64 {
+        (self.get)(of).checked_div(scale).unwrap_or(0)
+    }
+}
+
+/// A number with its name and unit, in units of its last decimal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Number {
+    /// What it is.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// How much.
+    pub value: i64,
+    /// Decimals that it is told with.
+    pub decimals: u8,
+}
+
+/// A value that somebody gives, in units of `scale`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Given {
+    /// The value.
+    pub value: i64,
+    /// How much one of them is, in the setting's own unit. What such a door cannot tell stays as it is.
+    pub scale: i64,
+}
+
+impl Given {
+    /// A value in the setting's own unit.
+    pub const fn exactly(value: i64) -> Given {
+        Given { value, scale: 1 }
+    }
+}
+
+/// What a change names: the value of the setting with this id; `None` if the change does not name it.
+pub type Named<'a> = &'a dyn Fn(u8) -> Option<Given>;
+
+/// The names of a table's settings.
+#[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects, reason = "runs in the compiler only")]
+pub(super) const fn names<T, const N: usize>(table: &[Setting<T>; N]) -> [&'static str; N] {
+    let mut names = [""; N];
+    let mut at = 0;
+    while at < N {
+        names[at] = table[at].name;
+        at += 1;
+    }
+    names
+}
+
+/// Sets what a change names. A value that is there already, as far as its door can tell, is left as it is. What is
+/// acknowledged reads back: named values that exclude each other are refused.
+///
+/// # Errors
+/// A value that its setting does not have, or that another one of the same change does not allow. `to` is half changed
+/// then.
+pub fn change<T>(table: &[Setting<T>], to: &mut T, named: Named<'_>) -> Result<(), Refusal> {
+    for setting in table {
+        let Some(Given { value, scale }) = named(setting.id) else { continue };
+        if setting.scaled(to, scale) != value {
+            let value = value.saturating_mul(scale);
+            setting.check(value)?;
+            (setting.set)(to, value);
+        }
+    }
+    read_back(table, to, named)
+}
+
+/// A number that two things share if all their settings are equal, and hardly ever otherwise. `seed` tells things of one
+/// kind apart.
+pub fn fingerprint<T>(table: &[Setting<T>], of: &T, seed: u8) -> u32 {
+    // FNV-1a, 32 bits.
+    let take = |hash: u32, byte: u8| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+    let mut hash = take(0x811C_9DC5, seed);
+    for setting in table {
+        hash = (setting.get)(of).to_le_bytes().into_iter().fold(take(hash, setting.id), take);
+    }
+    hash
+}
+
+/// Whether everything that a change names is there.
+fn read_back<T>(table: &[Setting<T>], of: &T, named: Named<'_>) -> Result<(), Refusal> {
+    let kept = |setting: &&Setting<T>| {
+        named(setting.id).is_none_or(|given| setting.scaled(of, given.scale) == given.value)
+    };
+    match table.iter().find(|setting| !kept(setting)) {
+        Some(setting) => Err(Refusal::Excluded(setting.name)),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,443 @@
+//! What can be set of a slot, and what comes of a change.
+//!
+//! The settings of a slot are one value: [`changed`] makes it of the old one and of what a change names, [`check`] says
+//! whether it can be. Rules:
+//!
+//! - Another kind brings its usual settings ([`SlotConfig::usual`]) for all that the change does not name. An unused slot
+//!   holds what is set of it, so that kind, address and the rest may come in any order.
+//! - The address stays when the kind changes. A kind without such an address is held and reported, not read.
+//! - A stale limit that is not set follows period and timeout; one that is set has to fit them.
+//! - What the kind does not have ([`applies`]) is held without effect.
+
+use clino_codec::angle::{Angle, Range};
+use clino_codec::t7;
+
+use super::setting::{Form, Given, NO_SLOT, Named, Number, Setting, change, names};
+use crate::config::{Ask, Direction, Filter, Kind, PWM_PERIOD, SINGLE_AXIS, SlotConfig, Source, Span};
+use crate::order::Refusal;
+
+/// The settings' numbers in the stored record. A number is never given to another setting.
+pub mod id {
+    #![allow(missing_docs, reason = "the table says what each is")]
+    pub const KIND: u8 = 1;
+    pub const ADDRESS: u8 = 2;
+    pub const AXIS: u8 = 3;
+    pub const ENABLED: u8 = 4;
+    pub const ASK: u8 = 5;
+    pub const PERIOD: u8 = 6;
+    pub const TIMEOUT: u8 = 7;
+    pub const RETRIES: u8 = 8;
+    pub const STALE: u8 = 9;
+    pub const REPORT: u8 = 10;
+    pub const CONFIRM: u8 = 11;
+    pub const FILTER: u8 = 12;
+    pub const SAMPLES: u8 = 13;
+    pub const ZERO: u8 = 14;
+    pub const DIRECTION: u8 = 15;
+    pub const RANGE: u8 = 16;
+    pub const RATE: u8 = 17;
+    pub const PARTNER: u8 = 18;
+    pub const TOLERANCE: u8 = 19;
+    pub const STALE_AUTO: u8 = 20;
+}
+
+/// Longest period: twenty minutes, µs.
+const LONGEST_PERIOD: i64 = 1_200_000_000;
+/// Longest age of a good value: an hour, three of the longest periods, µs.
+const LONGEST_STALE: i64 = 3_600_000_000;
+/// Shortest age at which a value may be called stale: a slower T7 answers within 25 ms, µs.
+const SHORTEST_STALE: i64 = 10_000;
+/// Longest time allowed for an answer to begin: the only one an ISU's document knows, 400 ms (AN #201 section 4), and
+/// room, µs.
+const LONGEST_TIMEOUT: i64 = 500_000;
+/// Most tries of one reading after the first.
+const MOST_RETRIES: i64 = 10;
+/// A turn: a soft zero beyond it says nothing new, µ°.
+const TURN: i64 = 360_000_000;
+/// A hundred turns a second: no inclinometer follows, 0.001°/s.
+const LARGEST_RATE: i64 = 36_000_000;
+/// The highest address of all kinds: a T7 as it leaves the factory.
+const HIGHEST_ADDRESS: i64 = 127;
+
+/// What a T7 is allowed before it answers (T7 guide section 1): shorter timeouts refuse good answers.
+const T7_LATENCY: Span = Span::from_millis(2);
+/// An ISU raises its driver 1 ms before its first bit (AN #201 section 2, TXEN).
+const ISU_LATENCY: Span = Span::from_millis(1);
+
+const fn ms(least: i64, most: i64) -> Form {
+    Form::Number { least, most, decimals: 3 }
+}
+
+const fn whole(least: i64, most: i64) -> Form {
+    Form::Number { least, most, decimals: 0 }
+}
+
+/// The table, for those who read it while they are compiled.
+pub const TABLE: [Setting<SlotConfig>; 20] = [
+    Setting {
+        id: id::KIND,
+        name: "kind",
+        unit: "",
+        form: Form::Choice(Kind::NAMES),
+        get: |c| c.source.kind() as i64,
+        set: |c, v| c.source = Source::held(kind(v), c.source.address(), c.axis()),
+        with: &["address"],
+        text: "what the slot reads; another kind brings its usual settings",
+    },
+    Setting {
+        id: id::ADDRESS,
+        name: "address",
+        unit: "",
+        form: whole(0, HIGHEST_ADDRESS),
+        get: |c| c.source.address().into(),
+        set: |c, v| c.source = Source::of(c.source.kind(), v as u8, c.axis()),
+        with: &["kind"],
+        text: "T7: 1 to 100, 127; ISU: 1 to 14, 0 if it is alone; PWM: input 1 or 2",
+    },
+    Setting {
+        id: id::AXIS,
+        name: "axis",
+        unit: "",
+        form: whole(0, 2),
+        get: |c| c.axis().get().into(),
+        set: |c, v| c.set_axis(t7::Axis::new(v as u8).unwrap_or(c.axis())),
+        with: &[],
+        text: "T7: a single-axis device measures axis 2",
+    },
+    Setting {
+        id: id::ENABLED,
+        name: "enabled",
+        unit: "",
+        form: Form::Flag,
+        get: |c| c.enabled.into(),
+        set: |c, v| c.enabled = v != 0,
+        with: &[],
+        text: "1: the slot is read",
+    },
+    Setting {
+        id: id::ASK,
+        name: "ask",
+        unit: "",
+        form: Form::Choice(&["angle", "everything"]),
+        get: |c| (c.ask == Ask::Everything).into(),
+        set: |c, v| c.ask = if v == 0 { Ask::Angle } else { Ask::Everything },
+        with: &[],
+        text: "T7: everything reads temperature and gravity beside the angle",
+    },
+    Setting {
+        id: id::PERIOD,
+        name: "period",
+        unit: "ms",
+        form: ms(0, LONGEST_PERIOD),
+        get: |c| c.period.as_micros().into(),
+        set: |c, v| c.period = Span::from_micros(v as u32),
+        with: &["stale"],
+        text: "from one reading to the next; 0: as often as the bus can",
+    },
+    Setting {
+        id: id::TIMEOUT,
+        name: "timeout",
+        unit: "ms",
+        form: ms(0, LONGEST_TIMEOUT),
+        get: |c| c.timeout.as_micros().into(),
+        set: |c, v| c.timeout = Span::from_micros(v as u32),
+        with: &["stale"],
+        text: "longest wait for an answer; 0: as the sensor's document says",
+    },
+    Setting {
+        id: id::RETRIES,
+        name: "retries",
+        unit: "",
+        form: whole(0, MOST_RETRIES),
+        get: |c| c.retries.into(),
+        set: |c, v| c.retries = v as u8,
+        with: &[],
+        text: "further tries within one reading",
+    },
+    Setting {
+        id: id::STALE,
+        name: "stale",
+        unit: "ms",
+        form: ms(SHORTEST_STALE, LONGEST_STALE),
+        get: |c| c.stale_after().as_micros().into(),
+        set: |c, v| c.stale = Span::from_micros(v as u32),
+        with: &["period", "timeout", "stale_auto"],
+        text: "a value older than this is stale",
+    },
+    Setting {
+        id: id::STALE_AUTO,
+        name: "stale_auto",
+        unit: "",
+        form: Form::Flag,
+        get: |c| (c.stale == Span::ZERO).into(),
+        set: |c, v| c.stale = if v == 0 { c.stale_after() } else { Span::ZERO },
+        with: &["stale"],
+        text: "1: stale follows, three times the longer of period and timeout; 0: stale is as it was set",
+    },
+    Setting {
+        id: id::REPORT,
+        name: "report",
+        unit: "ms",
+        form: ms(0, LONGEST_STALE),
+        get: |c| c.report_every.as_micros().into(),
+        set: |c, v| c.report_every = Span::from_micros(v as u32),
+        with: &[],
+        text: "least time between two lines of the stream while the status stays",
+    },
+    Setting {
+        id: id::CONFIRM,
+        name: "confirm",
+        unit: "",
+        form: Form::Flag,
+        get: |c| c.confirm.into(),
+        set: |c, v| c.confirm = v != 0,
+        with: &[],
+        text: "1: the first value, a value after an error and a jump are read twice",
+    },
+    Setting {
+        id: id::FILTER,
+        name: "filter",
+        unit: "",
+        form: Form::Choice(&["off", "mean", "median"]),
+        get: |c| c.filter as i64,
+        set: |c, v| c.filter = filter(v),
+        with: &["samples"],
+        text: "circular mean or median of the last angles",
+    },
+    Setting {
+        id: id::SAMPLES,
+        name: "samples",
+        unit: "",
+        form: whole(1, Filter::MOST as i64),
+        get: |c| c.samples.into(),
+        set: |c, v| c.samples = v as u8,
+        with: &["filter"],
+        text: "angles that the filter goes over",
+    },
+    Setting {
+        id: id::ZERO,
+        name: "zero",
+        unit: "deg",
+        form: Form::Number { least: -TURN, most: TURN, decimals: 6 },
+        get: |c| c.soft_zero.udeg().into(),
+        set: |c, v| c.soft_zero = Angle::from_udeg(v as i32),
+        with: &[],
+        text: "soft zero: subtracted from what the sensor says",
+    },
+    Setting {
+        id: id::DIRECTION,
+        name: "direction",
+        unit: "",
+        form: Form::Choice(&["normal", "reversed"]),
+        get: |c| (c.direction == Direction::Reversed).into(),
+        set: |c, v| c.direction = if v == 0 { Direction::Normal } else { Direction::Reversed },
+        with: &[],
+        text: "reversed: the angle counts the other way",
+    },
+    Setting {
+        id: id::RANGE,
+        name: "range",
+        unit: "",
+        form: Form::Choice(&["bidirectional", "unidirectional"]),
+        get: |c| (c.range == Range::Unidirectional).into(),
+        set: |c, v| c.range = if v == 0 { Range::Bidirectional } else { Range::Unidirectional },
+        with: &[],
+        text: "bidirectional: −180° to 180°; unidirectional: 0° to 360°",
+    },
+    Setting {
+        id: id::RATE,
+        name: "rate",
+        unit: "deg/s",
+        form: Form::Number { least: 0, most: LARGEST_RATE, decimals: 3 },
+        get: |c| c.max_rate.into(),
+        set: |c, v| c.max_rate = v as u32,
+        with: &[],
+        text: "faster than this is a jump; 0: nothing is",
+    },
+    Setting {
+        id: id::PARTNER,
+        name: "partner",
+        unit: "",
+        form: Form::Slot,
+        get: |c| c.partner.map_or(NO_SLOT, i64::from),
+        set: |c, v| c.partner = u8::try_from(v).ok(),
+        with: &[],
+        text: "PWM: the slot that reads the same ISU on its serial line; none: no comparison",
+    },
+    Setting {
+        id: id::TOLERANCE,
+        name: "tolerance",
+        unit: "",
+        form: Form::Number { least: 0, most: u16::MAX as i64, decimals: 3 },
+        get: |c| c.tolerance.into(),
+        set: |c, v| c.tolerance = v as u16,
+        with: &[],
+        text: "PWM: difference to its partner, deg; T7 asked for everything: deviation from 1 g, g",
+    },
+];
+
+/// The table.
+pub static SETTINGS: [Setting<SlotConfig>; 20] = TABLE;
+
+/// The names of the table's settings, in its order.
+pub static NAMES: [&str; 20] = names(&TABLE);
+
+/// The setting with this number.
+pub fn setting(id: u8) -> Option<&'static Setting<SlotConfig>> {
+    SETTINGS.iter().find(|setting| setting.id == id)
+}
+
+/// Whether a setting has an effect on a slot of this kind.
+pub const fn applies(id: u8, kind: Kind) -> bool {
+    match (id, kind) {
+        (id::ADDRESS, Kind::Off) => false,
+        (id::AXIS | id::ASK, _) => matches!(kind, Kind::T7),
+        (id::TIMEOUT | id::RETRIES, Kind::Pwm) => false,
+        (id::PARTNER, _) => matches!(kind, Kind::Pwm | Kind::Off),
+        (id::TOLERANCE, Kind::Isu) => false,
+        _ => true,
+    }
+}
+
+/// Whether two slots differ in this setting.
+pub fn differs(setting: &Setting<SlotConfig>, one: &SlotConfig, other: &SlotConfig) -> bool {
+    match setting.id {
+        // A limit that follows is not set.
+        id::STALE => one.stale != other.stale,
+        id::STALE_AUTO => false,
+        _ => (setting.get)(one) != (setting.get)(other),
+    }
+}
+
+/// The slot that comes of a change.
+///
+/// # Errors
+/// A value that its setting does not have, or that does not fit another.
+pub fn changed(now: &SlotConfig, named: Named<'_>) -> Result<SlotConfig, Refusal> {
+    let kind = named(id::KIND).map(|given| given.value).filter(|&code| code != now.source.kind() as i64);
+    let mut config = match kind {
+        Some(code) => {
+            if let Some(setting) = setting(id::KIND) {
+                setting.check(code)?;
+            }
+            of_another_kind(now, self::kind(code))
+        }
+        None => *now,
+    };
+    check_address(&config, named)?;
+    change(&SETTINGS, &mut config, named)?;
+    // An address that is told is meant, even if it looks like none; a whole block that is written back says nothing new.
+    let says_something = kind.is_some() || named(id::KIND).is_none();
+    if let (Some(Given { value, .. }), true) = (named(id::ADDRESS), says_something) {
+        config.source = Source::of(config.source.kind(), value as u8, config.axis());
+    }
+    // A limit that is told beside the period may be the one that follows from it; told alone, it is meant.
+    if let (Some(given), None, None) = (named(id::STALE), named(id::PERIOD), named(id::STALE_AUTO)) {
+        config.stale =
+            Span::from_micros(u32::try_from(given.value.saturating_mul(given.scale)).unwrap_or(u32::MAX));
+    }
+    check(&config)?;
+    Ok(config)
+}
+
+/// A slot that reads another kind from now on.
+fn of_another_kind(now: &SlotConfig, kind: Kind) -> SlotConfig {
+    let address = if kind == Kind::Off { 0 } else { now.source.address() };
+    let mut config = SlotConfig::usual(Source::held(kind, address, SINGLE_AXIS));
+    if now.source.kind() == Kind::Off {
+        let before = SlotConfig::OFF;
+        for setting in SETTINGS.iter().filter(|setting| !matches!(setting.id, id::KIND | id::ADDRESS)) {
+            if differs(setting, now, &before) {
+                (setting.set)(&mut config, (setting.get)(now));
+            }
+        }
+    }
+    config
+}
+
+/// An address that is named is one of the kind; that of an unused slot is one of some kind.
+fn check_address(config: &SlotConfig, named: Named<'_>) -> Result<(), Refusal> {
+    let Some(Given { value, .. }) = named(id::ADDRESS) else { return Ok(()) };
+    let kind = config.source.kind();
+    let complete = |kind| {
+        let address = u8::try_from(value).ok()?;
+        Some(!matches!(Source::of(kind, address, config.axis()), Source::Incomplete { .. }))
+    };
+    let kinds: &[Kind] = if kind == Kind::Off { &Kind::ALL } else { &[kind] };
+    match kinds.iter().any(|&kind| complete(kind) == Some(true)) || config.source.address() as i64 == value {
+        true => Ok(()),
+        false => Err(Refusal::Address { kind, value }),
+    }
+}
+
+/// Whether a slot can be set like this: each value for itself, and those that have to fit each other.
+///
+/// # Errors
+/// What cannot be, and why.
+pub fn check(config: &SlotConfig) -> Result<(), Refusal> {
+    for setting in &SETTINGS {
+        setting.check((setting.get)(config))?;
+    }
+    if config.timeout > Span::ZERO {
+        fits(config, id::TIMEOUT, config.timeout, span("latency", latency(config.source.kind())))?;
+    }
+    // The cycles of a PWM output come at their own period.
+    let interval = match config.source.kind() {
+        Kind::Pwm => span("cycle", PWM_PERIOD),
+        _ => span("period", config.period),
+    };
+    fits(config, id::STALE, config.stale_after(), interval)?;
+    fits(config, id::STALE, config.stale_after(), span("period", config.period))
+}
+
+/// What the sensor's document allows it before it answers.
+pub const fn latency(kind: Kind) -> Span {
+    match kind {
+        Kind::T7 => T7_LATENCY,
+        Kind::Isu => ISU_LATENCY,
+        Kind::Off | Kind::Pwm => Span::ZERO,
+    }
+}
+
+/// A span is not shorter than another.
+fn fits(config: &SlotConfig, id: u8, is: Span, least: Number) -> Result<(), Refusal> {
+    match setting(id) {
+        Some(setting) if i64::from(is.as_micros()) < least.value => {
+            Err(Refusal::Shorter { number: setting.number(config), least })
+        }
+        _ => Ok(()),
+    }
+}
+
+fn span(name: &'static str, span: Span) -> Number {
+    Number { name, unit: "ms", value: span.as_micros().into(), decimals: 3 }
+}
+
+fn kind(code: i64) -> Kind {
+    u8::try_from(code).ok().and_then(Kind::from_code).unwrap_or_default()
+}
+
+fn filter(code: i64) -> Filter {
+    match code {
+        0 => Filter::Off,
+        1 => Filter::Mean,
+        _ => Filter::Median,
+    }
+}
+
+impl SlotConfig {
+    /// The axis, of a T7 or held for one.
+    pub const fn axis(&self) -> t7::Axis {
+        match self.source {
+            Source::T7 { axis, .. } => axis,
+            _ => self.held_axis,
+        }
+    }
+
+    fn set_axis(&mut self, to: t7::Axis) {
+        match &mut self.source {
+            Source::T7 { axis, .. } => *axis = to,
+            _ => self.held_axis = to,
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Stamps against the instants they were made of, up to ages that no setting allows and no uptime has reached yet.
+
+use super::*;
+use clino_bus::Micros;
+use proptest::prelude::*;
+
+const SECOND: u64 = 1_000_000;
+const DAY: u64 = 86_400 * SECOND;
+
+/// Where a 32-bit count of µs turns negative and where it comes round, where one of ms comes round; and a year.
+const SEAMS: [u64; 5] = [1 << 31, 1 << 32, 1_000 << 31, 1_000 << 32, 365 * DAY];
+
+#[test]
+fn ages_are_right_on_both_sides_of_every_seam() {
+    for made in SEAMS.into_iter().flat_map(|seam| [seam - 1, seam, seam + 1]).chain([0, 1]) {
+        for passed in SEAMS.into_iter().flat_map(|seam| [seam - 1, seam, seam + 1]).chain([
+            0,
+            1,
+            SECOND,
+            3_600 * SECOND,
+        ]) {
+            let (at, now) = (Micros(made), Micros(made + passed));
+            assert_eq!(Stamp::of(at).near(now), at, "{made} seen {passed} later");
+            assert_eq!(Stamp::of(at).age(now), Micros(passed), "{made} seen {passed} later");
+        }
+    }
+}
+
+#[test]
+fn an_instant_to_come_has_no_age() {
+    for now in SEAMS.into_iter().chain([0]) {
+        let at = Micros(now + 540_000);
+        assert_eq!((Stamp::of(at).near(Micros(now)), Stamp::of(at).age(Micros(now))), (at, Micros::ZERO));
+    }
+}
+
+#[test]
+fn the_longest_age_is_years_and_longer_than_every_setting() {
+    // Eight years; a stale limit of an hour, a period of twenty minutes.
+    let longest = [8 * 365 * DAY, 3_600 * SECOND, 1_200 * SECOND];
+    assert!(longest.into_iter().all(|span| LONGEST_AGE.0 > span), "{longest:?}");
+    assert_eq!(Stamp::of(Micros(7)).age(Micros(7 + LONGEST_AGE.0)), LONGEST_AGE);
+    assert_eq!(size_of::<Stamp>(), 6);
+}
+
+proptest! {
+    #[test]
+    fn every_age_that_fits_is_exact(made in 0_u64..1 << 60, passed in 0..=LONGEST_AGE.0) {
+        prop_assert_eq!(Stamp::of(Micros(made)).age(Micros(made + passed)), Micros(passed));
+    }
+}

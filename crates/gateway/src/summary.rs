@@ -1,0 +1,237 @@
+//! How the gateway is doing as a whole: what the status word, the bitmaps, `list` and the stream say follows from the parts
+//! here, and nowhere else.
+//!
+//! No part that declares a fault leaves the summary clean, and no slot of a bus that is out of order is online, whatever was
+//! heard of it: what comes from such a bus is no sign of life.
+
+use clino_bus::Micros;
+
+use crate::config::{Bus, MAX_SLOTS, Source};
+use crate::gateway::Gateway;
+use crate::health::Health;
+use crate::outage::BusFault;
+use crate::value::Status;
+
+const _: () = assert!(MAX_SLOTS <= u64::BITS as usize);
+
+/// What is to be told of the gateway as a whole; a bit each. They never change their meaning: they are part of the register
+/// map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Signals(u16);
+
+impl Signals {
+    /// No enabled slot of the T7 bus answers.
+    pub const T7_BUS_DEAD: Signals = Signals(1 << 0);
+    /// No enabled slot of the ISU bus answers.
+    pub const ISU_BUS_DEAD: Signals = Signals(1 << 1);
+    /// A line driver had to be switched off by force.
+    pub const DRIVER_FORCED: Signals = Signals(1 << 2);
+    /// The configuration in force is not the one that is stored.
+    pub const UNSAVED: Signals = Signals(1 << 3);
+    /// A command of the Modbus master is under way.
+    pub const COMMAND: Signals = Signals(1 << 4);
+    /// Safe mode: no bus is served.
+    pub const SAFE_MODE: Signals = Signals(1 << 5);
+    /// Time and bit rates come from the internal oscillator.
+    pub const INTERNAL_CLOCK: Signals = Signals(1 << 6);
+    /// The time before ended in a crash.
+    pub const CRASHED: Signals = Signals(1 << 7);
+    /// The T7 bus is out of order.
+    pub const T7_BUS_FAULT: Signals = Signals(1 << 8);
+    /// The ISU bus is out of order.
+    pub const ISU_BUS_FAULT: Signals = Signals(1 << 9);
+    /// An enabled slot has no right and fresh angle.
+    pub const SLOT_FAULT: Signals = Signals(1 << 10);
+    /// An enabled slot gives a health signal.
+    pub const HEALTH: Signals = Signals(1 << 11);
+    /// A commissioning task is under way, or has ended and not been heard of yet.
+    pub const TASK: Signals = Signals(1 << 12);
+
+    /// All of them, by bit, with the names used in every interface and their meanings.
+    pub const ALL: [(Signals, &str, &str); 13] = [
+        (Signals::T7_BUS_DEAD, "t7_bus_dead", "no enabled slot of the T7 bus answers"),
+        (Signals::ISU_BUS_DEAD, "isu_bus_dead", "no enabled slot of the ISU bus answers"),
+        (
+            Signals::DRIVER_FORCED,
+            "driver_forced",
+            "a line driver had to be switched off by force since reset, or since the counters were cleared",
+        ),
+        (Signals::UNSAVED, "unsaved", "the configuration in force is not the one that is stored"),
+        (Signals::COMMAND, "command", "a command is under way"),
+        (Signals::SAFE_MODE, "safe_mode", "safe mode: no bus is served; see *start_mode*"),
+        (
+            Signals::INTERNAL_CLOCK,
+            "internal_clock",
+            "time and bit rates come from the internal oscillator, up to 8 % off",
+        ),
+        (Signals::CRASHED, "crashed", "the time before ended in a crash; see *start_cause*"),
+        (Signals::T7_BUS_FAULT, "t7_bus_fault", "the T7 bus is out of order; see *fault* of the bus"),
+        (Signals::ISU_BUS_FAULT, "isu_bus_fault", "the ISU bus is out of order; see *fault* of the bus"),
+        (
+            Signals::SLOT_FAULT,
+            "slot_fault",
+            "a slot that is switched on has no right and fresh angle; see *valid*",
+        ),
+        (
+            Signals::HEALTH,
+            "health",
+            "a slot that is switched on gives a signal beside its value; see its *flags*",
+        ),
+        (Signals::TASK, "task", "a task sets up sensors of a bus, or has ended and was not heard of yet"),
+    ];
+
+    /// As bits.
+    pub const fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// Whether there is nothing to tell: all is as it should be.
+    pub const fn is_clean(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The names of those that are set.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Signals::ALL.into_iter().filter(move |(signal, ..)| self.0 & signal.0 != 0).map(|(_, name, _)| name)
+    }
+
+    const fn when(self, on: bool) -> Signals {
+        if on { self } else { Signals(0) }
+    }
+
+    const fn and(self, other: Signals) -> Signals {
+        Signals(self.0 | other.0)
+    }
+}
+
+/// What a bus declares.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BusPart {
+    /// Why nobody on it answers.
+    pub fault: Option<BusFault>,
+    /// Its driver had to be switched off by force.
+    pub forced: bool,
+    /// There is a task on it, or one whose end nobody has fetched.
+    pub task: bool,
+}
+
+/// What the parts of the gateway declare, its slots left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Parts {
+    /// The T7 bus.
+    pub t7: BusPart,
+    /// The ISU bus.
+    pub isu: BusPart,
+    /// What is in force is not what is stored.
+    pub unsaved: bool,
+    /// A command of the Modbus master is under way.
+    pub command: bool,
+    /// No bus is served.
+    pub safe_mode: bool,
+    /// Time comes from the internal oscillator.
+    pub internal_clock: bool,
+    /// The time before ended in a crash.
+    pub crashed: bool,
+}
+
+/// What a slot declares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Standing {
+    /// What it reads.
+    pub source: Source,
+    /// What its value is worth now.
+    pub status: Status,
+    /// Signals beside the value.
+    pub health: Health,
+    /// Time since its last good value, if there was one.
+    pub age: Option<Micros>,
+}
+
+/// The gateway as a whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// What is to be told.
+    pub signals: Signals,
+    /// A bit for each slot that gave a sign of life when it was last asked.
+    pub online: u64,
+    /// A bit for each slot whose angle is right and fresh.
+    pub valid: u64,
+    /// Slots that are switched on.
+    pub enabled: u8,
+    /// The greatest age of these; [`NEVER`] if one has none.
+    pub oldest: Micros,
+}
+
+/// The age of a value that there never was: older than any.
+pub const NEVER: Micros = Micros(u64::MAX);
+
+impl Summary {
+    /// Sums up the slots, of which `slot` tells until there is none, and the other parts.
+    #[inline(never)]
+    pub fn of(slot: impl Fn(usize) -> Option<Standing>, parts: &Parts) -> Summary {
+        let Parts { t7, isu, unsaved, command, safe_mode, internal_clock, crashed } = *parts;
+        let mut summary = Summary::default();
+        // Slots that are switched on, and those of them that are online, by bus.
+        let mut on = [(0_u8, 0_u8); 2];
+        let mut health = false;
+        for (index, standing) in (0..MAX_SLOTS).map_while(|index| Some((index, slot(index)?))) {
+            let Standing { source, status, age, .. } = standing;
+            if status == Status::Disabled {
+                continue;
+            }
+            let bus = source.bus();
+            let faulty = match bus {
+                Some(Bus::T7) => t7.fault.is_some(),
+                Some(Bus::Isu) => isu.fault.is_some(),
+                None => false,
+            };
+            let online = status.is_online() && !faulty;
+            let bit = 1_u64.wrapping_shl(index as u32);
+            summary.enabled = summary.enabled.saturating_add(1);
+            summary.online |= if online { bit } else { 0 };
+            summary.valid |= if status == Status::Ok { bit } else { 0 };
+            summary.oldest = summary.oldest.max(age.unwrap_or(NEVER));
+            health |= standing.health != Health::WELL;
+            if let Some((enabled, answering)) = bus.and_then(|bus| on.get_mut(bus as usize)) {
+                *enabled = enabled.saturating_add(1);
+                *answering = answering.saturating_add(online.into());
+            }
+        }
+        let dead = |(enabled, answering): (u8, u8)| enabled > 0 && answering == 0;
+        let [on_t7, on_isu] = on;
+        let told = [
+            (Signals::T7_BUS_DEAD, dead(on_t7)),
+            (Signals::ISU_BUS_DEAD, dead(on_isu)),
+            (Signals::DRIVER_FORCED, t7.forced || isu.forced),
+            (Signals::UNSAVED, unsaved),
+            (Signals::COMMAND, command),
+            (Signals::SAFE_MODE, safe_mode),
+            (Signals::INTERNAL_CLOCK, internal_clock),
+            (Signals::CRASHED, crashed),
+            (Signals::T7_BUS_FAULT, t7.fault.is_some()),
+            (Signals::ISU_BUS_FAULT, isu.fault.is_some()),
+            (Signals::SLOT_FAULT, summary.valid.count_ones() < summary.enabled.into()),
+            (Signals::HEALTH, health),
+            (Signals::TASK, t7.task || isu.task),
+        ];
+        summary.signals = told.into_iter().fold(Signals(0), |all, (signal, on)| all.and(signal.when(on)));
+        summary
+    }
+
+    /// Of the slots that are switched on, those whose angle is right and fresh.
+    pub const fn good(&self) -> u32 {
+        self.valid.count_ones()
+    }
+}
+
+impl Gateway {
+    /// What a bus declares.
+    pub fn part(&self, bus: Bus) -> BusPart {
+        let task = self.progress(bus).is_some() || self.holds_news(bus);
+        BusPart { fault: self.health(bus).fault, forced: self.counters(bus).forced > 0, task }
+    }
+}
+
+#[cfg(test)]
+mod tests;

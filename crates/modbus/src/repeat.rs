@@ -1,0 +1,172 @@
+//! Answers that were sent lately, to know them when they come back.
+//!
+//! A port hears itself late where a radio link or a store-and-forward server repeats what it hears. The answer to
+//! function 06 is its request, and most of function 08's are theirs: one that comes back cannot be told from a master
+//! that asks for the same thing again. Within [`ECHO_WINDOW`] of the answer, the rule is:
+//!
+//! | a frame that repeats an answer | |
+//! |---|---|
+//! | the first one | is the echo: dropped, not carried out, not answered |
+//! | the next one | is the master's, which tries again: carried out and answered |
+//! | one that repeats that answer | is dropped, twice as often as before |
+//! | any, on a line that is known to be quiet | is the master's, [`IN_A_ROW`] times in a row; then the first line holds |
+//!
+//! A line is known to be quiet when one of the other answers went out, and in its window nothing came that a master does
+//! not send: no answer, no damaged frame, no character while we send. The next such thing ends it.
+//!
+//! So an echo provokes nothing; where each answer comes back k times, a request is answered at most k times; where a quiet
+//! line begins to repeat what it hears, a request is answered at most [`IN_A_ROW`] times more. A master whose answer was
+//! lost is answered at its second try at the latest. The price: on a line that is not known to be quiet, a master that
+//! sends the same function 06 twice within the window, as function 16 could, has to repeat the second one.
+//!
+//! Limits: [`PLACES`] answers within a window. On a line that is not known to be quiet, a request whose answer would have
+//! no place is refused as busy: if it went out, nobody would know it when it comes back.
+
+use clino_bus::Micros;
+
+use crate::request::{self, Form, is_padded};
+
+/// From the end of an answer to the beginning of its echo: twice the half second of store-and-forward servers.
+pub const ECHO_WINDOW: Micros = Micros::from_millis(1_000);
+
+/// Answers that look like requests: so many a second, one in 31 ms, before the line is known to be quiet.
+const PLACES: usize = 32;
+
+/// On a quiet line, so many repeats in a row are the master's.
+const IN_A_ROW: u8 = 8;
+
+/// The beginning of an answer that is kept: all of an answer to function 06 but its checksum.
+const HEAD: usize = 6;
+
+/// Answers that were sent lately.
+#[derive(Debug)]
+pub struct Repeats {
+    /// Those that look like requests.
+    requests: [Sent; PLACES],
+    /// The last one of the others.
+    other: Sent,
+    /// What the next answer is given.
+    next_copies: u8,
+    next_row: u8,
+    line: Line,
+}
+
+/// What is known of the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Line {
+    /// Nothing.
+    Doubtful,
+    /// If nothing happens until then, it is quiet.
+    Probed(Micros),
+    Quiet,
+}
+
+/// An answer.
+#[derive(Clone, Copy, Debug)]
+struct Sent {
+    head: [u8; HEAD],
+    /// Its last two bytes: its checksum.
+    tail: [u8; 2],
+    length: u16,
+    /// A repeat that is whole until then is an echo,
+    until: Micros,
+    /// if less than so many have come.
+    copies: u8,
+    come: u8,
+    /// So many before it were answers to repeats that were taken for the master's.
+    row: u8,
+}
+
+impl Repeats {
+    pub const fn new() -> Repeats {
+        Repeats {
+            requests: [Sent::NOTHING; PLACES],
+            other: Sent::NOTHING,
+            next_copies: 1,
+            next_row: 0,
+            line: Line::Doubtful,
+        }
+    }
+
+    /// Whether a request to read may be an answer with a zero behind it.
+    pub fn knows(&self, request: &[u8]) -> bool {
+        self.other.is(request)
+    }
+
+    /// Whether a frame that is whole now is one of our answers that has come back.
+    pub fn is_echo(&mut self, frame: &[u8], now: Micros) -> bool {
+        if matches!(self.line, Line::Probed(until) if now > until) {
+            self.line = Line::Quiet;
+        }
+        (self.next_copies, self.next_row) = (1, 0);
+        let quiet = self.line == Line::Quiet;
+        let mut all = self.requests.iter_mut().chain([&mut self.other]);
+        let Some(sent) = all.find(|sent| now <= sent.until && sent.is(frame)) else { return false };
+        if !request::is_its_answer(frame) {
+            // No master asks for what we have answered to something else.
+            return true;
+        }
+        if quiet && sent.row < IN_A_ROW {
+            self.next_row = sent.row.saturating_add(1);
+            return false;
+        }
+        if sent.come < sent.copies {
+            sent.come = sent.come.saturating_add(1);
+            return true;
+        }
+        self.next_copies = sent.copies.saturating_mul(2);
+        false
+    }
+
+    /// Something was heard that no master has sent.
+    pub fn doubt(&mut self) {
+        self.line = Line::Doubtful;
+    }
+
+    /// Remembers an answer; `echo_by` is when its echo is whole at the latest.
+    pub fn sent(&mut self, answer: &[u8], echo_by: Micros) {
+        let copies = core::mem::replace(&mut self.next_copies, 1);
+        let row = core::mem::replace(&mut self.next_row, 0);
+        let sent = Sent { copies, row, ..Sent::new(answer, echo_by) };
+        if request::form(answer) == Form::Answer {
+            self.other = sent;
+            if self.line == Line::Doubtful {
+                self.line = Line::Probed(echo_by);
+            }
+        } else if let Some(place) = self.place(answer) {
+            *place = sent;
+        }
+    }
+
+    /// Whether there is no place for an answer to be known when it comes back, and it might.
+    pub fn is_full(&mut self, answer: &[u8], now: Micros) -> bool {
+        self.line != Line::Quiet
+            && self.place(answer).is_none_or(|place| now <= place.until && !place.is(answer))
+    }
+
+    /// Where an answer belongs: to its like, or in place of the oldest.
+    fn place(&mut self, answer: &[u8]) -> Option<&mut Sent> {
+        self.requests.iter_mut().min_by_key(|sent| (!sent.is(answer), sent.until))
+    }
+}
+
+impl Sent {
+    const NOTHING: Sent =
+        Sent { head: [0; HEAD], tail: [0; 2], length: 0, until: Micros::ZERO, copies: 1, come: 0, row: 0 };
+
+    fn new(answer: &[u8], until: Micros) -> Sent {
+        let mut head = [0; HEAD];
+        head.iter_mut().zip(answer).for_each(|(place, &byte)| *place = byte);
+        let tail = answer.last_chunk().copied().unwrap_or_default();
+        Sent { head, tail, length: answer.len() as u16, until, ..Sent::NOTHING }
+    }
+
+    /// Whether a frame is this answer, zeros behind it or not.
+    fn is(&self, frame: &[u8]) -> bool {
+        let length = usize::from(self.length);
+        let Some(whole) = frame.get(..length).filter(|whole| !whole.is_empty()) else { return false };
+        is_padded(frame, length)
+            && whole.iter().zip(&self.head).all(|(byte, head)| byte == head)
+            && whole.ends_with(&self.tail)
+    }
+}
