@@ -1,6 +1,7 @@
 //! The shipped image when it goes wrong: faults are planted from outside into the running core, crystals stop, the power
 //! fails. It comes back by itself, and says afterwards what happened.
 
+mod bring_up;
 mod clocks;
 mod crashes;
 mod power;

@@ -4,6 +4,7 @@
 //! Needs the thumbv7em-none-eabihf target, so it does not run by itself:
 //! `cargo test -p clino-board --test selftest -- --ignored`.
 
+mod reset_values;
 #[cfg(target_os = "linux")]
 mod served;
 mod trials;
