@@ -165,6 +165,7 @@ impl<P: Serve> Traffic<P> {
 
     /// The numbers of these nodes mean something else from now on, by `until` at the latest: what was kept of them is
     /// forgotten, and what is asked before that is not used.
+    #[inline(never)]
     pub fn meaning_changed(&mut self, nodes: Nodes, until: Micros, now: Micros, slots: &mut [Slot]) {
         self.settling.add(nodes, until, now);
         let readers = readers(slots, P::BUS, nodes);
@@ -382,6 +383,7 @@ impl<P: Serve> Traffic<P> {
         self.meaning_changed(nodes, now, now, slots);
     }
 
+    #[inline(never)]
     fn run(&mut self, timing: Timing, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
         if timing.serial != self.master.timing().serial {
             // Others may answer at another bit rate.

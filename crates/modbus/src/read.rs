@@ -120,6 +120,7 @@ impl<'a, H: Host> Reader<'a, H> {
         *self.gateway.get_or_insert_with(|| self.host.gateway())
     }
 
+    #[inline(never)]
     fn summary(&mut self) -> Summary {
         *self.summary.get_or_insert_with(|| self.host.summary())
     }
