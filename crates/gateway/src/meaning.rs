@@ -39,6 +39,7 @@ impl Nodes {
     pub const ALL: Nodes = Nodes(u128::MAX);
 
     /// Who listens to this address.
+    #[inline(never)]
     pub const fn at(bus: Bus, address: u8) -> Nodes {
         match (bus, address) {
             (Bus::T7, ALL_T7) | (Bus::Isu, ALL_ISU) => Nodes::ALL,

@@ -2,7 +2,7 @@
 //! beside the fields that they stand with.
 //!
 //! A stamp is the low 48 bits of an instant. Whoever looks at one says what time it is, and gets the one instant with these
-//! bits between [`FUTURE`] ahead and the rest of 2^48 µs ago. So every age up to [`LONGEST_AGE`], 8.9 years, is exact, and
+//! bits between [`FUTURE`] ahead and the rest of 2^48 µs ago. So every age up to 8.9 years is exact, and
 //! an older one is never taken for an instant to come. The longest span that a setting allows is
 //! [an hour](crate::order::LONGEST_STALE).
 

@@ -166,40 +166,47 @@ pub struct Summary {
 /// The age of a value that there never was: older than any.
 pub const NEVER: Micros = Micros(u64::MAX);
 
-impl Summary {
-    /// Sums up the slots, of which `slot` tells until there is none, and the other parts.
+/// The slots that were counted so far.
+#[derive(Default)]
+struct Tally {
+    summary: Summary,
+    /// Slots that are switched on, and those of them that are online, by bus.
+    on: [(u8, u8); 2],
+    health: bool,
+}
+
+impl Tally {
     #[inline(never)]
-    pub fn of(slot: impl Fn(usize) -> Option<Standing>, parts: &Parts) -> Summary {
-        let Parts { t7, isu, unsaved, command, safe_mode, internal_clock, crashed } = *parts;
-        let mut summary = Summary::default();
-        // Slots that are switched on, and those of them that are online, by bus.
-        let mut on = [(0_u8, 0_u8); 2];
-        let mut health = false;
-        for (index, standing) in (0..MAX_SLOTS).map_while(|index| Some((index, slot(index)?))) {
-            let Standing { source, status, age, .. } = standing;
-            if status == Status::Disabled {
-                continue;
-            }
-            let bus = source.bus();
-            let faulty = match bus {
-                Some(Bus::T7) => t7.fault.is_some(),
-                Some(Bus::Isu) => isu.fault.is_some(),
-                None => false,
-            };
-            let online = status.is_online() && !faulty;
-            let bit = 1_u64.wrapping_shl(index as u32);
-            summary.enabled = summary.enabled.saturating_add(1);
-            summary.online |= if online { bit } else { 0 };
-            summary.valid |= if status == Status::Ok { bit } else { 0 };
-            summary.oldest = summary.oldest.max(age.unwrap_or(NEVER));
-            health |= standing.health != Health::WELL;
-            if let Some((enabled, answering)) = bus.and_then(|bus| on.get_mut(bus as usize)) {
-                *enabled = enabled.saturating_add(1);
-                *answering = answering.saturating_add(online.into());
-            }
+    fn count(&mut self, index: usize, standing: &Standing, parts: &Parts) {
+        let Standing { source, status, health, age } = *standing;
+        if status == Status::Disabled {
+            return;
         }
+        let bus = source.bus();
+        let faulty = match bus {
+            Some(Bus::T7) => parts.t7.fault.is_some(),
+            Some(Bus::Isu) => parts.isu.fault.is_some(),
+            None => false,
+        };
+        let online = status.is_online() && !faulty;
+        let bit = 1_u64.wrapping_shl(index as u32);
+        let summary = &mut self.summary;
+        summary.enabled = summary.enabled.saturating_add(1);
+        summary.online |= if online { bit } else { 0 };
+        summary.valid |= if status == Status::Ok { bit } else { 0 };
+        summary.oldest = summary.oldest.max(age.unwrap_or(NEVER));
+        self.health |= health != Health::WELL;
+        if let Some((enabled, answering)) = bus.and_then(|bus| self.on.get_mut(bus as usize)) {
+            *enabled = enabled.saturating_add(1);
+            *answering = answering.saturating_add(online.into());
+        }
+    }
+
+    #[inline(never)]
+    fn signals(&self, parts: &Parts) -> Signals {
+        let Parts { t7, isu, unsaved, command, safe_mode, internal_clock, crashed } = *parts;
         let dead = |(enabled, answering): (u8, u8)| enabled > 0 && answering == 0;
-        let [on_t7, on_isu] = on;
+        let [on_t7, on_isu] = self.on;
         let told = [
             (Signals::T7_BUS_DEAD, dead(on_t7)),
             (Signals::ISU_BUS_DEAD, dead(on_isu)),
@@ -211,12 +218,22 @@ impl Summary {
             (Signals::CRASHED, crashed),
             (Signals::T7_BUS_FAULT, t7.fault.is_some()),
             (Signals::ISU_BUS_FAULT, isu.fault.is_some()),
-            (Signals::SLOT_FAULT, summary.valid.count_ones() < summary.enabled.into()),
-            (Signals::HEALTH, health),
+            (Signals::SLOT_FAULT, self.summary.good() < self.summary.enabled.into()),
+            (Signals::HEALTH, self.health),
             (Signals::TASK, t7.task || isu.task),
         ];
-        summary.signals = told.into_iter().fold(Signals(0), |all, (signal, on)| all.and(signal.when(on)));
-        summary
+        told.into_iter().fold(Signals(0), |all, (signal, on)| all.and(signal.when(on)))
+    }
+}
+
+impl Summary {
+    /// Sums up the slots, of which `slot` tells until there is none, and the other parts.
+    pub fn of(slot: impl Fn(usize) -> Option<Standing>, parts: &Parts) -> Summary {
+        let mut tally = Tally::default();
+        for (index, standing) in (0..MAX_SLOTS).map_while(|index| Some((index, slot(index)?))) {
+            tally.count(index, &standing, parts);
+        }
+        Summary { signals: tally.signals(parts), ..tally.summary }
     }
 
     /// Of the slots that are switched on, those whose angle is right and fresh.

@@ -197,6 +197,7 @@ impl<P: Serve> Traffic<P> {
 
     /// The numbers of these nodes mean something else from now on, by `until` at the latest: what was kept of them is
     /// forgotten, and what is asked before that is not used.
+    #[inline(never)]
     pub fn meaning_changed(&mut self, nodes: Nodes, until: Micros, now: Micros, slots: &mut [Slot]) {
         self.settling.add(nodes, until, now);
         let readers = readers(slots, P::BUS, nodes);
@@ -449,6 +450,7 @@ impl<P: Serve> Traffic<P> {
     }
 
     /// The bus runs as it is set, at this bit rate.
+    #[inline(never)]
     fn run(&mut self, serial: Serial, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
         if serial != self.master.timing().serial {
             // Others may answer at another bit rate.

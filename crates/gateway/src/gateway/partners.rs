@@ -19,6 +19,7 @@ const UDEG_PER_MDEG: u32 = 1_000;
 
 impl Gateway {
     /// The PWM slots whose ISU may still say numbers that mean something else.
+    #[inline(never)]
     pub(super) fn settling_inputs(&self, now: Micros) -> Bits {
         let mut settling = Bits::EMPTY;
         for index in self.listening.iter() {
@@ -35,6 +36,7 @@ impl Gateway {
     }
 
     /// The slot means something else now: a PWM input that is compared with it begins anew.
+    #[inline(never)]
     pub(super) fn forget_partner(&mut self, partner: usize) {
         for index in self.listening.iter() {
             let Some(slot) = self.slots.get_mut(index) else { continue };
