@@ -2,7 +2,7 @@
 //!
 //! One task at a time on each bus. It takes turns with the polling, one exchange each, except while it has the line at
 //! a bit rate of its own. What it finds and how it ends is [`News`]; the task waits until its news has been fetched, so
-//! that none is lost to a slow reader. What nobody else may change until then is its [`Claim`].
+//! that none is lost to a slow reader. What nobody else may change until then is its claim (`task/claim.rs`).
 
 mod claim;
 pub mod isu;
