@@ -327,33 +327,27 @@ fn read_of_a_dead_sensor_claims_nothing() {
 /// Row 10: with `stty sane; cat` at the other end, errors went back and forth for ever.
 #[test]
 fn a_port_that_echoes_causes_no_output_without_end() {
-    for by in ["line", "terminal"] {
-        for delay in ["1ms", "100ms", "500ms"] {
-            let mut scenario =
-                String::from("seed = 1\nduration = \"7s\"\nt7 = [{ address = 1, motion.constant = 12.5 }]\n");
-            // An empty line, a wrong one, a right one; a prompt.
-            let typed = ["", "nonsense", "set 0 report 500", "\\u0003", "help", "zero 0"];
-            for (line, at) in typed.iter().zip([500, 900, 1_300, 1_700, 1_710, 1_720]) {
-                write!(scenario, "[[typed]]\nat = \"{at}ms\"\nline = \"{line}\"\n").expect("memory");
-            }
-            write!(scenario, "[console]\necho = {{ delay = \"{delay}\", by = \"{by}\" }}\n").expect("memory");
-            let ran = run(&scenario);
-            let what = format!("by {by}, after {delay}");
-            // While readings and echo share the line, they join: then this is an error at most.
-            let other = said(&ran, 0, 7_000);
-            let last = said(&ran, 5_000, 7_000);
-            println!(
-                "{what}: {} lines that are no readings, {} in the last two seconds",
-                other.len(),
-                last.len()
-            );
-            assert!(other.len() < 150, "{what}: {other:?}");
-            assert_eq!(last, [""; 0], "{what}");
-            // Nothing has changed: the angle is what it was.
-            let angles: Vec<_> = ran.slot(0).filter_map(|spoken| spoken.reading.angle_deg).collect();
-            assert!(angles.len() > 5 && angles.iter().all(|angle| *angle == 12.5), "{what}: {angles:?}");
-            let readings = ran.slot(0).filter(|spoken| spoken.began > 5_000 * MS).count();
-            assert!(readings >= 3, "{what}: the stream goes on");
+    for (by, delay) in [("line", "1ms"), ("line", "500ms"), ("terminal", "100ms")] {
+        let mut scenario =
+            String::from("seed = 1\nduration = \"5s\"\nt7 = [{ address = 1, motion.constant = 12.5 }]\n");
+        // An empty line, a wrong one, a right one; a prompt.
+        let typed = ["", "nonsense", "set 0 report 500", "\\u0003", "help", "version"];
+        for (line, at) in typed.iter().zip([500, 900, 1_300, 1_700, 1_710, 1_720]) {
+            write!(scenario, "[[typed]]\nat = \"{at}ms\"\nline = \"{line}\"\n").expect("memory");
         }
+        write!(scenario, "[console]\necho = {{ delay = \"{delay}\", by = \"{by}\" }}\n").expect("memory");
+        let ran = run(&scenario);
+        let what = format!("by {by}, after {delay}");
+        // While readings and echo share the line, they join: then this is an error at most.
+        let other = said(&ran, 0, 5_000);
+        let last = said(&ran, 3_500, 5_000);
+        println!("{what}: {} lines that are no readings, {} in the last 1.5 s", other.len(), last.len());
+        assert!(other.len() < 150, "{what}: {other:?}");
+        assert_eq!(last, [""; 0], "{what}");
+        // Nothing has changed: the angle is what it was.
+        let angles: Vec<_> = ran.slot(0).filter_map(|spoken| spoken.reading.angle_deg).collect();
+        assert!(angles.len() > 5 && angles.iter().all(|angle| *angle == 12.5), "{what}: {angles:?}");
+        let readings = ran.slot(0).filter(|spoken| spoken.began > 3_500 * MS).count();
+        assert!(readings >= 2, "{what}: the stream goes on");
     }
 }
