@@ -1,7 +1,7 @@
 //! What comes in at the console of the shipped image: terminals' keys, damaged lines, pastes, lines typed ahead, a console
 //! that is left alone.
 //!
-//! What the receiver's error flags do to a line is shown in `crates/console`, where they can be given for each character.
+//! Damage on the way to the receiver is in `altered.rs`.
 
 use std::fmt::Write as _;
 
@@ -322,4 +322,32 @@ fn read_of_a_dead_sensor_claims_nothing() {
     let (dead, alive) = (said(&ran, 800, 1_000), said(&ran, 1_000, 1_500));
     assert_eq!((value(&dead, "health"), value(&dead, "fresh")), ("unknown", "none"), "{dead:?}");
     assert_eq!((value(&alive, "health"), value(&alive, "fresh")), ("well", "yes"), "{alive:?}");
+}
+
+/// Row 10: with `stty sane; cat` at the other end, errors went back and forth for ever.
+#[test]
+fn a_port_that_echoes_causes_no_output_without_end() {
+    for (by, delay) in [("line", "1ms"), ("line", "500ms"), ("terminal", "100ms")] {
+        let mut scenario =
+            String::from("seed = 1\nduration = \"5s\"\nt7 = [{ address = 1, motion.constant = 12.5 }]\n");
+        // An empty line, a wrong one, a right one; a prompt.
+        let typed = ["", "nonsense", "set 0 report 500", "\\u0003", "help", "version"];
+        for (line, at) in typed.iter().zip([500, 900, 1_300, 1_700, 1_710, 1_720]) {
+            write!(scenario, "[[typed]]\nat = \"{at}ms\"\nline = \"{line}\"\n").expect("memory");
+        }
+        write!(scenario, "[console]\necho = {{ delay = \"{delay}\", by = \"{by}\" }}\n").expect("memory");
+        let ran = run(&scenario);
+        let what = format!("by {by}, after {delay}");
+        // While readings and echo share the line, they join: then this is an error at most.
+        let other = said(&ran, 0, 5_000);
+        let last = said(&ran, 3_500, 5_000);
+        println!("{what}: {} lines that are no readings, {} in the last 1.5 s", other.len(), last.len());
+        assert!(other.len() < 150, "{what}: {other:?}");
+        assert_eq!(last, [""; 0], "{what}");
+        // Nothing has changed: the angle is what it was.
+        let angles: Vec<_> = ran.slot(0).filter_map(|spoken| spoken.reading.angle_deg).collect();
+        assert!(angles.len() > 5 && angles.iter().all(|angle| *angle == 12.5), "{what}: {angles:?}");
+        let readings = ran.slot(0).filter(|spoken| spoken.began > 3_500 * MS).count();
+        assert!(readings >= 2, "{what}: the stream goes on");
+    }
 }

@@ -176,6 +176,7 @@ struct Bench {
     shell: Shell<Port>,
     port: Port,
     host: Notes,
+    is_person: bool,
     known: HashMap<String, usize>,
 }
 
@@ -196,7 +197,7 @@ impl Bench {
         let port = Port::default();
         let host = Notes { rest: Desk::new().rest, noted: String::new(), now: Micros::from_millis(10) };
         let shell = Shell::new(port.clone());
-        let mut bench = Bench { shell, port, host, known: HashMap::new() };
+        let mut bench = Bench { shell, port, host, is_person: person, known: HashMap::new() };
         bench.type_in(if person { "\r" } else { "json on\r" });
         for (number, line) in sent.iter().enumerate() {
             bench.type_in(line);
@@ -217,12 +218,21 @@ impl Bench {
     fn feed(&mut self, received: Received) -> String {
         self.port.take();
         self.host.noted.clear();
-        self.shell.input(received, &mut self.host);
+        self.push(received);
         let printed = self.port.take();
-        self.host.noted.clone() + &printed
+        std::mem::take(&mut self.host.noted) + &printed
+    }
+
+    /// A character that ends no line: it is shown at most.
+    fn push(&mut self, received: Received) {
+        self.shell.input(received, &mut self.host);
     }
 
     fn line_end(&mut self, received: Received) -> Done {
+        let (noted, printed) = (std::mem::take(&mut self.host.noted), self.port.take());
+        if !noted.is_empty() || !self.is_person && !printed.is_empty() {
+            return Done::Other(noted + &printed);
+        }
         let done = self.feed(received);
         if let Some(&line) = self.known.get(&done) {
             return Done::Line(line);
@@ -388,18 +398,20 @@ struct Outcome {
 fn run(bench: &mut Bench, way: &[Way], lines: &[String], (person, traceless): (bool, bool)) -> Outcome {
     let mut outcome = Outcome::default();
     let mut segment: Vec<Way> = Vec::new();
+    let mut returned = false;
     for &way in way {
         bench.host.now = bench.host.now + Micros::from_millis(way.pause_ms);
         let Received { byte, errors, lost } = way.received;
-        let after_return = segment.is_empty() && lost == 0 && errors.is_none();
+        let after_return = std::mem::take(&mut returned) && lost == 0 && errors.is_none();
         if !(errors.is_none() && matches!(byte, b'\r' | b'\n')) {
-            bench.feed(way.received);
+            bench.push(way.received);
             // NUL behind a carriage return belongs to it.
             if !(after_return && byte == 0) {
                 segment.push(way);
             }
             continue;
         }
+        returned = byte == b'\r';
         let number = segment.first().or(Some(&way)).and_then(|way| way.from).map(|(number, _)| number);
         let places = segment.iter().chain([&way]).map(|way| way.from);
         let is_whole = number
