@@ -69,7 +69,8 @@ fn main() -> ! {
     let begin = DWT::cycle_count();
     let loaded = store.load(&mut settings, &mut port);
     put(slot::LOAD_CYCLES, DWT::cycle_count().wrapping_sub(begin));
-    let number = settings.slots[0].soft_zero.udeg() as u32;
+    // The soft zero of the configuration that nothing has numbered is the least.
+    let number = (settings.slots[0].soft_zero.udeg() + LEAST_ZERO) as u32;
     put(slot::NUMBER, number);
     put(
         slot::FOUND,
@@ -106,6 +107,9 @@ fn main() -> ! {
     }
 }
 
+/// A turn, µ°: the least soft zero is its negative.
+const LEAST_ZERO: i32 = 360_000_000;
+
 /// A long one.
 fn numbered(n: u32) -> (Settings, clino_modbus::Settings) {
     let slot = SlotConfig {
@@ -125,7 +129,7 @@ fn numbered(n: u32) -> (Settings, clino_modbus::Settings) {
         timeout: Span::from_micros(500_000),
         stale: Span::from_micros(3_600_000_000),
         report_every: Span::from_micros(3_600_000_000),
-        soft_zero: Angle::from_udeg(-360_000_000 + n as i32),
+        soft_zero: Angle::from_udeg(n as i32 - LEAST_ZERO),
         max_rate: 36_000_000 - n,
     };
     let mut settings = Settings::new(&[slot; MAX_SLOTS], Timing::t7(Serial::T7_DEFAULT), Timing::isu());

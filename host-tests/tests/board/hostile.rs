@@ -211,7 +211,9 @@ fn the_fault_is_told(ran: &Ran, exchanges: &[Exchange], case: &Case) {
     let first = told_us.iter().find(|(at, fault, _)| *at > FROM && *fault != 0).expect("it is told");
     println!("told over Modbus {} ms after the beginning", (first.0 - FROM) / MS);
     // Half a second and a cycle; an ISU that answered the last time is waited for longer, and Modbus asks every 200 ms.
-    let by = if case.bus == Bus::T7 { 550 } else { 1_100 };
+    // After a change of the bit rate the bus is silent first, until its nodes hear.
+    let silent = if case.typed.is_empty() { 0 } else { T7_DEAF / MS };
+    let by = silent + if case.bus == Bus::T7 { 550 } else { 1_100 };
     assert!(first.0 <= FROM + (by + 210) * MS, "{first:?}");
     for (at, fault, faults) in told_us {
         let during = (FROM + (by + 210) * MS..UNTIL).contains(&at);

@@ -22,7 +22,7 @@ fn scenario(duration_ms: u64, lines: &[(u64, &str)], more: &str) -> Ran {
 
 fn said(ran: &Ran) -> Vec<&str> {
     let answers = ran.lines.iter().map(|line| line.text.as_str());
-    let noise = ["\"slot\"", "\"stats\"", "\"line\"", "\"times\"", "\"bus_fault\""];
+    let noise = ["\"slot\"", "\"stats\"", "\"line\"", "\"times\"", "\"bus_fault\"", "\"summary\""];
     answers.filter(|line| !noise.iter().any(|noise| line.contains(noise))).collect()
 }
 

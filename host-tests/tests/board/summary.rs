@@ -65,8 +65,6 @@ fn a_pair_stuck_low_is_in_every_summary() {
             _ => {}
         }
     }
-    assert!(
-        summaries.iter().filter(|(at, _)| (3_500..5_000).contains(at)).count() >= 3,
-        "`list` has it, too"
-    );
+    // Typed at 4.5 s, and out when the lines before it are.
+    assert!(summaries.iter().any(|(at, _)| (4_500..4_700).contains(at)), "`list` has it, too: {summaries:?}");
 }

@@ -116,11 +116,12 @@ fn a_paste_that_is_too_fast_loses_lines_but_joins_none() {
     assert_eq!(count(&all, "error: "), lost, "no line but those with a loss is wrong: {all:?}");
     // What was lost at the end of the paste may have been the begin of a line: the next one is refused. Then all is well.
     let later = said(&ran, 1_500, 2_800);
-    assert_eq!((count(&later, "done"), count(&later, "characters lost")), (19, 1), "{later:?}");
-    assert_eq!(count(&later, "error: "), 1, "{later:?}");
+    let (done, late) = (count(&later, "done"), count(&later, "characters lost"));
+    assert!(done + late == 20 && late <= 1, "{later:?}");
+    assert_eq!(count(&later, "error: "), late, "{later:?}");
     assert_eq!(value(&said(&ran, 2_800, 3_000), "period_ms"), "400");
     let counters = said(&ran, 3_000, 3_500);
-    assert_eq!(value(&counters, "damaged"), (lost + 1).to_string(), "{counters:?}");
+    assert_eq!(value(&counters, "damaged"), (lost + late).to_string(), "{counters:?}");
     assert!(value(&counters, "lost").parse::<u32>().expect("a number") > 0);
 }
 
@@ -139,7 +140,7 @@ fn lines_typed_while_a_task_works_are_refused_whole() {
     assert_eq!(count(&all, "zeroed"), 0);
     assert!(count(&all, "not done") >= 1, "{all:?}");
     assert_eq!(count(&all, "done") - count(&all, "not done") - count(&all, "under way: done"), 0, "{all:?}");
-    assert_eq!(value(&said(&ran, 4_100, 4_500), "zero_deg"), "0.000");
+    assert_eq!(value(&said(&ran, 4_100, 4_500), "zero_deg"), "0");
 }
 
 /// A question is answered by what is typed after it was asked.
