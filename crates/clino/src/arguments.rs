@@ -41,7 +41,7 @@ pub enum Tool {
 /// Where the frames to decode come from.
 #[derive(Args)]
 pub struct Frames {
-    /// One frame, in any customary way: 05 06, 0506, 05:06, 0x05,0x06, [05][06], \x05\x06, $05, 05h, a line of a dump
+    /// One frame, in any customary way: 05 06, 0506, 05:06, 0x05,0x06, \x05\x06, $05, 05h, in brackets, a line of a dump
     #[arg(required_unless_present = "stdin", conflicts_with = "stdin")]
     pub hex: Vec<String>,
     /// Take one frame per line from standard input, and answer each with one line
