@@ -43,6 +43,11 @@ pub struct Steps {
     rows: Vec<Row>,
 }
 
+/// Where what steps print is kept.
+fn folder() -> PathBuf {
+    command::target_dir().join("steps")
+}
+
 impl Steps {
     /// Nothing has run yet.
     pub fn new(command: &'static str) -> Steps {
@@ -51,7 +56,10 @@ impl Steps {
 
     /// A file for what a step prints, of this name.
     pub fn file(&self, name: &str) -> PathBuf {
-        command::target_dir().join("steps").join(name.replace([' ', '/'], "-"))
+        let folder = folder();
+        // If there is no such folder, opening the file says so.
+        _ = fs::create_dir_all(&folder);
+        folder.join(name.replace([' ', '/'], "-"))
     }
 
     /// Runs a program to its end and shows what it prints. A failure is kept for the end.
@@ -186,7 +194,7 @@ impl Running {
     fn start(step: Step) -> Result<Running, (String, std::io::Error)> {
         let Step { name, mut command } = step;
         let shown = command::shown(&command);
-        let folder = command::target_dir().join("steps");
+        let folder = folder();
         let output = folder.join(format!("{}.log", name.replace([' ', '/'], "-")));
         let process = fs::create_dir_all(&folder).and_then(|()| File::create(&output)).and_then(|file| {
             command.stderr(file.try_clone()?).stdout(file);
