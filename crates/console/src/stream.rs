@@ -50,7 +50,7 @@ impl Stream {
         }
         let next = self.reporter.next(|slot| host.glance(slot, now), now);
         if let Some(reading) = next.and_then(|slot| host.reading(slot)) {
-            table::row(reply, &reading, now);
+            table::row(reply, &reading, table::name_of(host, reading.slot), now);
             return true;
         }
         if reply.is_for_people() || now < self.statistics_due {

@@ -186,7 +186,7 @@ impl Summary {
                 Some(Bus::Isu) => isu.fault.is_some(),
                 None => false,
             };
-            let online = status.is_online() && !faulty;
+            let online = status.is_online() && !faulty && !source.is_faulty();
             let bit = 1_u64.wrapping_shl(index as u32);
             summary.enabled = summary.enabled.saturating_add(1);
             summary.online |= if online { bit } else { 0 };

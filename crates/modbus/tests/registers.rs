@@ -10,7 +10,7 @@ use clino_bus::{DriverEnable, Micros};
 use clino_codec::angle::Angle;
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::t7::Axis;
-use clino_gateway::config::{Ask, Direction, Filter, Kind};
+use clino_gateway::config::{Ask, Direction, Filter, Kind, Name};
 use clino_gateway::{
     Bus, Capture, Gateway, Published, PwmInput, Settings, SlotConfig, Snapshot, Source, Span, Status,
 };
@@ -110,6 +110,7 @@ fn plant() -> Bench {
         .collect();
     let timed =
         |config| SlotConfig { timeout: Span::from_millis(7), retries: 3, ask: Ask::Everything, ..config };
+    table[1].name = Name::new("Boom 1").unwrap();
     table[3] = timed(SlotConfig::usual(Source::of(Kind::T7, 33, Axis::One)));
     table[4] = SlotConfig { filter: Filter::Median, samples: 5, ..table[4] };
     // Stale 40 ms after its last value.
@@ -366,6 +367,22 @@ fn slot_number(slot: usize, name: &str, host: &Real) -> Option<u32> {
             }
         }
         "tolerance" => config.tolerance.into(),
+        // "Boom 1", in slot 1.
+        "name" => {
+            if slot == 1 {
+                0x426F_6F6D
+            } else {
+                0
+            }
+        }
+        "name_2" => {
+            if slot == 1 {
+                0x2031_0000
+            } else {
+                0
+            }
+        }
+        "name_3" | "name_4" => 0,
         other => panic!("{other}"),
     })
 }
@@ -534,6 +551,7 @@ fn every_other_address() {
         0x1000..0x1600,
         0x1800..0x1820,
         0x1840..0x1860,
+        0x1900..0x1C00,
         0x1F00..0x1F10,
     ];
     let mut named = vec![false; 0x1_0000];
@@ -562,6 +580,15 @@ fn limits() {
             let before: &[(u16, &[u16])] = match line.name.split_once('_') {
                 Some((slot, "stale")) if slot.starts_with("slot") => &[(1, &[0]), (4, &[0, 0])],
                 Some((slot, "set_address")) if slot.starts_with("slot") => &[(1, &[0])],
+                Some((slot, part @ ("name_2" | "name_3" | "name_4"))) if slot.starts_with("slot") => {
+                    let before = match part {
+                        "name_2" => 2,
+                        "name_3" => 4,
+                        _ => 6,
+                    };
+                    bench.write(line.address - before, &[0x4141; 6][..usize::from(before)]).expect("a name");
+                    &[]
+                }
                 _ => &[],
             };
             for (offset, words) in before {

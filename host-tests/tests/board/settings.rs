@@ -13,7 +13,8 @@ fn said<'a>(ran: &'a Ran, begin: &str) -> Vec<&'a str> {
 
 /// Lines typed, 100 ms apart, from half a second on.
 fn typed(lines: &[&str]) -> String {
-    let at = |(place, line): (usize, &&str)| format!(r#"{{ at = "{}ms", line = "{line}" }},"#, 500 + place * 100);
+    let at =
+        |(place, line): (usize, &&str)| format!(r#"{{ at = "{}ms", line = "{line}" }},"#, 500 + place * 100);
     format!("typed = [{}]", lines.iter().enumerate().map(at).collect::<String>())
 }
 
@@ -151,7 +152,13 @@ fn what_is_named_is_kept_even_if_it_was_so() {
     let first = 0x1000 + 0x20 * 30;
     let ran = run(&format!(
         "seed = 1\nduration = \"2s\"\nt7 = [{{ address = 9, motion.constant = 33.333 }}]\n{}",
-        requests(&[read(first, 17), many(first, &block), read(first, 17), many(first, &block), read(first, 17)])
+        requests(&[
+            read(first, 17),
+            many(first, &block),
+            read(first, 17),
+            many(first, &block),
+            read(first, 17)
+        ])
     ));
     let exchanges = exchanges(&ran.bus_log);
     let unused = exchanges[0].registers().expect("the block");
@@ -230,7 +237,8 @@ fn small_lies() {
     }
     assert_eq!(errors.len(), 4, "{errors:?}");
     let unsaved = exchanges(&ran.bus_log);
-    let unsaved: Vec<bool> = unsaved.iter().filter_map(Exchange::registers).map(|words| words[0] & 8 != 0).collect();
+    let unsaved: Vec<bool> =
+        unsaved.iter().filter_map(Exchange::registers).map(|words| words[0] & 8 != 0).collect();
     assert_eq!(unsaved, [false, false, true, false], "as it was again is saved, too");
 }
 
@@ -239,7 +247,12 @@ fn small_lies() {
 fn a_guard_that_is_named_is_kept() {
     let ran = run(&format!(
         "seed = 1\nduration = \"2s\"\nt7 = [{{ address = 1, baud = 57600, motion.constant = 12.5 }}]\n{}",
-        requests(&[many(0x1800, &[0, 57_600, 87]), read(0x1800, 3), many(0x1800, &[1, 0xC200]), read(0x1800, 3)])
+        requests(&[
+            many(0x1800, &[0, 57_600, 87]),
+            read(0x1800, 3),
+            many(0x1800, &[1, 0xC200]),
+            read(0x1800, 3)
+        ])
     ));
     let exchanges = exchanges(&ran.bus_log);
     assert_eq!(exchanges[1].registers(), Some(vec![0, 57_600, 87]));

@@ -70,6 +70,7 @@ fn help_names_every_command() {
         "counters",
         "trace",
         "load",
+        "export",
         "modbus",
         "save",
         "factory-reset",
