@@ -16,7 +16,7 @@ use clino_gateway::{
 };
 use clino_modbus::Refusal;
 use clino_modbus::binding::{Binding, Site, Wish};
-use clino_recovery::{Cause, Clock, Crash, Duty, FaultStatus, Mode, Registers, Start};
+use clino_recovery::{Cause, Clock, Crash, Duty, FaultStatus, Mode, Registers, Start, Uid};
 use common::board::Board;
 use common::real::Real;
 use common::{Bench, SETTINGS};
@@ -36,18 +36,20 @@ struct Line<'a> {
 
 fn lines() -> impl Iterator<Item = Line<'static>> {
     LIST.lines().skip(1).map(|line| {
-        let fields: Vec<_> = line.splitn(12, ',').collect();
-        let address = u16::from_str_radix(fields[0], 16).expect("an address");
-        assert_eq!(fields[1].parse::<u32>().expect("a number"), u32::from(address) + 1);
+        let fields: Vec<_> = line.splitn(15, ',').collect();
+        let hex = fields[1].strip_prefix("0x").expect("hexadecimal");
+        let address = u16::from_str_radix(hex, 16).expect("an address");
+        assert_eq!(fields[0].parse(), Ok(address));
+        assert_eq!(fields[2].parse::<u32>().expect("a number"), u32::from(address) + 1);
         Line {
             address,
-            name: fields[2],
-            kind: fields[3],
-            registers: fields[4].parse().expect("a number"),
-            order: fields[5],
-            writable: fields[6] == "rw",
-            limits: fields[8].parse().ok().zip(fields[9].parse().ok()),
-            invalid: fields[10].strip_prefix("0x").map(|hex| u32::from_str_radix(hex, 16).expect("a number")),
+            name: fields[3],
+            kind: fields[4],
+            registers: fields[5].parse().expect("a number"),
+            order: fields[6],
+            writable: fields[7].contains('w'),
+            limits: fields[10].parse().ok().zip(fields[11].parse().ok()),
+            invalid: fields[12].strip_prefix("0x").map(|hex| u32::from_str_radix(hex, 16).expect("a number")),
         }
     })
 }
@@ -147,6 +149,7 @@ fn started() -> Start {
         mode: Mode::Bare,
         clock: Clock::Fallback,
         crash: Some(Crash { boot: 70_003, uptime_ms: 70_004, ..crash }),
+        uid: Uid([0x1122_3344, 0x5566_7788, 0x99AA_BBCC]),
     }
 }
 
@@ -269,6 +272,9 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "crash_hfsr" => 0x4000_0000,
         "crash_address" => 0x2222_2222,
         _ if name.starts_with("crash_file_") => 0,
+        "uid_00" => 0x1122_3344,
+        "uid_01" => 0x5566_7788,
+        "uid_02" => 0x99AA_BBCC,
         "last_command" | "command_outcome" | "command_sequence" | "command_done" | "command_of"
         | "command_silenced" => 0,
         _ if name.starts_with("angle_f32") => return degrees(trailing(), host),

@@ -17,7 +17,7 @@ use crate::slot::{Sample, Slot};
 use crate::{Bus, SlotConfig, Source, Status};
 
 /// End of the product type of a single-axis device: `T7-1`, and `X4-1` in the guide's example (section 2.7.1).
-const SINGLE: &[u8] = b"-1";
+const SINGLE: [u8; 2] = *b"-1";
 
 impl Poll for T7 {
     const BUS: Bus = Bus::T7;
@@ -51,7 +51,10 @@ impl Poll for T7 {
 
     fn identity(answer: &Answer) -> Option<Identity> {
         let Response::GetDeviceInformation(information) = &answer.response else { return None };
-        let is_single = information.product.trimmed().ends_with(SINGLE);
+        // Padded with blanks, says the guide; zeros are no text, either.
+        let mut backwards = information.product.as_bytes().iter().rev().skip_while(|&&byte| matches!(byte, b' ' | 0));
+        let [last, before] = [backwards.next(), backwards.next()];
+        let is_single = before.zip(last).is_some_and(|(&before, &last)| [before, last] == SINGLE);
         Some(if is_single { Identity::SingleAxis } else { Identity::MultiAxis })
     }
 

@@ -411,6 +411,8 @@ const START: &[Entry] = &[
         "end of the name of the file of a panic, two ASCII characters in each, the first in the high byte; then 0",
     )
     .times(0, FILE),
+    start(40, Form::U32, T::Uid, "uid", "", "number of the chip, which no other has: its three words, the lowest first")
+        .times(0, 3),
 ];
 
 /// Registers for the name of a file.
