@@ -15,10 +15,12 @@
 //! All pins used are 5 V tolerant (DS8626 table 7, "FT"), those without a pull resistor only. Which registers are relied on,
 //! and where they are set, is in `docs/registers.md`.
 
+use core::ptr;
+
 use clino_bus::Event;
 use clino_console::Received;
 use clino_gateway::{Bus, Capture, Restraint};
-use clino_recovery::{Clock, Mode};
+use clino_recovery::{Clock, Mode, Uid};
 use cortex_m::peripheral::{DWT, NVIC};
 use cortex_m::singleton;
 use heapless::spsc::{Consumer, Queue};
@@ -234,4 +236,11 @@ fn crystal_starts(rcc: &pac::RCC) -> bool {
     }
     rcc.cr().modify(|_, w| w.hseon().clear_bit());
     false
+}
+
+/// The unique number of the chip (RM0090 section 39.1).
+pub fn uid() -> Uid {
+    const UID: *const [u32; 3] = 0x1FFF_7A10 as *const _;
+    // SAFETY: three aligned words of system memory, which every part has and nothing writes.
+    Uid(unsafe { ptr::read_volatile(UID) })
 }

@@ -89,7 +89,7 @@ pub fn done(well: bool) {
 
 /// Whether a command of the master is under way.
 pub fn has_command() -> bool {
-    LEVEL.with(|level| level.desk.has_command()).unwrap_or(false)
+    LEVEL.with(|level| level.binding.has_command()).unwrap_or(false)
 }
 
 /// How the port runs.

@@ -7,10 +7,12 @@ use core::cell::Cell;
 use core::mem::MaybeUninit;
 use core::ptr;
 
-use clino_recovery::{Clock, Crash, Journal, Reset, Start, TICK_MS, Uptime, WORDS};
+use clino_recovery::{Clock, Crash, Journal, Reset, Start, TICK_MS, Uid, Uptime, WORDS};
 use cortex_m::peripheral::SCB;
 use critical_section::Mutex;
 use stm32f4xx_hal::pac;
+
+use crate::board;
 
 /// Words that outlive a reset. In `.uninit`, which the start-up code leaves alone.
 #[repr(transparent)]
@@ -34,6 +36,7 @@ static START: Mutex<Cell<Start>> = Mutex::new(Cell::new(Start {
     mode: clino_recovery::Mode::Normal,
     clock: Clock::Crystal,
     crash: None,
+    uid: Uid([0; 3]),
 }));
 
 /// Why, how often and how the board has started.
@@ -46,6 +49,7 @@ pub fn note(rcc: &pac::RCC) -> Start {
     let reset = reset(rcc);
     let uptime = Uptime::from_words(read(ptr::addr_of!(UPTIME))).map(|uptime| uptime.0);
     let (journal, start) = Journal::begin(Journal::from_words(&read(ptr::addr_of!(JOURNAL))), reset, uptime);
+    let start = Start { uid: board::uid(), ..start };
     write(ptr::addr_of_mut!(JOURNAL), &journal.to_words());
     write(ptr::addr_of_mut!(UPTIME), &Uptime(0).to_words());
     critical_section::with(|cs| START.borrow(cs).set(start));

@@ -21,6 +21,7 @@ pub enum Verb {
     Counters,
     Trace,
     Load,
+    Export,
     Modbus,
     Save,
     FactoryReset,
@@ -45,7 +46,7 @@ const fn command(verb: Verb, name: &'static str, usage: &'static str, help: &'st
 }
 
 /// Everything that can be typed.
-static COMMANDS: [Command; 22] = [
+static COMMANDS: [Command; 23] = [
     command(Verb::List, "list", "", "the last value of every slot in use"),
     command(Verb::Read, "read", "SLOT", "all that is known of the value of a slot"),
     command(Verb::Watch, "watch", "", "values as they come, until Enter or Ctrl-C"),
@@ -86,6 +87,7 @@ static COMMANDS: [Command; 22] = [
     command(Verb::Cancel, "cancel", "", "stop what t7 and isu have begun, at the next safe point"),
     command(Verb::Counters, "counters", "[SLOT]", "what happened since reset"),
     command(Verb::Trace, "trace", "[N]", "the last transactions, newest first"),
+    command(Verb::Export, "export", "", "the commands that make this configuration"),
     command(Verb::Load, "load", "", "load and polls of each bus, and what is not wise"),
     command(Verb::Modbus, "modbus", "[SETTING VALUE ...]", "show or set the Modbus port"),
     command(Verb::Save, "save", "", "keep all settings over a reset"),

@@ -27,6 +27,8 @@ pub enum Error<'a> {
     Range { what: Label, word: &'a str, value: Option<i64>, least: i64, most: i64, decimals: u8 },
     /// An address that no single sensor of this kind has.
     NotOne { kind: Kind, value: u8 },
+    /// A name that is too long, or has other characters.
+    Name,
     /// A setting that slots of this kind do not have.
     NotOf { setting: &'static str, kind: Kind },
     /// A number below zero, or what looks like one, without `--` before it.
@@ -87,6 +89,7 @@ impl Error<'_> {
             Error::NotOne { kind, value } => {
                 ("out_of_range", ADDRESS, ["address".into(), value.into(), one(kind).into(), NONE])
             }
+            Error::Name => ("bad_argument", "why", [why, NONE, NONE, NONE]),
             Error::NotOf { setting, .. } => ("no_effect", "what why", [setting.into(), why, NONE, NONE]),
             Error::BareMinus => ("bad_argument", "why", [why, NONE, NONE, NONE]),
             Error::Unexpected(dashes, value) => {
@@ -208,6 +211,7 @@ impl Display for Error<'_> {
             Error::Unexpected(dashes, value) => write!(out, "unexpected option {dashes}{value}"),
             Error::UnexpectedLetter(letter) => write!(out, "unexpected option -{letter}"),
             Error::NotOne { kind, value } => write!(out, "address {value} is not {}", one(*kind)),
+            Error::Name => out.write_str("a name has up to 16 printable characters, no quotation mark"),
             Error::NotOf { setting, kind } => write!(out, "{setting} has no effect on kind {}", kind.name()),
             Error::Refused(Refusal::Range { number, least, most }) => {
                 let [least, most] = [least, most].map(|limit| scaled(*limit, number.decimals));

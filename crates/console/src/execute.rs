@@ -9,7 +9,7 @@ use crate::pending::{Next, Pending};
 use crate::presence::Presence;
 use crate::reply::{Audience, Reply};
 use crate::typed::{self, Typed};
-use crate::{buses, past, slots, system, tasks};
+use crate::{buses, export, past, slots, system, tasks};
 
 /// Carries out the line that was typed. What it leads to stands in `next`, which is too large to be handed up.
 #[inline(never)]
@@ -52,6 +52,7 @@ fn carry_out<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Outcome {
         Verb::Counters => past::counters(job),
         Verb::Trace => past::trace(job),
         Verb::Load => buses::load(job),
+        Verb::Export => export::export(job),
         Verb::Modbus => system::modbus(job),
         Verb::Save => system::save(job),
         Verb::FactoryReset => job.confirmed(Pending::FactoryReset),

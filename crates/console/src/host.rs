@@ -79,7 +79,7 @@ pub trait Host {
     /// [`StorageError`]: what was stored before is still there.
     fn factory_reset(&mut self) -> Result<(), StorageError>;
 
-    /// Starts again, when what was printed is out. Returns on a desk only.
+    /// Starts again, when what was printed is out. Returns only in host tests.
     fn reboot(&mut self);
 
     /// How the console is set.

@@ -39,6 +39,7 @@ mod consequences;
 mod editor;
 mod error;
 mod execute;
+mod export;
 mod history;
 mod host;
 mod job;

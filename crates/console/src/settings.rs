@@ -12,12 +12,14 @@ use crate::reply::Reply;
 use crate::value::{Label, Value};
 
 /// Most settings that one line can change.
-const MOST: usize = 5;
+pub const MOST: usize = 5;
+/// Most numbers of these: a name has four.
+const NUMBERS: usize = MOST.saturating_add(3);
 
 /// The settings that a line names.
 #[derive(Default)]
 pub struct Change {
-    values: [Option<(u8, i64)>; MOST],
+    values: [Option<(u8, i64)>; NUMBERS],
 }
 
 impl Change {
@@ -34,9 +36,9 @@ impl Change {
         found.map(|&(_, value)| Given::exactly(value))
     }
 
-    /// Whether there is no room for another.
+    /// Whether as many settings are named as can be.
     pub fn is_full(&self) -> bool {
-        self.values.iter().all(Option::is_some)
+        self.values.iter().flatten().count() >= MOST
     }
 }
 
@@ -56,18 +58,18 @@ fn shown(form: &Form, value: i64) -> Value<'static> {
         Form::Choice(words) => usize::try_from(value).ok().and_then(|place| words.get(place)).copied().into(),
         Form::Slot if value == NO_SLOT => Value::None,
         Form::Number { decimals, .. } => Value::Decimal(value, *decimals),
-        Form::OneOf(_) | Form::Slot => Value::Number(value),
+        Form::OneOf(_) | Form::Slot | Form::Characters => Value::Number(value),
     }
 }
 
-/// Shows the settings of a table, one by one.
+/// Shows the settings of a table, one by one; texts left out.
 pub fn entries<T>(
     reply: &mut Reply<'_>,
     table: &'static [Setting<T>],
     of: &T,
     has: impl Fn(&Setting<T>) -> bool,
 ) {
-    for setting in table {
+    for setting in table.iter().filter(|setting| setting.form != Form::Characters) {
         let value = if has(setting) { value(setting, of) } else { Value::None };
         reply.entry(label(setting), value);
     }
@@ -90,7 +92,8 @@ fn table<T>(reply: &mut Reply<'_>, of: &'static str, table: &'static [Setting<T>
     if reply.is_for_people() {
         _ = writeln!(reply.out, "{of}");
     }
-    for setting in table {
+    let shown = |setting: &&Setting<T>| setting.form != Form::Characters || setting.name == "name";
+    for setting in table.iter().filter(shown) {
         entry(reply, of, label(setting), &setting.form, setting.text);
     }
 }
@@ -115,6 +118,7 @@ impl fmt::Display for Values {
         match form {
             Form::Flag => out.write_str("on|off"),
             Form::Slot => out.write_str("SLOT|none"),
+            Form::Characters => out.write_str("TEXT"),
             Form::Choice(words) => separated(out, words),
             Form::OneOf(numbers) => separated(out, numbers),
             Form::Number { least, most, decimals } => {
@@ -153,7 +157,7 @@ impl Job<'_, '_> {
             Form::Flag => return self.meaning::<bool>(word).map(i64::from),
             Form::Choice(words) => return self.place(word, words).map(|place| place as i64),
             Form::Slot if word == "none" => return Ok(NO_SLOT),
-            Form::OneOf(_) | Form::Number { .. } | Form::Slot => {}
+            Form::OneOf(_) | Form::Number { .. } | Form::Slot | Form::Characters => {}
         }
         match number::parse(word, decimals.into()) {
             Some(value) if matches!(form, Form::OneOf(_)) || (least..=most).contains(&value) => Ok(value),

@@ -1,10 +1,10 @@
 //! Slots: what they read, and what they are.
 
 use clino_bus::Micros;
-use clino_gateway::config::Kind;
+use clino_gateway::config::{Kind, Name};
 use clino_gateway::order::Order;
 use clino_gateway::settings::slot::{NAMES, SETTINGS, id, setting};
-use clino_gateway::settings::{self, Given};
+use clino_gateway::settings::{self, Form, Given};
 use clino_gateway::{Bus, Health, MAX_SLOTS, Published, SlotConfig, Status, json};
 
 use crate::error::Error;
@@ -12,7 +12,7 @@ use crate::job::{Job, Outcome, Told};
 use crate::pending::Next;
 use crate::settings::{Change, entries};
 use crate::typed::Opt;
-use crate::value::Value;
+use crate::value::{Label, Value};
 use crate::{buses, system, table};
 
 /// The last slot.
@@ -31,7 +31,8 @@ pub fn list(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     table::head(&mut job.reply);
     for reading in (0..MAX_SLOTS).map_while(|slot| job.host.reading(slot)) {
-        table::row(&mut job.reply, &reading, job.now);
+        let name = table::name_of(job.host, reading.slot);
+        table::row(&mut job.reply, &reading, name, job.now);
     }
     table::summary(&mut job.reply, &job.host.summary());
     Ok(())
@@ -132,6 +133,7 @@ pub fn show(job: &mut Job<'_, '_>) -> Outcome {
             let kind = config.source.kind();
             job.reply.begin_list("config", slot.into());
             entries(&mut job.reply, &SETTINGS, &config, |setting| settings::slot::applies(setting.id, kind));
+            job.reply.entry(Label::plain("name"), Value::Quoted(config.name.as_str()));
             job.reply.end_list();
             Ok(())
         }
@@ -160,7 +162,8 @@ fn set_settings(job: &mut Job<'_, '_>, slot: u8) -> Outcome {
     let change = slot_change(job)?;
     let kind = change.of(id::KIND).and_then(|given| u8::try_from(given.value).ok());
     let kind = kind.and_then(Kind::from_code).unwrap_or(config.source.kind());
-    for setting in SETTINGS.iter().filter(|setting| change.of(setting.id).is_some()) {
+    // An unused slot holds what it is told.
+    for setting in SETTINGS.iter().filter(|setting| kind != Kind::Off && change.of(setting.id).is_some()) {
         applies(job, setting.id, kind)?;
     }
     job.end()?;
@@ -178,6 +181,13 @@ fn slot_change(job: &mut Job<'_, '_>) -> Result<Change, Told> {
         let place = job.place(word, &NAMES)?;
         let Some(setting) = SETTINGS.get(place) else { return Err(Told) };
         let word = job.word("value")?;
+        if setting.form == Form::Characters {
+            name(job, word, &mut change)?;
+            if !job.typed.has_more() {
+                break;
+            }
+            continue;
+        }
         let value = job.value(setting, word)?;
         change.name(setting.id, value);
         if let (id::FILTER, 1.., Some(samples)) = (setting.id, value, self::setting(id::SAMPLES)) {
@@ -190,6 +200,15 @@ fn slot_change(job: &mut Job<'_, '_>) -> Result<Change, Told> {
         }
     }
     Ok(change)
+}
+
+/// Takes a name, which is told in parts.
+fn name(job: &mut Job<'_, '_>, word: &str, change: &mut Change) -> Outcome {
+    let Some(name) = Name::new(word) else { return Err(job.refuse(&Error::Name)) };
+    for (part, id) in id::NAME.into_iter().enumerate() {
+        change.name(id, name.part(part).into());
+    }
+    Ok(())
 }
 
 /// What can be shown and set.

@@ -8,7 +8,7 @@ use clino_gateway::summary::Signals;
 use crate::host::Host;
 use crate::meter::BUSES;
 use crate::reply::Reply;
-use crate::table;
+use crate::{system, table};
 
 /// From one block of statistics lines to the next.
 pub const STATISTICS_EVERY: Micros = Micros::from_millis(1_000);
@@ -25,6 +25,8 @@ pub struct Stream {
     look_due: Micros,
     /// Signals of the gateway that were printed last.
     signals: Option<Signals>,
+    /// Who this is was printed.
+    introduced: bool,
 }
 
 impl Stream {
@@ -36,12 +38,17 @@ impl Stream {
             printed: 0,
             look_due: Micros::ZERO,
             signals: None,
+            introduced: false,
         }
     }
 
     /// Writes the next line, if there is one; returns whether there was. People do not see statistics.
     pub fn next(&mut self, host: &dyn Host, reply: &mut Reply<'_>) -> bool {
         let now = host.now();
+        if !reply.is_for_people() && !core::mem::replace(&mut self.introduced, true) {
+            system::who(reply, host);
+            return true;
+        }
         if !reply.is_for_people() && now >= self.look_due {
             self.look_due = now + LOOK_EVERY;
             if self.summarise(host, reply, false) {
@@ -50,7 +57,7 @@ impl Stream {
         }
         let next = self.reporter.next(|slot| host.glance(slot, now), now);
         if let Some(reading) = next.and_then(|slot| host.reading(slot)) {
-            table::row(reply, &reading, now);
+            table::row(reply, &reading, table::name_of(host, reading.slot), now);
             return true;
         }
         if reply.is_for_people() || now < self.statistics_due {

@@ -5,7 +5,7 @@ use clino_gateway::settings::{Setting, console, port};
 use clino_recovery::{Crash, Duty, Mode};
 
 use crate::error::Error;
-use crate::host::Saved;
+use crate::host::{Host, Saved};
 use crate::job::{Job, Outcome};
 use crate::reply::Reply;
 use crate::settings::{label, value};
@@ -25,15 +25,22 @@ pub const fn greeting(mode: Mode) -> &'static str {
 /// `version`
 pub fn version(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    let start = job.host.start();
+    who(&mut job.reply, job.host);
+    Ok(())
+}
+
+/// Who this is. A stream for programs begins with it.
+pub fn who(reply: &mut Reply<'_>, host: &dyn Host) {
+    let start = host.start();
     let values = [
-        job.host.version().into(),
-        job.now.as_millis().into(),
+        host.version().into(),
+        host.now().as_millis().into(),
         start.mode.name().into(),
         start.clock.name().into(),
+        start.boots.into(),
+        Value::Words(&start.uid),
     ];
-    job.reply.line("clino", "version uptime_ms mode clock", &values);
-    Ok(())
+    reply.line("clino", "version uptime_ms mode clock boots uid", &values);
 }
 
 /// `reset-cause`

@@ -3,11 +3,12 @@
 use core::fmt::{self, Write};
 
 use clino_bus::Micros;
-use clino_gateway::json::{self, Topic, name};
+use clino_gateway::config::Name;
+use clino_gateway::json::{self, Topic};
 use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusFault, Reading, Source};
 
-use crate::host::BusState;
+use crate::host::{BusState, Host};
 use crate::reply::Reply;
 use crate::value::{DECIMALS, Value};
 use crate::words::Words as _;
@@ -19,19 +20,24 @@ pub fn head(reply: &mut Reply<'_>) {
     }
 }
 
-/// A reading; nothing of an empty slot.
-pub fn row(reply: &mut Reply<'_>, reading: &Reading, now: Micros) {
+/// What people call a slot.
+pub fn name_of(host: &dyn Host, slot: u8) -> Name {
+    host.config(slot.into()).map_or(Name::NONE, |config| config.name)
+}
+
+/// A reading, for people with the name of its slot; nothing of an empty slot.
+pub fn row(reply: &mut Reply<'_>, reading: &Reading, name: Name, now: Micros) {
     _ = if reading.source == Source::Off {
         Ok(())
     } else if reply.is_for_people() {
-        columns(reply.out, reading, now)
+        columns(reply.out, reading, name, now)
     } else {
         json::reading(reply.out, reading, now)
     };
 }
 
-fn columns(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
-    let (kind, _, address) = name(&reading.source);
+fn columns(out: &mut dyn Write, reading: &Reading, name: Name, now: Micros) -> fmt::Result {
+    let (kind, _, address) = json::name(&reading.source);
     write!(out, "{:>4}  {kind:<4}  ", reading.slot)?;
     match address {
         0 => out.write_str("   -")?,
@@ -47,6 +53,9 @@ fn columns(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
     }
     write!(out, "  {}", reading.status(now).name())?;
     reading.health.names().try_for_each(|name| write!(out, " {name}"))?;
+    if name != Name::NONE {
+        write!(out, "  \"{}\"", name.as_str())?;
+    }
     out.write_str("\n")
 }
 

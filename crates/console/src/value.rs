@@ -26,6 +26,8 @@ pub enum Value<'a> {
     Angle(Angle),
     /// A word, or a few.
     Text(&'a str),
+    /// What people have called something: may be empty, or have any printable character.
+    Quoted(&'a str),
     /// Something that says itself in words.
     Words(&'a dyn Display),
     /// Words, one of which is expected.
@@ -95,6 +97,16 @@ impl Value<'_> {
             Value::Decimal(number, decimals) => decimal(out, number, decimals),
             Value::Label(label) => write!(out, "{quote}{label}{quote}"),
             Value::Angle(angle) => out.write_str(angle.text(DECIMALS).as_str()),
+            Value::Quoted(text) => {
+                out.write_char('"')?;
+                for character in text.chars() {
+                    if programs && matches!(character, '"' | '\\') {
+                        out.write_char('\\')?;
+                    }
+                    out.write_char(character)?;
+                }
+                out.write_char('"')
+            }
             Value::Text(text) => write!(out, "{quote}{}{quote}", Plain(&text)),
             Value::Words(words) => write!(out, "{quote}{}{quote}", Plain(words)),
             Value::OneOf(words) => {

@@ -316,6 +316,9 @@ impl Agenda {
     pub fn note_silence(&mut self, slot: &mut Slot, asked: &Asked, silent: bool, at: Micros) {
         let was_dead = slot.dead;
         slot.silent = if silent { slot.silent.saturating_add(1) } else { 0 };
+        if silent {
+            slot.doubt_identity();
+        }
         let gone = slot.measured().is_none_or(|read| at.since(read) >= GONE_AFTER);
         slot.dead = !self.faulty && gone && slot.silent >= DEAD_AFTER;
         if !slot.dead {

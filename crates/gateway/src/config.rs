@@ -10,8 +10,11 @@ pub use clino_codec::t7::Direction;
 
 use crate::maths::MOST_SAMPLES;
 
+mod name;
 mod span;
 
+pub use name::Name;
+pub(crate) use name::are_characters;
 pub use span::Span;
 
 /// 32 T7 on one bus (T7 guide section 1), 14 ISU on one line (AN #201 section 4), two PWM inputs.
@@ -176,9 +179,14 @@ impl Source {
         }
     }
 
-    /// Whether a kind is set and its address is not.
-    pub const fn is_faulty(&self) -> bool {
-        matches!(self, Source::Incomplete { kind: Kind::T7 | Kind::Isu | Kind::Pwm, .. })
+    /// Whether it cannot be read: a kind without an address; an axis of a T7 that cannot be asked whether it measures it,
+    /// because all answer to its address.
+    pub fn is_faulty(&self) -> bool {
+        match self {
+            Source::Incomplete { kind, .. } => *kind != Kind::Off,
+            Source::T7 { address, axis } => address.is_all() && *axis != SINGLE_AXIS,
+            Source::Off | Source::Isu { .. } | Source::Pwm { .. } => false,
+        }
     }
 
     /// The segment to ask on; a PWM input is not asked, it speaks.
@@ -264,6 +272,8 @@ pub struct SlotConfig {
     pub report_every: Span,
     /// Where the sensor says this, the slot says zero.
     pub soft_zero: Angle,
+    /// What people call it.
+    pub name: Name,
     /// An angle that is further from the last one than this allows is a jump, in 0.001°/s; zero allows any.
     pub max_rate: u32,
 }
@@ -321,6 +331,7 @@ impl SlotConfig {
         stale: Span::ZERO,
         report_every: Span::ZERO,
         soft_zero: Angle::ZERO,
+        name: Name::NONE,
         max_rate: 0,
     };
 
@@ -374,13 +385,15 @@ impl SlotConfig {
     }
 
     /// The segment to ask on, if this slot asks.
-    pub const fn bus(&self) -> Option<Bus> {
-        if self.enabled { self.source.bus() } else { None }
+    pub fn bus(&self) -> Option<Bus> {
+        if self.is_on() { self.source.bus() } else { None }
     }
 
     /// Whether the slot reads anything.
     pub fn is_on(&self) -> bool {
-        self.enabled && !matches!(self.source, Source::Off | Source::Incomplete { .. })
+        self.enabled
+            && !matches!(self.source, Source::Off | Source::Incomplete { .. })
+            && !self.source.is_faulty()
     }
 
     /// Time to the next reading, at most.

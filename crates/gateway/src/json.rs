@@ -1,7 +1,7 @@
 //! One JSON object per line, fixed keys, `null` where there is no number.
 //!
 //! ```text
-//! {"slot":0,"kind":"t7","bus":"t7","address":1,"status":"ok","angle_deg":12.345,"age_ms":3,"health":[]}
+//! {"slot":0,"kind":"t7","bus":"t7","address":1,"status":"ok","angle_deg":12.345,"age_ms":3,"health":[],"seq":152}
 //! {"stats":"t7","requests":152,"good":152,"no_answer":0,"bad_answer":0,"late":0}
 //! {"line":"t7","forced":0,"busy":0,"junk":0,"framing":0,"noise":0,"overrun":0}
 //! {"times":"t7","response_us":2083,"response_max_us":2083,"de_release_max_ns":1279,"de_high_max_us":261}
@@ -10,7 +10,8 @@
 //!
 //! `angle_deg` is in degrees with three decimals and is a number only while `status` is `ok`; `age_ms` is the
 //! time since the last good value of that slot was received, whatever the status is now; `health` holds the
-//! names of the signals that the slot gives, such as `noisy`. `fault` is the name of a
+//! names of the signals that the slot gives, such as `noisy`; `seq` counts the outcomes of the slot, good or bad, so that one
+//! that was missed shows. `fault` is the name of a
 //! [`BusFault`] while the bus is out of order.
 
 use core::fmt::{self, Write};
@@ -49,7 +50,7 @@ pub fn reading(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Resu
     for (place, name) in reading.health.names().enumerate() {
         write!(out, "{}\"{name}\"", if place == 0 { "" } else { "," })?;
     }
-    out.write_str("]}\n")
+    writeln!(out, "],\"seq\":{}}}", reading.sequence)
 }
 
 /// Which of a bus's statistics lines. Several short lines, so that a reading never waits for a long one.

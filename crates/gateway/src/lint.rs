@@ -164,7 +164,7 @@ impl fmt::Display for Finding {
             ),
             Finding::OneSample { slot } => write!(f, "slot {slot}: a filter over 1 sample does nothing"),
             Finding::Incomplete { slot, kind, address } => {
-                write!(f, "slot {slot}: no {} has address {address}, it is not read", kind.name())
+                write!(f, "slot {slot}: it is not read, kind {} at address {address}", kind.name())
             }
             Finding::Guard { bus, guard, character } => write!(
                 f,

@@ -33,7 +33,11 @@ pub(crate) trait Poll: Protocol {
     /// Whether a request with this command may change what the node's angle means.
     fn alters(command: u8) -> bool;
     /// The request that reads a slot. One that confirms differs from the first, if the protocol has two that say the same.
-    fn request(config: &SlotConfig, confirm: bool) -> Option<(Self::Address, Self::Request)>;
+    fn request(slot: &Slot) -> Option<(Self::Address, Self::Request)>;
+    /// What an answer says of the sensor itself, if it is about that and not about its value.
+    fn identity(_: &Self::Answer) -> Option<Identity> {
+        None
+    }
     fn sample(answer: &Self::Answer, config: &SlotConfig) -> Result<Sample, Status>;
     /// What a refused answer says about the slot.
     fn refused(error: &Self::DecodeError) -> Status;
@@ -41,6 +45,18 @@ pub(crate) trait Poll: Protocol {
     fn note(slot: &mut Slot, sample: &Sample, asked: &Asked, at: Micros) -> bool;
     /// Address and command in a request.
     fn named(frame: &[u8]) -> (u8, u8);
+}
+
+/// What an answer has said: a value, why there is none, or nothing about the value.
+pub(crate) type Said = Result<Option<Sample>, Status>;
+
+/// What a sensor says of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Identity {
+    /// It measures one axis only.
+    SingleAxis,
+    /// It measures all its axes.
+    MultiAxis,
 }
 
 pub(crate) struct Polling<P: Poll> {
@@ -149,14 +165,18 @@ impl<P: Poll> Polling<P> {
         answer: &P::Answer,
         at: Micros,
         slots: &mut [Slot],
-    ) -> Option<(Asked, Result<Sample, Status>)> {
+    ) -> Option<(Asked, Said)> {
         self.heard(master, at, slots);
         let asked = self.agenda.end()?;
         self.agenda.note_answer(asked.slot);
         let slot = slots.get_mut(asked.slot)?;
         slot.tried = 0;
         slot.relax();
-        Some((asked, P::sample(answer, &slot.config)))
+        let said = match P::identity(answer) {
+            Some(identity) => slot.identify(identity).map(|()| None),
+            None => P::sample(answer, &slot.config).map(Some),
+        };
+        Some((asked, said))
     }
 
     /// Takes what an answer at `at` has said; that it was said, if it is not to be used. Returns the slot whose value has
@@ -165,7 +185,7 @@ impl<P: Poll> Polling<P> {
         &mut self,
         master: &Master<P>,
         asked: &Asked,
-        result: Result<Sample, Status>,
+        said: Said,
         used: bool,
         at: Micros,
         slots: &mut [Slot],
@@ -173,11 +193,17 @@ impl<P: Poll> Polling<P> {
         let slot = slots.get_mut(asked.slot)?;
         let due = slot.due;
         let rest = master.timing().serial.characters(asked.rest_characters);
-        slot.note_answer(at.since(asked.released + rest), asked.purpose, result.is_ok());
+        slot.note_answer(at.since(asked.released + rest), asked.purpose, said.is_ok());
         self.agenda.note_silence(slot, asked, false, at);
         if !used {
             return None;
         }
+        // Its value is next.
+        let Some(result) = said.transpose() else {
+            slot.due = slot.due.min(at);
+            self.look_again();
+            return None;
+        };
         let fresh = result.as_ref().is_ok_and(|sample| P::note(slot, sample, asked, at));
         let changed = slot.settle(result, at, fresh, P::RESOLUTION);
         if slot.due != due || slot.is_to_confirm() {
@@ -277,7 +303,7 @@ fn failed<E: Refusal>(slot: &mut Slot, fault: &Fault<E>) -> bool {
 
 /// What the slot is asked next.
 fn request<P: Poll>(slot: &Slot) -> Option<(P::Address, P::Request)> {
-    P::request(&slot.config, slot.is_to_confirm())
+    P::request(slot)
 }
 
 /// When the master can ask for it.

@@ -6,13 +6,14 @@
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
 
-use crate::config::Filter;
+use crate::config::{Filter, SINGLE_AXIS};
 use crate::counters::{SlotCounters, bump16, bump32};
 use crate::gate::{Demands, Gate, Verdict};
 use crate::gateway::Detail;
 use crate::health::{Health, Link, Strikes};
 use crate::maths::{Motion, Window, oriented};
 use crate::phase::Phase;
+use crate::polling::Identity;
 use crate::trace::Purpose;
 use crate::{Reading, SlotConfig, Source, Status};
 
@@ -48,6 +49,8 @@ pub(crate) struct Slot {
     pub dead: bool,
     /// Least time to the next probe of a dead node, in milliseconds.
     pub pause_ms: u16,
+    /// The sensor is known to measure the slot's axis.
+    identified: bool,
     pub counters: SlotCounters,
     pub health: Health,
     pub strikes: Strikes,
@@ -117,6 +120,7 @@ impl Slot {
             raw: Angle::ZERO,
             temperature: NO_TEMPERATURE,
             serial: UNKNOWN,
+            identified: false,
             measured: NEVER,
             sequence: 0,
             window: Window::default(),
@@ -210,6 +214,25 @@ impl Slot {
     pub fn lose_track(&mut self) {
         self.gate.forget();
         self.phase = Phase::default();
+    }
+
+    /// Whether the sensor has to say what it is before its value is of use.
+    pub fn is_to_identify(&self) -> bool {
+        !self.identified && matches!(self.config.source, Source::T7 { axis, .. } if axis != SINGLE_AXIS)
+    }
+
+    /// The sensor has said what it is.
+    ///
+    /// # Errors
+    /// It does not measure the slot's axis.
+    pub fn identify(&mut self, identity: Identity) -> Result<(), Status> {
+        self.identified = identity == Identity::MultiAxis;
+        if self.identified { Ok(()) } else { Err(Status::ConfigFault) }
+    }
+
+    /// The sensor did not answer: another one may be in its place.
+    pub fn doubt_identity(&mut self) {
+        self.identified = false;
     }
 
     /// Something was wrong with what was heard: the next value is not believed at once.

@@ -188,7 +188,7 @@ impl Tally {
             Some(Bus::Isu) => parts.isu.fault.is_some(),
             None => false,
         };
-        let online = status.is_online() && !faulty;
+        let online = status.is_online() && !faulty && !source.is_faulty();
         let bit = 1_u64.wrapping_shl(index as u32);
         let summary = &mut self.summary;
         summary.enabled = summary.enabled.saturating_add(1);

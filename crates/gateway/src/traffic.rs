@@ -15,16 +15,15 @@ use clino_bus::{Event, Master, Micros, Outcome, Serial, Timing, earliest};
 use clino_commissioning::{Commissionable, Progress};
 
 use crate::Bus;
-use crate::Status;
 use crate::agenda::Asked;
 use crate::bits::Bits;
 use crate::counters::bump16;
 use crate::gateway::{Action, Asker};
 use crate::meaning::{Nodes, Settling, readers};
 use crate::outage::BusHealth;
-use crate::polling::{Poll, Polling};
+use crate::polling::{Poll, Polling, Said};
 use crate::settings::{BusChange, BusSettings};
-use crate::slot::{Sample, Slot};
+use crate::slot::Slot;
 use crate::task::{Claim, Lead, Led, News};
 use crate::trace::{Entry, Purpose, Verdict};
 
@@ -54,7 +53,7 @@ pub(crate) struct Ended {
 /// A reading that went well.
 struct Answered {
     asked: Asked,
-    result: Result<Sample, Status>,
+    said: Said,
     at: Micros,
     entry: Entry,
 }
@@ -278,17 +277,17 @@ impl<P: Serve> Traffic<P> {
     /// Takes what a reading that went well has said.
     #[inline(never)]
     fn take(&mut self, slots: &mut [Slot]) -> Option<Ended> {
-        let Answered { asked, result, at, entry } = self.answer.take()?;
+        let Answered { asked, said, at, entry } = self.answer.take()?;
         let node = slots.get(asked.slot).and_then(|slot| slot.config.source.node());
         let address = node.map_or(0, |(_, address)| address);
-        let serial = result.as_ref().ok().and_then(|sample| sample.serial);
+        let serial = said.as_ref().ok().and_then(|sample| sample.as_ref()?.serial);
         if let Some((slot, serial)) = slots.get_mut(asked.slot).zip(serial)
             && slot.is_replaced_by(serial)
         {
             self.meaning_changed(Nodes::at(P::BUS, address), Micros::ZERO, at, slots);
         }
         let used = !self.is_settling(address, asked.since);
-        Some(Ended { entry, slot: self.polling.take(&self.master, &asked, result, used, at, slots) })
+        Some(Ended { entry, slot: self.polling.take(&self.master, &asked, said, used, at, slots) })
     }
 
     /// Whoever's turn it is may begin an exchange.
@@ -381,8 +380,8 @@ impl<P: Serve> Traffic<P> {
                 None
             }
             (_, Ok(answer)) => {
-                let (asked, result) = self.polling.end(&self.master, answer, outcome.at, slots)?;
-                self.answer = Some(Answered { asked, result, at: outcome.at, entry });
+                let (asked, said) = self.polling.end(&self.master, answer, outcome.at, slots)?;
+                self.answer = Some(Answered { asked, said, at: outcome.at, entry });
                 return None;
             }
             (_, Err(fault)) => self.polling.fail(&self.master, fault, outcome.at, slots),

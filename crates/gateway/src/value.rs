@@ -121,6 +121,7 @@ impl Status {
                 | Status::OutOfRange
                 | Status::BadPeriod
                 | Status::Suspect
+                | Status::ConfigFault
         )
     }
 

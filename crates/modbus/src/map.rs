@@ -194,6 +194,7 @@ impl Entry {
                     | StartItem::Boots
                     | StartItem::Crashes
                     | StartItem::File
+                    | StartItem::Uid
             ),
             _ => false,
         }

@@ -333,6 +333,29 @@ fn port_and_console_have_all_their_settings() {
 }
 
 #[test]
+fn a_slot_has_a_name() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut bench = bench(&board, &snapshot);
+    let name = |slot: usize| board.config(slot).name.as_str().to_owned();
+    // "Boom left" in slot 1, zeros behind it.
+    let words = [0x426F, 0x6F6D, 0x206C, 0x6566, 0x7400, 0, 0, 0];
+    bench.write(0x1910, &words).unwrap();
+    assert_eq!(name(1), "Boom left");
+    assert_eq!(bench.read(0x1910, 8), Ok(words.to_vec()));
+    bench.write(0x1914, &[0x7269, 0x6768]).unwrap();
+    assert_eq!(name(1), "Boom righ", "a part, from its beginning on");
+    // A control character, one that is no ASCII, a quotation mark, one behind the end.
+    for wrong in [0x4107, 0x41E4, 0x4122, 0x0041] {
+        assert_eq!(bench.write(0x1910, &[wrong, 0]), Err(3), "{wrong:04X}");
+    }
+    assert_eq!(bench.write(0x1918, &[0x4141, 0x4141]), Err(3));
+    assert_eq!(name(1), "Boom righ");
+    // Zeros in front end it.
+    bench.write(0x1910, &[0; 8]).unwrap();
+    assert_eq!(name(1), "");
+}
+
+#[test]
 fn a_slot_is_zeroed_as_it_stands_or_not_at_all() {
     let (board, snapshot) = (Board::new(), Snapshot::new());
     let mut publisher = snapshot.publisher();

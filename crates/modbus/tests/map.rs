@@ -11,7 +11,9 @@ use clino_gateway::config::Kind;
 use clino_gateway::summary::Signals;
 use clino_gateway::{BusFault, Status};
 use clino_modbus::command::{Command, Outcome};
-use clino_modbus::map::{BLOCKS, Block, Entry, Form, Item};
+use clino_modbus::map::{
+    BLOCKS, Block, BusItem, CommandItem, DetailItem, Entry, Form, GatewayItem, Item, ReadingItem, StartItem,
+};
 use clino_modbus::{SLOTS, slot_bits};
 use clino_recovery::{Cause, Clock, Duty, Mode};
 
@@ -148,11 +150,63 @@ fn the_list_is_what_the_map_says() {
     let list = list();
     let mut names = BTreeSet::new();
     for line in list.lines().skip(1) {
-        let name = line.split(',').nth(2).expect("a name");
+        let name = line.split(',').nth(3).expect("a name");
         assert!(names.insert(name), "{name} twice");
     }
     settle("modbus.csv", &list);
 }
+
+/// A configuration of Telegraf's Modbus input: angles, ages and status of the first eight slots, the gateway as a whole.
+#[test]
+fn the_recipe_is_what_the_map_says() {
+    let list = list();
+    let wanted = |name: &str| {
+        let slot = name.rsplit('_').next().and_then(|number| number.parse::<u8>().ok());
+        let of_slot = ["angle_f32_", "age_", "status_"].iter().any(|begin| name.starts_with(begin));
+        let of_gateway = ["gateway_status", "slots_enabled", "slots_ok", "uptime"].contains(&name);
+        of_gateway || of_slot && slot.is_some_and(|slot| slot < 8) && !name.contains("cdab")
+    };
+    let mut recipe = String::from(TELEGRAF);
+    for line in list.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let (address, name, kind, registers) = (fields[0], fields[3], fields[4], fields[5]);
+        if !wanted(name) {
+            continue;
+        }
+        let address: u16 = address.parse().expect("a number");
+        let addresses = match registers {
+            "1" => format!("[{address}]"),
+            _ => format!("[{address}, {}]", address + 1),
+        };
+        let kind = kind.replace("uint", "UINT").replace("int", "INT").replace("float32", "FLOAT32-IEEE");
+        writeln!(
+            recipe,
+            "    {{ name = \"{name}\", byte_order = \"{}\", data_type = \"{kind}\", scale = 1.0, address = {addresses} }},",
+            fields[6]
+        )
+        .expect("a string");
+    }
+    recipe.push_str("  ]\n");
+    settle("telegraf.conf", &recipe);
+}
+
+/// The beginning of the recipe.
+const TELEGRAF: &str = "\
+# Telegraf reads a clino gateway over Modbus RTU: `telegraf --config docs/telegraf.conf --test`.
+# Made of the register map by `UPDATE=1 cargo test -p clino-modbus --test map`; all registers: docs/modbus.csv.
+# Angles are degrees, NaN while there is none; ages are milliseconds, 65535 for none; the codes of status_*: docs/modbus.md.
+[[inputs.modbus]]
+  name = \"clino\"
+  slave_id = 1
+  timeout = \"1s\"
+  controller = \"file:///dev/ttyUSB0\"
+  baud_rate = 19200
+  data_bits = 8
+  parity = \"E\"
+  stop_bits = 1
+  transmission_mode = \"RTU\"
+  holding_registers = [
+";
 
 #[test]
 fn the_description_is_what_the_map_says() {
@@ -177,7 +231,8 @@ fn the_description_is_what_the_map_says() {
 /// One line for each number of the map.
 fn list() -> String {
     let mut list = String::from(
-        "address_hex,register,name,type,registers,byte_order,access,unit,least,most,invalid,description\n",
+        "address,address_hex,register,name,type,registers,byte_order,access,scale,unit,least,most,invalid,values,\
+         description\n",
     );
     for block in BLOCKS {
         for instance in 0..block.count {
@@ -185,32 +240,26 @@ fn list() -> String {
                 for element in 0..u16::from(entry.count) {
                     let offset = instance * block.stride + element * entry.form.registers();
                     let address = block.base + entry.offset + offset;
-                    let mut name = String::new();
-                    match block.prefix {
-                        "slot" => write!(name, "slot{instance:02}_").expect("a string"),
-                        "" => {}
-                        prefix if block.count == 1 => write!(name, "{prefix}_").expect("a string"),
-                        prefix => write!(name, "{prefix}{instance}_").expect("a string"),
-                    }
-                    name.push_str(entry.prefix);
-                    name.push_str(entry.name);
-                    if entry.count > 1 {
-                        write!(name, "_{:02}", u16::from(entry.first) + element).expect("a string");
-                    }
+                    let name = name(block, instance, entry, element);
                     let (access, least, most) = match entry.limits {
+                        // It reads 0: what is commanded is not kept.
+                        Some((least, most)) if matches!(entry.item, Item::Command(_)) => {
+                            ("w", least.to_string(), most.to_string())
+                        }
                         Some((least, most)) => ("rw", least.to_string(), most.to_string()),
                         None => ("r", String::new(), String::new()),
                     };
+                    let (scale, unit) = scale(entry.unit);
                     let text = text(entry).replace('"', "'").replace('*', "");
                     writeln!(
                         list,
-                        "{address:04X},{},{name},{},{},{},{access},{},{least},{most},{},\"{text}\"",
+                        "{address},0x{address:04X},{},{name},{},{},{},{access},{scale},{unit},{least},{most},{},{},\"{text}\"",
                         address + 1,
                         type_name(entry.form),
                         entry.form.registers(),
                         byte_order(entry.form),
-                        entry.unit,
                         if entry.is_optional() { invalid(entry.form) } else { String::new() },
+                        values(entry),
                     )
                     .expect("a string");
                 }
@@ -218,6 +267,71 @@ fn list() -> String {
         }
     }
     list
+}
+
+/// The name of a number in the list.
+fn name(block: &Block, instance: u16, entry: &Entry, element: u16) -> String {
+    let of = match block.prefix {
+        "slot" => format!("slot{instance:02}_"),
+        "" => String::new(),
+        prefix if block.count == 1 => format!("{prefix}_"),
+        prefix => format!("{prefix}{instance}_"),
+    };
+    let number = match entry.count {
+        1 => String::new(),
+        _ => format!("_{:02}", u16::from(entry.first) + element),
+    };
+    format!("{of}{}{}{number}", entry.prefix, entry.name)
+}
+
+/// How much one of a number is, and in which unit.
+fn scale(unit: &str) -> (&str, &str) {
+    match unit {
+        "mdeg" => ("0.001", "deg"),
+        "mdeg/s" => ("0.001", "deg/s"),
+        "code" | "bits" | "" => ("1", ""),
+        unit => match unit.split_once(' ') {
+            Some((scale, unit)) => (scale, unit),
+            None if unit.parse::<f64>().is_ok() => (unit, ""),
+            None => ("1", unit),
+        },
+    }
+}
+
+/// The names of a number's codes, or of its bits by their values.
+fn values(entry: &Entry) -> String {
+    let codes = |rows: Vec<(u32, &str)>| {
+        rows.iter().map(|(code, name)| format!("{code}={name}")).collect::<Vec<_>>().join("|")
+    };
+    let bits = |rows: Vec<(u16, &str)>| {
+        rows.iter().map(|(value, name)| format!("0x{value:04X}={name}")).collect::<Vec<_>>().join("|")
+    };
+    match entry.item {
+        Item::Reading(ReadingItem::Status) | Item::Detail(DetailItem::LastError) => {
+            let mut rows = Status::ALL.map(|status| (status.code().into(), status.name()));
+            rows.sort_unstable();
+            codes(rows.into())
+        }
+        Item::Detail(DetailItem::Kind) => codes(Kind::ALL.map(|kind| (kind as u32, kind.name())).into()),
+        Item::Detail(DetailItem::Flags) => bits(slot_bits::ALL.map(|(bit, name, _)| (bit, name)).into()),
+        Item::Gateway(GatewayItem::Status) => bits(Signals::ALL.map(|(bit, name, _)| (bit.bits(), name)).into()),
+        Item::Bus(BusItem::Fault) => {
+            let faults = BusFault::ALL.map(|(fault, _)| (fault as u32, fault.name()));
+            codes([&[(0, "none")][..], &faults].concat())
+        }
+        Item::Start(StartItem::Cause | StartItem::CrashCause) => {
+            codes(Cause::ALL.map(|(cause, name, _)| (cause as u32, name)).into())
+        }
+        Item::Start(StartItem::Mode) => codes(Mode::ALL.map(|(mode, _)| (mode as u32, mode.name())).into()),
+        Item::Start(StartItem::Clock) => codes(Clock::ALL.map(|(clock, _)| (clock as u32, clock.name())).into()),
+        Item::Command(CommandItem::Command | CommandItem::Last) => {
+            codes(Command::ALL.map(|command| (command as u32, command.description().name)).into())
+        }
+        Item::Command(CommandItem::Outcome) => {
+            codes(Outcome::ALL.map(|(outcome, name, _)| (outcome as u32, name)).into())
+        }
+        _ => codes((0..).zip(entry.words.iter().copied()).collect()),
+    }
 }
 
 /// What a number is, in words, with the codes it has.

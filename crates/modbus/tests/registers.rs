@@ -10,13 +10,13 @@ use clino_bus::{DriverEnable, Micros};
 use clino_codec::angle::Angle;
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::t7::Axis;
-use clino_gateway::config::{Ask, Direction, Filter, Kind};
+use clino_gateway::config::{Ask, Direction, Filter, Kind, Name};
 use clino_gateway::{
     Bus, Capture, Gateway, Published, PwmInput, Settings, SlotConfig, Snapshot, Source, Span, Status,
 };
 use clino_modbus::Refusal;
 use clino_modbus::binding::{Binding, Site, Wish};
-use clino_recovery::{Cause, Clock, Crash, Duty, FaultStatus, Mode, Registers, Start};
+use clino_recovery::{Cause, Clock, Crash, Duty, FaultStatus, Mode, Registers, Start, Uid};
 use common::board::Board;
 use common::real::Real;
 use common::{Bench, SETTINGS};
@@ -36,18 +36,20 @@ struct Line<'a> {
 
 fn lines() -> impl Iterator<Item = Line<'static>> {
     LIST.lines().skip(1).map(|line| {
-        let fields: Vec<_> = line.splitn(12, ',').collect();
-        let address = u16::from_str_radix(fields[0], 16).expect("an address");
-        assert_eq!(fields[1].parse::<u32>().expect("a number"), u32::from(address) + 1);
+        let fields: Vec<_> = line.splitn(15, ',').collect();
+        let hex = fields[1].strip_prefix("0x").expect("hexadecimal");
+        let address = u16::from_str_radix(hex, 16).expect("an address");
+        assert_eq!(fields[0].parse(), Ok(address));
+        assert_eq!(fields[2].parse::<u32>().expect("a number"), u32::from(address) + 1);
         Line {
             address,
-            name: fields[2],
-            kind: fields[3],
-            registers: fields[4].parse().expect("a number"),
-            order: fields[5],
-            writable: fields[6] == "rw",
-            limits: fields[8].parse().ok().zip(fields[9].parse().ok()),
-            invalid: fields[10].strip_prefix("0x").map(|hex| u32::from_str_radix(hex, 16).expect("a number")),
+            name: fields[3],
+            kind: fields[4],
+            registers: fields[5].parse().expect("a number"),
+            order: fields[6],
+            writable: fields[7].contains('w'),
+            limits: fields[10].parse().ok().zip(fields[11].parse().ok()),
+            invalid: fields[12].strip_prefix("0x").map(|hex| u32::from_str_radix(hex, 16).expect("a number")),
         }
     })
 }
@@ -110,6 +112,7 @@ fn plant() -> Bench {
         .collect();
     let timed =
         |config| SlotConfig { timeout: Span::from_millis(7), retries: 3, ask: Ask::Everything, ..config };
+    table[1].name = Name::new("Boom 1").unwrap();
     table[3] = timed(SlotConfig::usual(Source::of(Kind::T7, 33, Axis::One)));
     table[4] = SlotConfig { filter: Filter::Median, samples: 5, ..table[4] };
     // Stale 40 ms after its last value.
@@ -146,6 +149,7 @@ fn started() -> Start {
         mode: Mode::Bare,
         clock: Clock::Fallback,
         crash: Some(Crash { boot: 70_003, uptime_ms: 70_004, ..crash }),
+        uid: Uid([0x1122_3344, 0x5566_7788, 0x99AA_BBCC]),
     }
 }
 
@@ -268,6 +272,9 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "crash_hfsr" => 0x4000_0000,
         "crash_address" => 0x2222_2222,
         _ if name.starts_with("crash_file_") => 0,
+        "uid_00" => 0x1122_3344,
+        "uid_01" => 0x5566_7788,
+        "uid_02" => 0x99AA_BBCC,
         "last_command" | "command_outcome" | "command_sequence" | "command_done" | "command_of"
         | "command_silenced" => 0,
         _ if name.starts_with("angle_f32") => return degrees(trailing(), host),
@@ -366,6 +373,22 @@ fn slot_number(slot: usize, name: &str, host: &Real) -> Option<u32> {
             }
         }
         "tolerance" => config.tolerance.into(),
+        // "Boom 1", in slot 1.
+        "name" => {
+            if slot == 1 {
+                0x426F_6F6D
+            } else {
+                0
+            }
+        }
+        "name_2" => {
+            if slot == 1 {
+                0x2031_0000
+            } else {
+                0
+            }
+        }
+        "name_3" | "name_4" => 0,
         other => panic!("{other}"),
     })
 }
@@ -534,6 +557,7 @@ fn every_other_address() {
         0x1000..0x1600,
         0x1800..0x1820,
         0x1840..0x1860,
+        0x1900..0x1C00,
         0x1F00..0x1F10,
     ];
     let mut named = vec![false; 0x1_0000];
@@ -562,6 +586,15 @@ fn limits() {
             let before: &[(u16, &[u16])] = match line.name.split_once('_') {
                 Some((slot, "stale")) if slot.starts_with("slot") => &[(1, &[0]), (4, &[0, 0])],
                 Some((slot, "set_address")) if slot.starts_with("slot") => &[(1, &[0])],
+                Some((slot, part @ ("name_2" | "name_3" | "name_4"))) if slot.starts_with("slot") => {
+                    let before = match part {
+                        "name_2" => 2,
+                        "name_3" => 4,
+                        _ => 6,
+                    };
+                    bench.write(line.address - before, &[0x4141; 6][..usize::from(before)]).expect("a name");
+                    &[]
+                }
                 _ => &[],
             };
             for (offset, words) in before {

@@ -88,6 +88,7 @@ impl Journal {
             mode: Mode::after(journal.fast_crashes),
             clock: if journal.crystal_stopped { Clock::Fallback } else { Clock::Crystal },
             crash: journal.crash,
+            ..Start::default()
         };
         (journal, start)
     }

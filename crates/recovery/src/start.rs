@@ -1,5 +1,7 @@
 //! The start as it is told.
 
+use core::fmt;
+
 use crate::cause::Cause;
 use crate::crash::Crash;
 
@@ -89,7 +91,19 @@ impl Clock {
     }
 }
 
-/// Why, how often and how the gateway has started.
+/// The number of the chip: 96 bits that no other one has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Uid(pub [u32; 3]);
+
+/// The highest word first, 24 hexadecimal digits.
+impl fmt::Display for Uid {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [low, middle, high] = self.0;
+        write!(out, "{high:08x}{middle:08x}{low:08x}")
+    }
+}
+
+/// Why, how often and how the gateway has started, and on which chip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Start {
     /// What ended the time before.
@@ -104,4 +118,6 @@ pub struct Start {
     pub clock: Clock,
     /// The last crash since power came.
     pub crash: Option<Crash>,
+    /// The chip that it has started on.
+    pub uid: Uid,
 }

@@ -19,7 +19,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7;
-use clino_gateway::config::{Ask, Direction, Filter};
+use clino_gateway::config::{Ask, Direction, Filter, Name};
 use clino_gateway::{MAX_SLOTS, Settings, SlotConfig, Source, Span};
 use clino_storage::{Loaded, Saved, Store};
 use cortex_m::peripheral::DWT;
@@ -130,6 +130,7 @@ fn numbered(n: u32) -> (Settings, clino_modbus::Settings) {
         stale: Span::from_micros(3_600_000_000),
         report_every: Span::from_micros(3_600_000_000),
         soft_zero: Angle::from_udeg(n as i32 - LEAST_ZERO),
+        name: Name::new("~~~~~~~~~~~~~~~~").unwrap(),
         max_rate: 36_000_000 - n,
     };
     let mut settings = Settings::new(&[slot; MAX_SLOTS], Timing::t7(Serial::T7_DEFAULT), Timing::isu());

@@ -15,7 +15,7 @@ use clino_gateway::summary::{Standing, Summary};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
-use clino_recovery::{Cause, Start};
+use clino_recovery::{Cause, Start, Uid};
 use embedded_io::{ErrorType, Write};
 
 /// What the far end reads.
@@ -219,7 +219,7 @@ impl Desk {
             modbus: Some(clino_modbus::Settings::DEFAULT),
             done: Vec::new(),
             broken_storage: false,
-            start: Start { cause: Cause::PowerOn, boots: 1, ..Start::default() },
+            start: Start { cause: Cause::PowerOn, boots: 1, uid: Uid([0, 1, 2]), ..Start::default() },
         };
         rest.publish();
         let port = Port::default();

@@ -4,6 +4,7 @@ mod ahead;
 mod altered;
 mod desk;
 mod echo;
+mod export;
 mod orders;
 mod people;
 mod programs;

@@ -24,7 +24,7 @@ fn a_program_may_speak_into_the_stream() {
 fn either_line_end_or_both_end_a_command() {
     let mut desk = Desk::new();
     for end in ["\r", "\n", "\r\n"] {
-        let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal"}"#;
+        let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","boots":1,"uid":"000000020000000100000000"}"#;
         assert_eq!(desk.type_in(&format!("version{end}")), format!("{version}\r\n"));
     }
 }
@@ -167,7 +167,7 @@ fn every_line_is_an_object_and_no_value_is_none() {
     for line in said.lines() {
         assert!(line.starts_with('{') && line.ends_with('}') && !line.contains("NaN"), "{line}");
     }
-    assert!(said.contains(r#""status":"never_read","angle_deg":null,"age_ms":null,"health":[]}"#), "{said}");
+    assert!(said.contains(r#""status":"never_read","angle_deg":null,"age_ms":null,"health":[],"seq":"#), "{said}");
 }
 
 #[test]
@@ -223,7 +223,7 @@ fn the_modbus_port_is_shown_and_set() {
 fn help_is_an_object_for_each_command() {
     let mut desk = Desk::new();
     let help = desk.type_in("help\r");
-    assert_eq!(help.lines().count(), 22);
+    assert_eq!(help.lines().count(), 23);
     assert!(help.lines().all(|line| line.starts_with("{\"command\":\"") && line.ends_with("\"}")), "{help}");
     let zero = desk.type_in("help zero\r");
     assert!(zero.starts_with(r#"{"command":"zero","usage":"SLOT","help":""#), "{zero}");

@@ -15,6 +15,7 @@ mod campaign;
 mod checks;
 mod dead;
 mod faulty_bus;
+mod identity;
 mod refresh;
 mod schedule;
 mod world;

@@ -30,8 +30,8 @@ impl Poll for Isu {
             .any(|&function| function as u8 == command)
     }
 
-    fn request(config: &SlotConfig, _: bool) -> Option<(Address, Request)> {
-        match config.source {
+    fn request(slot: &Slot) -> Option<(Address, Request)> {
+        match slot.config.source {
             Source::Isu { address } => Some((address, Request::READ_ANGLE)),
             _ => None,
         }

@@ -2,16 +2,22 @@
 //!
 //! An angle is confirmed by Get All Angles, whose answer has another command, another length and the angle in another
 //! place: neither a late answer nor the same damage can make the same value of it.
+//!
+//! A single-axis T7 measures axis 2 and says 0° for the others (T7 guide section 1). So a T7 that is to be read at another
+//! axis is asked what it is before its first value, and again when it has not answered for once.
 
 use clino_bus::{Micros, T7};
 use clino_codec::t7::{Address, Answer, DecodeError, Field, Opcode, Request, Response};
 
-use super::Poll;
+use super::{Identity, Poll};
 use crate::agenda::Asked;
 use crate::config::Ask;
 use crate::health::is_one_g;
 use crate::slot::{Sample, Slot};
 use crate::{Bus, SlotConfig, Source, Status};
+
+/// End of the product type of a single-axis device: `T7-1`, and `X4-1` in the guide's example (section 2.7.1).
+const SINGLE: [u8; 2] = *b"-1";
 
 impl Poll for T7 {
     const BUS: Bus = Bus::T7;
@@ -32,14 +38,24 @@ impl Poll for T7 {
         Opcode::new(command).is_some_and(|opcode| opcode.is_set() && opcode != Opcode::SetDamping)
     }
 
-    fn request(config: &SlotConfig, confirm: bool) -> Option<(Address, Request)> {
-        let Source::T7 { address, axis } = config.source else { return None };
-        let request = match (confirm, config.ask) {
+    fn request(slot: &Slot) -> Option<(Address, Request)> {
+        let Source::T7 { address, axis } = slot.config.source else { return None };
+        let request = match (slot.is_to_confirm(), slot.config.ask) {
+            _ if slot.is_to_identify() => Request::GetDeviceInformation,
             (true, _) => Request::GetAllAngles,
             (false, Ask::Angle) => Request::GetAngle(axis),
             (false, Ask::Everything) => Request::GetAllData,
         };
         Some((address, request))
+    }
+
+    fn identity(answer: &Answer) -> Option<Identity> {
+        let Response::GetDeviceInformation(information) = &answer.response else { return None };
+        // Padded with blanks, says the guide; zeros are no text, either.
+        let mut backwards = information.product.as_bytes().iter().rev().skip_while(|&&byte| matches!(byte, b' ' | 0));
+        let [last, before] = [backwards.next(), backwards.next()];
+        let is_single = before.zip(last).is_some_and(|(&before, &last)| [before, last] == SINGLE);
+        Some(if is_single { Identity::SingleAxis } else { Identity::MultiAxis })
     }
 
     fn sample(answer: &Answer, config: &SlotConfig) -> Result<Sample, Status> {

@@ -3,6 +3,7 @@
 //! A value is a whole number in the unit of its last decimal: a period of 33.333 ms is 33 333, a filter is the position of
 //! its word. A door that counts in coarser units (the Modbus map in whole milliseconds) says so with [`Given::scale`].
 
+use crate::config::are_characters;
 use crate::order::Refusal;
 
 /// Something that can be set of a `T`.
@@ -46,7 +47,12 @@ pub enum Form {
     },
     /// The number of a slot; -1 is none.
     Slot,
+    /// Four characters of a text, the first in the highest byte; zeros behind its end.
+    Characters,
 }
+
+/// Four tildes, the last printable character.
+const LAST_CHARACTERS: i64 = 0x7E7E_7E7E;
 
 /// The value for "no slot".
 pub const NO_SLOT: i64 = -1;
@@ -60,6 +66,7 @@ impl Form {
             Form::OneOf(numbers) => ends(numbers),
             Form::Number { least, most, .. } => (least, most),
             Form::Slot => (NO_SLOT, crate::config::MAX_SLOTS.saturating_sub(1) as i64),
+            Form::Characters => (0, LAST_CHARACTERS),
         }
     }
 
@@ -67,7 +74,7 @@ impl Form {
     pub const fn decimals(&self) -> u8 {
         match *self {
             Form::Number { decimals, .. } => decimals,
-            Form::Flag | Form::Choice(_) | Form::OneOf(_) | Form::Slot => 0,
+            Form::Flag | Form::Choice(_) | Form::OneOf(_) | Form::Slot | Form::Characters => 0,
         }
     }
 
@@ -76,6 +83,7 @@ impl Form {
         let (least, most) = self.limits();
         match self {
             Form::OneOf(numbers) => numbers.iter().any(|&number| i64::from(number) == value),
+            Form::Characters => u32::try_from(value).is_ok_and(are_characters),
             _ => (least..=most).contains(&value),
         }
     }
@@ -156,9 +164,9 @@ impl Given {
 /// What a change names: the value of the setting with this id; `None` if the change does not name it.
 pub type Named<'a> = &'a dyn Fn(u8) -> Option<Given>;
 
-/// The names of a table's settings.
+/// The names of a table's first settings.
 #[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects, reason = "runs in the compiler only")]
-pub(super) const fn names<T, const N: usize>(table: &[Setting<T>; N]) -> [&'static str; N] {
+pub(super) const fn names<T, const N: usize>(table: &[Setting<T>]) -> [&'static str; N] {
     let mut names = [""; N];
     let mut at = 0;
     while at < N {

@@ -40,6 +40,8 @@ pub mod id {
     pub const PARTNER: u8 = 18;
     pub const TOLERANCE: u8 = 19;
     pub const STALE_AUTO: u8 = 20;
+    /// Four characters each.
+    pub const NAME: [u8; 4] = [21, 22, 23, 24];
 }
 
 /// Longest period: twenty minutes.
@@ -73,8 +75,27 @@ const fn whole(least: i64, most: i64) -> Form {
     Form::Number { least, most, decimals: 0 }
 }
 
+/// Four characters of the name.
+const fn name(
+    part: usize,
+    name: &'static str,
+    get: fn(&SlotConfig) -> i64,
+    set: fn(&mut SlotConfig, i64),
+) -> Setting<SlotConfig> {
+    Setting {
+        id: id::NAME[part],
+        name,
+        unit: "",
+        form: Form::Characters,
+        get,
+        set,
+        with: &[],
+        text: "what people call the slot: 16 printable ASCII characters, four in each number",
+    }
+}
+
 /// The table, for those who read it while they are compiled.
-pub const TABLE: [Setting<SlotConfig>; 20] = [
+pub const TABLE: [Setting<SlotConfig>; 24] = [
     Setting {
         id: id::KIND,
         name: "kind",
@@ -275,13 +296,17 @@ pub const TABLE: [Setting<SlotConfig>; 20] = [
         with: &[],
         text: "PWM: difference to its partner, deg; T7 asked for everything: deviation from 1 g, g",
     },
+    name(0, "name", |c| c.name.part(0).into(), |c, v| c.name.set_part(0, v as u32)),
+    name(1, "name_2", |c| c.name.part(1).into(), |c, v| c.name.set_part(1, v as u32)),
+    name(2, "name_3", |c| c.name.part(2).into(), |c, v| c.name.set_part(2, v as u32)),
+    name(3, "name_4", |c| c.name.part(3).into(), |c, v| c.name.set_part(3, v as u32)),
 ];
 
 /// The table.
-pub static SETTINGS: [Setting<SlotConfig>; 20] = TABLE;
+pub static SETTINGS: [Setting<SlotConfig>; 24] = TABLE;
 
-/// The names of the table's settings, in its order.
-pub static NAMES: [&str; 20] = names(&TABLE);
+/// The names of the table's settings, in its order; a text stands for its parts.
+pub static NAMES: [&str; 21] = names(&TABLE);
 
 /// The setting with this number.
 pub fn setting(id: u8) -> Option<&'static Setting<SlotConfig>> {
@@ -378,6 +403,9 @@ fn check_address(config: &SlotConfig, named: Named<'_>) -> Result<(), Refusal> {
 pub fn check(config: &SlotConfig) -> Result<(), Refusal> {
     for setting in &SETTINGS {
         setting.check((setting.get)(config))?;
+    }
+    if !config.name.is_valid() {
+        return Err(Refusal::Excluded("name"));
     }
     if config.timeout > Span::ZERO {
         fits(config, id::TIMEOUT, config.timeout, span("latency", latency(config.source.kind())))?;

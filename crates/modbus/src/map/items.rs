@@ -222,6 +222,8 @@ pub enum StartItem {
     Address,
     /// Two characters of the name of a file.
     File,
+    /// A word of the chip's number.
+    Uid,
 }
 
 /// Of the command block.

@@ -149,6 +149,15 @@ pub const BLOCKS: &[Block] = &[
         text: "How the console is set.",
     },
     Block {
+        name: "slot names",
+        prefix: "slot",
+        base: 0x1900,
+        stride: 0x10,
+        count: COUNT,
+        entries: SLOT_NAMES,
+        text: "What people call a slot. To be written whole, or from its beginning on.",
+    },
+    Block {
         name: "command",
         prefix: "",
         base: 0x1F00,
@@ -402,6 +411,8 @@ const START: &[Entry] = &[
         "end of the name of the file of a panic, two ASCII characters in each, the first in the high byte; then 0",
     )
     .times(0, FILE),
+    start(40, Form::U32, T::Uid, "uid", "", "number of the chip, which no other has: its three words, the lowest first")
+        .times(0, 3),
 ];
 
 /// Registers for the name of a file.
@@ -433,6 +444,12 @@ const SLOT_SETTINGS: &[Entry] = &[
     setting(23, Form::U16, slot::id::TOLERANCE, 1).unit("0.001"),
     setting(24, Form::U16, slot::id::STALE_AUTO, 1),
 ];
+
+const fn name(offset: u16, part: usize) -> Entry {
+    setting(offset, Form::U32, slot::id::NAME[part], 1)
+}
+
+const SLOT_NAMES: &[Entry] = &[name(0, 0), name(2, 1), name(4, 2), name(6, 3)];
 
 /// Registers in thousandths of the setting's own unit: milliseconds of microseconds, millidegrees of micro-degrees.
 const MILLI: u16 = 1_000;

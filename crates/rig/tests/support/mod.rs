@@ -128,7 +128,9 @@ impl House {
         let t7 = |number: u8, model, motions: [(i64, i64); 3]| {
             let options = clino_sim::t7::Options { motion: motions.map(motion), ..Default::default() };
             let stored = clino_sim::t7::Settings { address: number, ..Default::default() };
-            let identity = Identity { model, serial: 1_000 + u32::from(number), ..Identity::default() };
+            let product = if model == Model::T73 { *b"T7-3  " } else { *b"T7-1  " };
+            let identity =
+                Identity { model, serial: 1_000 + u32::from(number), product, ..Identity::default() };
             Arc::new(Mutex::new(T7::new(identity, stored, options).unwrap()))
         };
         let [a, b, c, d] = moves.t7;

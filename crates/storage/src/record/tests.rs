@@ -6,7 +6,7 @@ use clino_bus::line::EchoMode;
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
-use clino_gateway::config::{Ask, Direction, Filter, Kind as SourceKind};
+use clino_gateway::config::{Ask, Direction, Filter, Kind as SourceKind, Name};
 use clino_gateway::order::Refusal;
 use clino_gateway::settings::Number;
 use clino_gateway::{PwmInput, Settings, Source, Span};
@@ -83,7 +83,7 @@ fn slots() -> impl Strategy<Value = SlotConfig> {
     let timeout = prop_oneof![Just(0_u32), 2_000_u32..=500_000];
     let numbers = (any::<u16>(), 0_u32..=1_200_000_000, timeout, 0_u32..=3_600_000_000);
     let more = (0_u32..=3_600_000_000, -360_000_000..=360_000_000, 0_u32..=36_000_000, any::<bool>());
-    (switches, numbers, more).prop_map(|(switches, numbers, more)| {
+    (switches, numbers, more, "[ !#-~]{0,16}").prop_map(|(switches, numbers, more, name)| {
         let (source, switches, retries, (filter, samples), partner, axis) = switches;
         let [enabled, everything, confirm, reversed, positive] = switches;
         let (tolerance, period, timeout, stale) = numbers;
@@ -110,6 +110,7 @@ fn slots() -> impl Strategy<Value = SlotConfig> {
             stale: Span::from_micros(stale),
             report_every: Span::from_micros(report),
             soft_zero: Angle::from_udeg(soft_zero),
+            name: Name::new(&name).unwrap(),
             max_rate,
         };
         match settings::slot::check(&config) {
@@ -321,6 +322,7 @@ fn longest_slot() -> SlotConfig {
         stale: Span::from_micros(3_599_999_999),
         report_every: Span::from_micros(3_600_000_000),
         soft_zero: Angle::from_udeg(-360_000_000),
+        name: Name::new("~~~~~~~~~~~~~~~~").unwrap(),
         max_rate: 36_000_000,
     }
 }

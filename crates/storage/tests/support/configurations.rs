@@ -3,7 +3,7 @@
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
-use clino_gateway::config::{Ask, Direction, Filter};
+use clino_gateway::config::{Ask, Direction, Filter, Name};
 use clino_gateway::{MAX_SLOTS, PwmInput, Settings, SlotConfig, Source, Span};
 
 /// What is stored, and what is compared.
@@ -65,6 +65,7 @@ pub fn longest(n: u32) -> Configuration {
         stale: Span::from_micros(3_600_000_000),
         report_every: Span::from_micros(3_600_000_000),
         soft_zero: Angle::from_udeg(-360_000_000 + n as i32),
+        name: Name::new("~~~~~~~~~~~~~~~~").unwrap(),
         max_rate: 36_000_000 - n,
     };
     all.settings.slots = [slot; MAX_SLOTS];

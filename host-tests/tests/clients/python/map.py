@@ -16,9 +16,9 @@ master, console = Master(sys.argv[1], sys.argv[3]), Console(sys.argv[2])
 slots, _ = truth(sys.argv[4:])
 # Where docs/modbus.md says that there is something.
 BLOCKS = [(0, 0xE0), (0x100, 0x700), (0x700, 0x790), (0x800, 0x8C0), (0x900, 0x9C0), (0x1000, 0x1600),
-          (0x1800, 0x1820), (0x1840, 0x1850), (0x1F00, 0x1F10)]
+          (0x1800, 0x1820), (0x1840, 0x1860), (0x1900, 0x1C00), (0x1F00, 0x1F10)]
 # What begins to count at reset, or has codes: the most it can be.
-MOST = {"status": 13, "kind": 3, "last_error": 13, "set_kind": 3, "last_command": 24, "command_outcome": 4}
+MOST = {"status": 14, "kind": 3, "last_error": 14, "set_kind": 3, "last_command": 24, "command_outcome": 4}
 
 
 def at_full_speed():
@@ -41,19 +41,24 @@ def row_is_true(row):
         assert row["invalid"], row
         return None
     assert not (isinstance(number, float) and math.isnan(number)), (row, "not the NaN of the list")
+    assert int(row["address"]) == address, row
     # The registers of a command are not kept.
     slot = re.match(r"slot(\d+)_", name)
-    kept = row["access"] == "rw" and not (name.startswith("command") or name == "arm_key")
-    if row["access"] == "rw" and not kept:
+    kept = row["access"] == "rw"
+    assert (row["access"] == "w") == (name.startswith("command") and row["least"] != "" or name == "arm_key"), row
+    if row["access"] == "w":
         assert number == 0, (row, number)
     # What a slot that reads nothing says of its settings is of no use to anybody.
     if kept and (not slot or int(slot[1]) in slots):
         assert int(row["least"]) <= number <= int(row["most"]), (row, number)
     plain = re.sub(r"^slot\d+_|_\d+$", "", name)
     assert number <= MOST.get(plain, number), (row, number)
-    if row["unit"] in ("mdeg", "deg", "0.01 deg") and name.find("angle") >= 0:
-        turn = {"mdeg": 360_000, "deg": 360, "0.01 deg": 36_000}[row["unit"]]
+    if row["unit"] == "deg" and name.find("angle") >= 0:
+        turn = 360 / float(row["scale"])
         assert -turn / 2 <= number < turn, (row, number)
+    if row["values"] and "0x" not in row["values"]:
+        codes = [int(code.split("=")[0]) for code in row["values"].split("|")]
+        assert number in codes + [0], (row, number)
     always = re.search(r"(?:always|:) 0x([0-9A-Fa-f]{8}|[0-9A-Fa-f]{4})\b", row["description"])
     if always or row["description"].startswith("always"):
         raw = words(row, number)

@@ -46,6 +46,12 @@ pub(super) trait Sensors {
     fn fate(&mut self, bus: Bus, node: u8, now: u64) -> Fate;
     /// True angle in 0.001°, -180000 to 179999.
     fn t7(&self, node: u8, now: u64) -> i32;
+    /// Product type of a T7.
+    fn product(&self, _: u8) -> [u8; 6] {
+        *b"T7-1  "
+    }
+    /// A request has gone out.
+    fn asked(&mut self, _: Bus, _: &[u8], _: u64) {}
     /// True angle as the module has measured it last.
     fn isu(&self, node: u8, now: u64) -> u16;
     fn chance(&mut self) -> &mut Chance;
@@ -81,6 +87,7 @@ impl Segment {
             Bus::T7 => frame[0],
             Bus::Isu => frame[1] >> 4,
         };
+        sensors.asked(self.bus, frame, out);
         let fate = sensors.fate(self.bus, node, out);
         let late = match fate {
             Fate::Silent => return,
@@ -88,7 +95,7 @@ impl Segment {
             _ => 0,
         };
         let mut answer = match self.bus {
-            Bus::T7 => t7_answer(frame, sensors.t7(node, out)),
+            Bus::T7 => t7_answer(frame, sensors.t7(node, out), sensors.product(node)),
             Bus::Isu => isu_answer(frame, sensors.isu(node, out)),
         };
         let length = answer.len() as u64;
@@ -113,10 +120,10 @@ impl Segment {
 }
 
 /// T7 guide sections 2.1.1, 2.1.4 and 2.3.
-fn t7_answer(request: &[u8], mdeg: i32) -> Vec<u8> {
+fn t7_answer(request: &[u8], mdeg: i32, product: [u8; 6]) -> Vec<u8> {
     let angle = mdeg.to_be_bytes();
     let mut answer = match *request {
-        [node, 1, 0x83] => [&[node, 0x06, 0x83][..], &angle].concat(),
+        [node, 1, 0x81..=0x83] => [&[node, 0x06, request[2]][..], &angle].concat(),
         [node, 1, 0x80] => [&[node, 0x10, 0x80][..], &[0; 8], &angle, &[0x08, 0xFC]].concat(),
         [node, 1, 0x87] => {
             let one_g = 102_300_i32.to_be_bytes();
@@ -128,7 +135,7 @@ fn t7_answer(request: &[u8], mdeg: i32) -> Vec<u8> {
         [node, 1, 0x8A] => std::vec![node, 0x04, 0x8A, 0x01, 0xF4],
         [node, 1, 0x8C] => std::vec![node, 0x03, 0x8C, 0],
         [node, 1, 0x8E] => {
-            [&[node, 0x14, 0x8E, 0, 0, 0, node][..], b"1.00", b"X4-1\0\0\0\0", &[0, 0]].concat()
+            [&[node, 0x14, 0x8E, 0, 0, 0, node][..], b"1.00  ", &product, &[0, 0]].concat()
         }
         _ => panic!("nobody asks this: {request:02X?}"),
     };

@@ -12,6 +12,7 @@ pub fn number(start: &Start, item: StartItem, index: usize) -> Option<u32> {
         StartItem::Clock => Some(start.clock as u32),
         StartItem::Boots => Some(start.boots),
         StartItem::Crashes => Some(start.crashes),
+        StartItem::Uid => start.uid.0.get(index).copied(),
         StartItem::File => Some(start.crash.map_or(0, |crash| characters(&crash, index))),
         _ => of_crash(start.crash.as_ref()?, item),
     }
