@@ -226,6 +226,10 @@ impl Bench {
     /// A character that ends no line: it is shown at most.
     fn push(&mut self, received: Received) {
         self.shell.input(received, &mut self.host);
+        if received.is_interrupt() {
+            // A bit of a `C` that turns makes Ctrl-C of it, which stops the tasks.
+            self.host.noted.clear();
+        }
     }
 
     fn line_end(&mut self, received: Received) -> Done {
