@@ -9,7 +9,7 @@
 //! | a dump with its offset and its ASCII column | what `xxd`, `hexdump -C`, `od -t x1`, `tcpdump -X`, Wireshark and `candump` print |
 //!
 //! Any case; blanks are all that Unicode has, byte order marks and zero-width spaces among them. What can be read in two
-//! ways is refused, with its place; so is what looks as if something was lost: half a byte, a bracket that nobody closes,
+//! ways is refused, with its place; so is what looks as if something was lost: half a byte, an open bracket,
 //! two commas.
 
 use std::fmt::Write as _;

@@ -12,6 +12,9 @@
 //! | 08 | sub-functions 0, 1, 2, 10 to 15, 18 |
 //! | 43 / 14 | identification, basic and regular |
 //!
+//! Nothing else is answered: not an answer, not an echo of our own at once (`own.rs`) or late (`repeat.rs`), not a write
+//! with zeros behind it (`request.rs`). Pauses below t3.5 within a request are a matter of [`settings`].
+//!
 //! Limits: frames of 256 bytes; one request at a time. The longest call is a reading request for 125 registers: each is
 //! looked for once, in a table of known size.
 //!

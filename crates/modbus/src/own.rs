@@ -15,7 +15,7 @@ use clino_codec::character::Character;
 
 use crate::settings::Settings;
 
-/// Until so many bits after our last stop bit a character is our own, coming back: no master can have sent a whole one.
+/// Bits after our last stop bit in which a character is still our own: no master can have sent a whole one.
 const ECHO_BITS: u32 = 5;
 
 /// Follows our answer on its way back.

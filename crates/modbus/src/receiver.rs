@@ -159,7 +159,7 @@ impl Receiver {
         !self.is_spoilt() && self.frame.bytes().len() >= MIN_FRAME && self.crc == crc::RESIDUE
     }
 
-    /// What was received, if that is so many bytes; with the zeros that were held back.
+    /// What was received, if that is `N` bytes; with the zeros that were held back.
     pub fn exactly<const N: usize>(&self) -> Option<[u8; N]> {
         let mut bytes = [0; N];
         bytes.iter_mut().zip(self.frame.bytes()).for_each(|(place, &byte)| *place = byte);
@@ -200,7 +200,7 @@ impl Receiver {
         Ended::Whole
     }
 
-    /// Leaves so many bytes of the frame, those that were held back included.
+    /// Cuts the frame to `length` bytes, those that were held back included.
     pub fn cut(&mut self, length: usize) {
         for _ in self.frame.bytes().len()..length.min(MAX_FRAME) {
             self.frame.byte(0);

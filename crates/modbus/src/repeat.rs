@@ -20,7 +20,7 @@
 //! sends the same function 06 twice within the window, as function 16 could, has to repeat the second one.
 //!
 //! Limits: [`PLACES`] answers within a window. On a line that is not known to be quiet, a request whose answer would have
-//! no place is refused as busy: if it went out, nobody would know it when it comes back.
+//! no place is refused as busy: an answer without a place is not known when it comes back.
 
 use clino_bus::Micros;
 
@@ -29,10 +29,10 @@ use crate::request::{self, Form, is_padded};
 /// From the end of an answer to the beginning of its echo: twice the half second of store-and-forward servers.
 pub const ECHO_WINDOW: Micros = Micros::from_millis(1_000);
 
-/// Answers that look like requests: so many a second, one in 31 ms, before the line is known to be quiet.
+/// Answers that look like requests: one in 31 ms, before the line is known to be quiet.
 const PLACES: usize = 32;
 
-/// On a quiet line, so many repeats in a row are the master's.
+/// Repeats in a row that are the master's on a quiet line.
 const IN_A_ROW: u8 = 8;
 
 /// The beginning of an answer that is kept: all of an answer to function 06 but its checksum.
@@ -70,10 +70,10 @@ struct Sent {
     length: u16,
     /// A repeat that is whole until then is an echo,
     until: Micros,
-    /// if less than so many have come.
+    /// if fewer than these have come.
     copies: u8,
     come: u8,
-    /// So many before it were answers to repeats that were taken for the master's.
+    /// Answers in a row, before it, to repeats that were taken for the master's.
     row: u8,
 }
 

@@ -58,7 +58,7 @@ const IDENTIFICATION_ANSWER: usize = 10;
 /// What a frame is, its checksum included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// A request of so many bytes; for a length that no request of its function has, it is that of the frame.
+    /// A request, and its length: that of the frame if no request of its function is that long.
     Request(usize),
     /// A request that changes something, with zeros behind it.
     Appended,
@@ -127,7 +127,7 @@ fn is_answer(frame: &[u8]) -> bool {
     is_padded(frame, length)
 }
 
-/// Whether nothing but zeros follows so many bytes, which are all there.
+/// Whether a frame has `length` bytes, and nothing but zeros behind them.
 pub fn is_padded(frame: &[u8], length: usize) -> bool {
     length > CHECKSUM && frame.get(length..).is_some_and(|rest| rest.iter().all(|&byte| byte == 0))
 }

@@ -6,13 +6,13 @@
 //!      │ ▲                                           ▲ │
 //!      │ └───────────────────────────────────────────┼─┘ the port has not said so in twice the frame's time
 //!      └──────────────────▶ Prepared ────────────────┘
-//!         a request to read:         t3.5 of silence; a character before that leads back to Listening
-//!         no more of it can come
+//!         a request to read:         t3.5 of silence; a character before that leads back to Listening, a zero does not
+//!         no more of it comes in t1.5
 //! ```
 //!
-//! Reading takes time, most of all when values change meanwhile, and changes nothing: so the answer is made as soon as
-//! nothing more can belong to the request (t1.5 and a character after its end), and goes out when t3.5 is over. Everything
-//! else is carried out only then.
+//! Reading takes time, most of all when values change meanwhile, and changes nothing: so the answer is made when nothing
+//! more of the request has come in t1.5 and a character after its end, and goes out when t3.5 is over. Everything else is
+//! carried out only then.
 
 use clino_bus::Micros;
 use clino_codec::character::Character;

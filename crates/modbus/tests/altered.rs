@@ -39,7 +39,7 @@ fn writes() -> Vec<Vec<u8>> {
     ]
 }
 
-/// Row 8 of the issue: a frame with the bit of an exception in its function is an answer, whoever sent it.
+/// Row 8 of the issue: a frame with the bit of an exception in its function is an answer.
 #[test]
 fn exceptions_are_not_answered() {
     let mut bench = Bench::new();

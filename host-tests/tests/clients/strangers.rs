@@ -3,7 +3,7 @@
 //!
 //! The programs in `strangers/` take where things are, so that they know nothing of us:
 //! `PORT ANGLES AGES FLOATS CDAB COUNTER SLOT SPARE`, register addresses of the first slot's angle, age and floats in both
-//! orders, of a counter, of the settings of an unused slot, and the address of a T7 that nobody reads. They print:
+//! orders, of a counter, of the settings of an unused slot, and the address of a T7 that no slot reads. They print:
 //!
 //! ```text
 //! angles MDEG…       ages MS…       floats DEG…       cdab DEG…      counter N

@@ -60,7 +60,7 @@ struct Line {
 }
 
 impl Line {
-    /// The line at `at`, behind so many bytes of a dump that begins at `base`.
+    /// The line at `at` of a dump that begins at offset `base`, `before` bytes of which are there.
     fn parse(line: &[char], at: usize, before: usize, base: Option<usize>) -> Result<Option<Line>, Bad> {
         let lead = line.iter().take_while(|&&character| is_blank(character)).count();
         let text = &line[lead..];

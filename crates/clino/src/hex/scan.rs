@@ -238,7 +238,7 @@ impl Scan<'_> {
         Ok(())
     }
 
-    /// Takes a text with escapes; its first quote is so many characters ahead.
+    /// Takes a text with escapes, whose first quote is `ahead` characters ahead.
     fn literal(&mut self, ahead: usize, is_marked: bool) -> Result<bool, Bad> {
         let quote = self.at + ahead;
         let (bytes, length) = literal::parse(self.text, quote, is_marked)?;

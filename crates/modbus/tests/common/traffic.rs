@@ -62,7 +62,7 @@ pub fn is_for_us(frame: &[Heard], pauses: Pauses) -> bool {
     };
     match (behind(request), answer.and_then(behind)) {
         (Some(zeros), _) => zeros == 0 || !writes,
-        // The answer to a request: ours that has come back, or somebody else's.
+        // The answer to a request: ours that has come back, or another server's.
         (None, Some(_)) => false,
         // Shorter or longer than it says: exception 3.
         (None, None) => true,
