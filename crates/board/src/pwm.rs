@@ -12,8 +12,8 @@ use rsemu::core::error::Error;
 use rsemu::core::space::{AddressSpace, MemAttrs};
 use rsemu::core::value::Width;
 use rsemu::core::wire::{Level, WireSource};
-use rsemu::machine::{BindCtx, Instance};
 use rsemu::machine::validate::{ClassSchema, PortDir, PropSchema};
+use rsemu::machine::{BindCtx, Instance};
 use std::sync::{Arc, Mutex, OnceLock};
 
 /// Class name in the board text.

@@ -49,8 +49,13 @@ pub trait Site {
     /// [`Refusal::Failed`] where it cannot be done, [`Refusal::Busy`] while something else is.
     fn ask(&self, wish: Wish) -> Result<(), Refusal>;
 
-    /// Whether the configuration in force is not the one that is stored.
+    /// Whether the configuration in force is not the one that the next start has.
     fn is_unsaved(&self) -> bool;
+
+    /// Whether something is stored that was not taken over at this start, and that a save replaces for good.
+    fn has_unread(&self) -> bool {
+        false
+    }
 }
 
 /// What takes longer than a Modbus master waits.
@@ -312,7 +317,10 @@ impl<S: Site> Host for Desk<'_, S> {
             }
             Write::Bus { bus, change } => self.order(Order::Bus { bus: bus.into(), change }),
             Write::Port(_) => Ok(()),
-            Write::Command { command, target, value } => {
+            Write::Command { command: Command::Save, armed: false, .. } if self.site.has_unread() => {
+                Err(Refusal::Value)
+            }
+            Write::Command { command, target, value, armed: _ } => {
                 if self.progress.outcome == Outcome::Running && command != Command::Cancel {
                     return Err(Refusal::Busy);
                 }

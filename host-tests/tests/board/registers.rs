@@ -179,7 +179,8 @@ fn wrong(run: &mut Run) -> Vec<String> {
     let registers = [&PINS[..], &SERIAL, &TIMERS, &CHIP].concat();
     let wrong = registers.into_iter().filter_map(|(name, address, mask, expected)| {
         let value = run.board().peek32(address).unwrap_or_else(|| panic!("{name} is there"));
-        (value & mask != expected).then(|| format!("{name} {:#010x}, expected {expected:#010x}", value & mask))
+        (value & mask != expected)
+            .then(|| format!("{name} {:#010x}, expected {expected:#010x}", value & mask))
     });
     wrong.collect()
 }

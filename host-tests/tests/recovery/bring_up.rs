@@ -103,7 +103,8 @@ fn lasts(at: u64, lsi_hz: u32, more: &str) -> Option<u64> {
             break reset?;
         }
     };
-    let planted = run.incidents().into_iter().find(|incident| matches!(incident.event, Event::Planted { .. }));
+    let planted =
+        run.incidents().into_iter().find(|incident| matches!(incident.event, Event::Planted { .. }));
     let planted = planted.unwrap_or_else(|| panic!("{at} ns: it was to hang")).at;
     assert_eq!(reset.event, Event::Reset(ResetCause::Watchdog), "{at} ns");
     Some(reset.at - planted)

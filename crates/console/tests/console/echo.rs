@@ -105,7 +105,9 @@ const TYPED: [&str; 10] = [
 ];
 
 fn is_statistics(line: &str) -> bool {
-    ["stats", "line", "times", "bus_fault", "summary"].iter().any(|topic| line.starts_with(&format!("{{\"{topic}\"")))
+    ["stats", "line", "times", "bus_fault", "summary"]
+        .iter()
+        .any(|topic| line.starts_with(&format!("{{\"{topic}\"")))
 }
 
 #[test]

@@ -139,8 +139,11 @@ fn a_tolerance_of_zero_tolerates_nothing() {
 /// A filter over one reading is none.
 #[test]
 fn a_filter_of_one_is_none() {
-    let table = [Filter::Off, Filter::Mean, Filter::Median]
-        .map(|filter| SlotConfig { filter, samples: 1, ..t7_slot(1, Span::from_millis(20)) });
+    let table = [Filter::Off, Filter::Mean, Filter::Median].map(|filter| SlotConfig {
+        filter,
+        samples: 1,
+        ..t7_slot(1, Span::from_millis(20))
+    });
     let mut world = world(&table, (1, Fate::Well));
     world.run(SECOND, |sensors, reading, now| {
         if let Some(angle) = reading.angle(Micros(now)) {
