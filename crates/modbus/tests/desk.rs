@@ -21,7 +21,7 @@ fn slot(desk: &impl Host, slot: u8, change: impl FnOnce(&mut config::SlotConfig)
 }
 
 fn command(command: Command, target: u16, value: i32) -> Write {
-    Write::Command { command, target, value }
+    Write::Command { command, target, value, armed: false }
 }
 
 #[test]
@@ -326,5 +326,17 @@ fn counters_are_cleared_and_wishes_passed_on() {
     assert_eq!(desk.write(&command(Command::FactoryReset, 0, 0)), Err(Refusal::Busy));
     desk.done(true);
     assert_eq!(desk.gateway().progress.outcome, Outcome::Done);
+    assert_eq!(*board.wishes.borrow(), [Wish::Save]);
+}
+
+#[test]
+fn a_save_that_replaces_what_was_not_read_wants_the_key() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut desk = Desk::new(&board, &snapshot);
+    board.unread.set(true);
+    let save = |armed| Write::Command { command: Command::Save, target: 0, value: 0, armed };
+    assert_eq!(desk.write(&save(false)), Err(Refusal::Value));
+    assert_eq!((desk.gateway().progress.command, board.wishes.borrow().len()), (None, 0));
+    assert_eq!(desk.write(&save(true)), Ok(()));
     assert_eq!(*board.wishes.borrow(), [Wish::Save]);
 }
