@@ -90,7 +90,7 @@ pub fn save(job: &mut Job<'_, '_>) -> Outcome {
 }
 
 /// Stores everything that is set.
-pub fn store(host: &mut dyn Host, reply: &mut Reply<'_>) -> Result<(), Error> {
+pub fn store(host: &mut dyn Host, reply: &mut Reply<'_>) -> Result<(), Error<'static>> {
     let saved = host.save().map_err(Error::Storage)?;
     let stored = match saved {
         Saved::Written => "written",
