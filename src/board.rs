@@ -138,8 +138,9 @@ impl Board {
         let Some(keeper) = singleton!(: Keeper = Keeper::new(peripherals.FLASH)) else {
             panic!("the board is brought up once");
         };
-        if start.mode != Mode::Bare {
-            keeper.load(&mut modbus_settings);
+        match start.mode {
+            Mode::Bare => keeper.leave(),
+            Mode::Normal | Mode::Safe => keeper.load(&mut modbus_settings),
         }
         let core_hz = rcc.clocks.hclk().raw();
 

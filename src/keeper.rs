@@ -1,4 +1,5 @@
-//! The stored configuration: taken over at the start, stored when somebody asks for it.
+//! The stored configuration: taken over at the start, stored on request; and whether what is in force is what the next start
+//! has.
 //!
 //! For the people level only. Storing stalls the core, interrupts included, for 16 µs a word, and for 250 to 500 ms when a
 //! sector has to be erased (`flash.rs`): what is on the buses then is lost, and asked for again.
@@ -21,37 +22,68 @@ use crate::{bus, clock, modbus, params, watchdog};
 /// 2400 bit/s, lasts 1.17 s.
 const LONGEST_WAIT: Micros = Micros::from_millis(1_300);
 
-/// What was in force when it was stored last: fingerprint of the gateway's settings, and the Modbus port.
-static STORED: Mutex<Cell<(u32, clino_modbus::Settings)>> = Mutex::new(Cell::new((0, params::MODBUS)));
+/// By what a configuration is known: fingerprint of the gateway's settings, and the Modbus port.
+type Known = (u32, clino_modbus::Settings);
 
-/// Whether the configuration in force is not the one that is stored, or would be delivered.
+/// What is known of the flash.
+#[derive(Clone, Copy)]
+struct Kept {
+    /// What the next start has; `None` if that is not known.
+    next: Option<Known>,
+    /// There is something that was not taken over at this start, and that a save replaces for good.
+    unread: bool,
+}
+
+static KEPT: Mutex<Cell<Kept>> = Mutex::new(Cell::new(Kept { next: None, unread: false }));
+
+/// Whether the configuration in force is not what the next start has, or may not be.
 pub fn is_unsaved() -> bool {
-    in_force() != critical_section::with(|cs| STORED.borrow(cs).get())
+    kept().next != Some(in_force())
 }
 
-fn in_force() -> (u32, clino_modbus::Settings) {
+/// Whether a save replaces something that was not taken over at this start: in bare mode, which reads nothing, or because
+/// another firmware has stored it.
+pub fn has_unread() -> bool {
+    kept().unread
+}
+
+fn kept() -> Kept {
+    critical_section::with(|cs| KEPT.borrow(cs).get())
+}
+
+fn note(next: Option<Known>, unread: bool) {
+    critical_section::with(|cs| KEPT.borrow(cs).set(Kept { next, unread }));
+}
+
+fn in_force() -> Known {
     (bus::with(|gateway| gateway.fingerprint()).unwrap_or(0), modbus::settings())
-}
-
-fn note_stored(stored: (u32, clino_modbus::Settings)) {
-    critical_section::with(|cs| STORED.borrow(cs).set(stored));
 }
 
 /// Who stores.
 pub struct Keeper {
     store: Store<ConfigurationFlash>,
+    /// The configuration as delivered.
+    delivered: Known,
 }
 
 impl Keeper {
-    /// Nothing is read yet.
+    /// Nothing is read yet, and the configuration in force is the delivered one.
     pub fn new(flash: pac::FLASH) -> Keeper {
-        Keeper { store: Store::new(ConfigurationFlash::new(flash)) }
+        let delivered = (bus::with(|gateway| gateway.fingerprint()).unwrap_or(0), params::MODBUS);
+        Keeper { store: Store::new(ConfigurationFlash::new(flash)), delivered }
+    }
+
+    /// Takes over nothing, and reads nothing that could do harm.
+    pub fn leave(&mut self) {
+        let is_blank = self.store.is_blank();
+        note(is_blank.then_some(self.delivered), !is_blank);
     }
 
     /// Takes over what is stored; what cannot be taken stays as it is. Before the gateway begins.
     #[inline(never)]
     pub fn load(&mut self, modbus: &mut clino_modbus::Settings) {
-        match bus::with(|gateway| self.store.load(gateway, modbus)).unwrap_or(Err(LoadError::Library)) {
+        let loaded = bus::with(|gateway| self.store.load(gateway, modbus)).unwrap_or(Err(LoadError::Library));
+        match loaded {
             Ok(Loaded::Stored { version }) => log!(info, "configuration of version {=u8}", version),
             Ok(Loaded::Factory | Loaded::Nothing) => log!(info, "configuration as delivered"),
             Err(LoadError::Rejected(_)) => {
@@ -59,15 +91,19 @@ impl Keeper {
             }
             Err(LoadError::Flash(_) | LoadError::Library) => log!(error, "the configuration cannot be read"),
         }
+        // What is not taken now is not taken next time either.
         let fingerprint = bus::with(|gateway| gateway.fingerprint()).unwrap_or(0);
-        note_stored((fingerprint, *modbus));
+        note(Some((fingerprint, *modbus)), matches!(loaded, Err(LoadError::Rejected(_))));
     }
 
     /// Stores what is in force.
     pub fn save(&mut self) -> Result<Saved, StorageError> {
-        let stored = in_force();
-        let saved = silently(|gateway| self.store.save(gateway, &stored.1))?.map_err(told)?;
-        note_stored(stored);
+        let (saved, stored) = silently(|gateway| {
+            let modbus = modbus::settings();
+            (self.store.save(gateway, &modbus), (gateway.fingerprint(), modbus))
+        })?;
+        let saved = saved.map_err(told)?;
+        note(Some(stored), false);
         Ok(match saved {
             clino_storage::Saved::Unchanged => Saved::Unchanged,
             clino_storage::Saved::Written => Saved::Written,
@@ -76,7 +112,10 @@ impl Keeper {
 
     /// Forgets what is stored, from the next start on.
     pub fn factory_reset(&mut self) -> Result<(), StorageError> {
-        silently(|_| self.store.factory_reset())?.map(|_| ()).map_err(told)
+        let forgotten = silently(|_| self.store.factory_reset())?;
+        // After a failure the old settings may be there, or nothing.
+        note(forgotten.is_ok().then_some(self.delivered), false);
+        forgotten.map(|_| ()).map_err(told)
     }
 }
 

@@ -184,4 +184,8 @@ impl Site for Board {
     fn is_unsaved(&self) -> bool {
         keeper::is_unsaved()
     }
+
+    fn has_unread(&self) -> bool {
+        keeper::has_unread()
+    }
 }

@@ -119,6 +119,10 @@ impl Host for Gateway {
         start::start()
     }
 
+    fn has_unread(&self) -> bool {
+        keeper::has_unread()
+    }
+
     fn save(&mut self) -> Result<Saved, StorageError> {
         self.keeper.save()
     }

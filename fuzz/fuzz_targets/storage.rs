@@ -1,5 +1,6 @@
 //! Whatever is in the flash, and in the memory that survives a reset: a start comes up, and what is saved then is found
-//! again. Where words have changed that should be free, a save fails and says so; the next one goes behind them.
+//! again. Where words have changed that should be free, a save goes behind them; where there are too many it fails and says
+//! so, and the next one goes on.
 //!
 //! Input: the words of the journal and how it is told from a spoilt one, then what happens to the flash, step by step; all
 //! of it read by `arbitrary`'s rules for plain numbers.

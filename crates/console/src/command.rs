@@ -90,7 +90,12 @@ static COMMANDS: [Command; 23] = [
     command(Verb::Export, "export", "", "the commands that make this configuration"),
     command(Verb::Load, "load", "", "load and polls of each bus, and what is not wise"),
     command(Verb::Modbus, "modbus", "[SETTING VALUE ...]", "show or set the Modbus port"),
-    command(Verb::Save, "save", "", "keep all settings over a reset"),
+    command(
+        Verb::Save,
+        "save",
+        "[--yes]",
+        "keep all settings over a reset; asks if that replaces settings that were not read at this start",
+    ),
     command(
         Verb::FactoryReset,
         "factory-reset",

@@ -67,6 +67,11 @@ pub trait Host {
     /// Why, how often and how the gateway has started.
     fn start(&self) -> Start;
 
+    /// Whether something is stored that was not taken over at this start, and that a save replaces for good.
+    fn has_unread(&self) -> bool {
+        false
+    }
+
     /// Stores everything that is set, so that it is so again after the next start.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::host::Host;
 use crate::meter::BUSES;
 use crate::reply::{Audience, Reply};
+use crate::system;
 
 /// What a command leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +34,8 @@ pub enum Next {
 pub enum Pending {
     /// A task that writes to the memory of a sensor on this bus. It wears, and the sensor keeps it.
     Task(Bus, Order, Consequence),
+    /// All settings are kept, in place of some that were not taken over at this start.
+    Save,
     /// The settings that were saved are forgotten.
     FactoryReset,
     /// The gateway starts again. Settings that were not saved are lost.
@@ -45,6 +48,9 @@ impl Pending {
     pub fn ask(&self, out: &mut dyn Write) {
         match self {
             Pending::Task(_, order, consequence) => consequences::tell(order, *consequence, out),
+            Pending::Save => {
+                _ = out.write_str("this replaces saved settings that were not read at this start");
+            }
             Pending::FactoryReset => _ = out.write_str("this forgets what is saved"),
             Pending::Reboot => _ = out.write_str("what is not saved is lost"),
         }
@@ -55,7 +61,7 @@ impl Pending {
     pub const fn consequence(&self) -> Consequence {
         match self {
             Pending::Task(_, _, consequence) => *consequence,
-            Pending::FactoryReset | Pending::Reboot => Consequence::NONE,
+            Pending::Save | Pending::FactoryReset | Pending::Reboot => Consequence::NONE,
         }
     }
 
@@ -66,6 +72,10 @@ impl Pending {
             Pending::Task(bus, order, _) => match host.order(order) {
                 Ok(()) => return Next::Task(bus),
                 Err(refusal) => Err(Error::Refused(refusal)),
+            },
+            Pending::Save => match system::store(host, reply) {
+                Ok(()) => return Next::Stay,
+                Err(error) => Err(error),
             },
             Pending::FactoryReset => host.factory_reset().map_err(Error::Storage),
             // A sensor whose memory is being written must not be left half way.

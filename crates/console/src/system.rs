@@ -7,6 +7,7 @@ use clino_recovery::{Crash, Duty, Mode};
 use crate::error::Error;
 use crate::host::{Host, Saved};
 use crate::job::{Job, Outcome};
+use crate::pending::{Next, Pending};
 use crate::reply::Reply;
 use crate::settings::{label, value};
 use crate::value::Value;
@@ -85,14 +86,24 @@ fn write_crash(reply: &mut Reply<'_>, crash: &Crash) {
     reply.line("crash", names, &values);
 }
 
-/// `save`
+/// `save`; asks first if it replaces what nobody has seen.
 pub fn save(job: &mut Job<'_, '_>) -> Outcome {
-    job.end()?;
-    match job.host.save() {
-        Ok(Saved::Written) => job.reply.line("saved", "stored", &["written".into()]),
-        Ok(Saved::Unchanged) => job.reply.line("saved", "stored", &["unchanged".into()]),
-        Err(error) => return Err(job.refuse(&Error::Storage(error))),
+    if job.host.has_unread() {
+        return job.confirmed(Pending::Save);
     }
+    job.end()?;
+    *job.next = Next::CarryOut(Pending::Save);
+    Ok(())
+}
+
+/// Stores everything that is set.
+pub fn store(host: &mut dyn Host, reply: &mut Reply<'_>) -> Result<(), Error<'static>> {
+    let saved = host.save().map_err(Error::Storage)?;
+    let stored = match saved {
+        Saved::Written => "written",
+        Saved::Unchanged => "unchanged",
+    };
+    reply.line("saved", "stored", &[stored.into()]);
     Ok(())
 }
 

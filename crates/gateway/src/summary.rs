@@ -57,7 +57,11 @@ impl Signals {
             "driver_forced",
             "a line driver had to be switched off by force since reset, or since the counters were cleared",
         ),
-        (Signals::UNSAVED, "unsaved", "the configuration in force is not the one that is stored"),
+        (
+            Signals::UNSAVED,
+            "unsaved",
+            "the configuration in force is not the one that the next start has, or that is not known (bare mode)",
+        ),
         (Signals::COMMAND, "command", "a command is under way"),
         (Signals::SAFE_MODE, "safe_mode", "safe mode: no bus is served; see *start_mode*"),
         (

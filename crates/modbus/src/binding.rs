@@ -50,8 +50,13 @@ pub trait Site {
     /// [`Refusal::Failed`] where it cannot be done, [`Refusal::Busy`] while something else is.
     fn ask(&self, wish: Wish) -> Result<(), Refusal>;
 
-    /// Whether the configuration in force is not the one that is stored.
+    /// Whether the configuration in force is not the one that the next start has.
     fn is_unsaved(&self) -> bool;
+
+    /// Whether something is stored that was not taken over at this start, and that a save replaces for good.
+    fn has_unread(&self) -> bool {
+        false
+    }
 }
 
 /// What takes longer than a Modbus master waits.
@@ -267,7 +272,10 @@ impl<S: Site> Host for Binding<'_, S> {
                 gateway.carry_out(Order::Console(settings), Asker::Modbus)
             }),
             Write::Port(_) => Ok(()),
-            Write::Command { command, target, value } => {
+            Write::Command { command: Command::Save, armed: false, .. } if self.site.has_unread() => {
+                Err(Refusal::Value)
+            }
+            Write::Command { command, target, value, armed: _ } => {
                 let command = *command;
                 if self.progress.outcome == Outcome::Running && command != Command::Cancel {
                     return Err(Refusal::Busy);

@@ -77,7 +77,7 @@ impl Command {
         Command::ALL.iter().copied().find(|&command| command as u16 == code)
     }
 
-    /// Whether it is only done with the [`ARM_KEY`].
+    /// Whether it is never done without the [`ARM_KEY`].
     pub const fn takes_key(self) -> bool {
         matches!(self, Command::FactoryReset) || self as u16 >= Command::SensorZero as u16
     }
@@ -85,7 +85,13 @@ impl Command {
     /// For the documentation.
     pub const fn description(self) -> Description {
         let (name, target, value, text) = match self {
-            Command::Save => ("save", "-", "-", "store the configuration in force in the gateway"),
+            Command::Save => (
+                "save",
+                "-",
+                "-",
+                "store the configuration in force in the gateway. If that replaces settings that were not read at this start \
+                     (bare mode, or stored by another firmware), only with the key",
+            ),
             Command::FactoryReset => {
                 ("factory_reset", "-", "-", "forget what is stored: as delivered, from the next start on")
             }

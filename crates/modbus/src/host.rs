@@ -84,6 +84,8 @@ pub enum Write {
         target: u16,
         /// With this value.
         value: i32,
+        /// The arm key was there.
+        armed: bool,
     },
 }
 

@@ -136,8 +136,8 @@ impl Draft {
             Draft::Command(Order { command, target, value, key }) => {
                 let command = command.ok_or(Exception::IllegalDataAddress)?;
                 match key {
-                    ARM_KEY => Ok(Write::Command { command, target, value }),
-                    0 if !command.takes_key() => Ok(Write::Command { command, target, value }),
+                    ARM_KEY => Ok(Write::Command { command, target, value, armed: true }),
+                    0 if !command.takes_key() => Ok(Write::Command { command, target, value, armed: false }),
                     _ => Err(Exception::IllegalDataValue),
                 }
             }

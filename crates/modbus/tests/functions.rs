@@ -197,7 +197,7 @@ fn the_host_has_the_last_word() {
 #[test]
 fn commands() {
     let mut bench = Bench::new();
-    let command = |command, target, value| Write::Command { command, target, value };
+    let command = |command, target, value| Write::Command { command, target, value, armed: false };
     // Without a key: one register is enough.
     assert_eq!(bench.write_one(0x1F00, 1), Ok(()));
     assert_eq!(bench.host.writes.pop(), Some(command(Command::Save, 0, 0)));
@@ -211,7 +211,8 @@ fn commands() {
         assert_eq!(bench.write(0x1F00, &[code, 1, 0, 0]), Err(3));
         assert!(bench.host.writes.is_empty());
         assert_eq!(bench.write(0x1F00, &[code, 1, 0xFFFF, 0xFFFE, 0x4E56]), Ok(()));
-        let Some(Write::Command { command, target: 1, value: -2 }) = bench.host.writes.pop() else {
+        let Some(Write::Command { command, target: 1, value: -2, armed: true }) = bench.host.writes.pop()
+        else {
             panic!("no command");
         };
         assert_eq!(command as u16, code);

@@ -89,6 +89,16 @@ impl<F: NorFlash> Pages<F> {
         Ok(mark == MARK)
     }
 
+    /// Whether nothing is in use: nothing was ever stored. Looks at the marks alone.
+    pub fn is_blank(&mut self) -> Result<bool, FlashError<F::Error>> {
+        for sector in (0..SECTORS).map(|sector| sector.saturating_mul(SECTOR)) {
+            if self.is_marked(sector)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
     fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), FlashError<F::Error>> {
         let place = Place::of(address, bytes.len())?;
         if self.is_marked(place.sector)? {

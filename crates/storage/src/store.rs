@@ -13,6 +13,9 @@ use crate::wait;
 /// The library remembers where the newest item is. Without that it would look for it again for every item of a sector that
 /// is to be erased: a tenth of a second, for the longest.
 type WhereItIs = Cache<Uncached, Uncached, ArrayKeyPointers<(), 1>, ()>;
+/// At how many places a record is tried. Each attempt costs its words again: 8 ms for the longest.
+const PLACES: u8 = 8;
+
 /// One item, therefore no key.
 type Map<F> = MapStorage<(), Pages<F>, WhereItIs>;
 type LibraryError<E> = sequential_storage::Error<FlashError<E>>;
@@ -102,7 +105,8 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Stores this configuration, unless it is stored already. Stalls the core for up to half a second when a sector is
-    /// full. What cannot be loaded and is in the way is given up.
+    /// full. What cannot be loaded and is in the way is given up. Words that are not free where they should be are left
+    /// behind, at up to eight places.
     ///
     /// # Errors
     /// [`SaveError`]; the last configuration is still there then, if it could be loaded.
@@ -125,6 +129,11 @@ impl<F: NorFlash> Store<F> {
             self.clear()?;
             self.put(Content::Factory)
         })
+    }
+
+    /// Whether nothing was ever stored. Nothing of a record is read, so that no record can do harm.
+    pub fn is_blank(&mut self) -> bool {
+        self.map.flash().is_blank().unwrap_or(false)
     }
 
     /// Records written since start.
@@ -175,8 +184,19 @@ impl<F: NorFlash> Store<F> {
         Ok(Saved::Written)
     }
 
-    /// Writes a record behind what is there.
+    /// Writes a record behind what is there, and behind words that have changed where nothing should be.
     fn append(&mut self, content: Content<'_>) -> Result<(), Failure<F::Error>> {
+        for _ in 1..PLACES {
+            match self.append_once(content) {
+                // What was written so far is skipped by the next attempt.
+                Err(Failure::Flash(FlashError::Verify { .. })) => {}
+                result => return result,
+            }
+        }
+        self.append_once(content)
+    }
+
+    fn append_once(&mut self, content: Content<'_>) -> Result<(), Failure<F::Error>> {
         wait::now(self.map.store_item(&mut self.buffer, &(), &content))
             .unwrap_or(Err(LibraryError::LogicBug {}))
             .map_err(Failure::from)

@@ -4,6 +4,7 @@
 mod bring_up;
 mod clocks;
 mod crashes;
+mod kept;
 mod power;
 mod safe_mode;
 

@@ -56,6 +56,8 @@ pub struct Rest {
     /// What was stored, forgotten or started again, in that order.
     pub done: Vec<&'static str>,
     pub broken_storage: bool,
+    /// Something is stored that was not read at this start.
+    pub unread: bool,
     pub start: Start,
 }
 
@@ -143,6 +145,10 @@ impl Host for Rest {
         self.start
     }
 
+    fn has_unread(&self) -> bool {
+        self.unread
+    }
+
     fn save(&mut self) -> Result<Saved, StorageError> {
         if self.broken_storage {
             return Err(StorageError::Failed);
@@ -219,6 +225,7 @@ impl Desk {
             modbus: Some(clino_modbus::Settings::DEFAULT),
             done: Vec::new(),
             broken_storage: false,
+            unread: false,
             start: Start { cause: Cause::PowerOn, boots: 1, uid: Uid([0, 1, 2]), ..Start::default() },
         };
         rest.publish();

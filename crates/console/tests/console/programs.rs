@@ -200,6 +200,22 @@ fn the_storage_is_asked_and_its_errors_are_told() {
 }
 
 #[test]
+fn a_save_that_replaces_what_was_not_read_wants_to_be_confirmed() {
+    let mut desk = Desk::new();
+    desk.rest.unread = true;
+    assert!(desk.type_in("save\r").contains(r#""kind":"unconfirmed""#));
+    assert!(desk.rest.done.is_empty());
+    assert_eq!(desk.type_in("save --yes\r"), "{\"what\":\"saved\",\"stored\":\"written\"}\r\n");
+    assert_eq!(desk.rest.done, ["save"]);
+    let mut desk = Desk::with_person();
+    desk.rest.unread = true;
+    let asked = desk.type_in("save\r");
+    assert!(asked.ends_with("saved settings that were not read at this start. Go on? y/N "), "{asked:?}");
+    desk.type_in("n\r");
+    assert!(desk.rest.done.is_empty());
+}
+
+#[test]
 fn the_modbus_port_is_shown_and_set() {
     let mut desk = Desk::new();
     let shown = |desk: &mut Desk| desk.type_in("modbus\r");

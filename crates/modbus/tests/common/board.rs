@@ -18,6 +18,8 @@ pub struct Board {
     pub now: Cell<Micros>,
     pub wishes: RefCell<Vec<Wish>>,
     pub start: Cell<Start>,
+    /// Something is stored that was not read at this start.
+    pub unread: Cell<bool>,
 }
 
 impl Site for &Board {
@@ -51,6 +53,10 @@ impl Site for &Board {
     fn is_unsaved(&self) -> bool {
         true
     }
+
+    fn has_unread(&self) -> bool {
+        self.unread.get()
+    }
 }
 
 impl Board {
@@ -70,6 +76,7 @@ impl Board {
             now: Cell::new(Micros(1_000_000)),
             wishes: RefCell::default(),
             start: Cell::default(),
+            unread: Cell::new(false),
         }
     }
 
