@@ -47,7 +47,7 @@ pub fn export(job: &mut Job<'_, '_>) -> Outcome {
 fn whole<T>(reply: &mut Reply<'_>, target: &'static str, table: &'static [Setting<T>], of: &T) {
     let mut lines = Lines::of(target.into(), reply);
     for setting in table {
-        lines.set(setting.name, Typed(&setting.form, value(setting, of)), (setting.get)(of) < 0);
+        lines.set(setting.name, Typed(value(setting, of)), (setting.get)(of) < 0);
     }
     lines.end();
 }
@@ -82,7 +82,7 @@ fn slot(reply: &mut Reply<'_>, number: u8, config: &SlotConfig) {
         SETTINGS.iter().filter(|setting| is_told(setting, config) && differs(setting, config, &usual))
     {
         let number = (setting.get)(config);
-        let typed = Typed(&setting.form, value(setting, config));
+        let typed = Typed(value(setting, config));
         if setting.id == id::FILTER && number > 0 {
             lines.set(setting.name, format_args!("{typed} {}", config.samples), false);
         } else {
@@ -109,11 +109,11 @@ fn is_told(setting: &Setting<SlotConfig>, config: &SlotConfig) -> bool {
 }
 
 /// A value as it is typed.
-struct Typed<'a>(&'a Form, Value<'a>);
+struct Typed<'a>(Value<'a>);
 
 impl Display for Typed<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.1 {
+        match self.0 {
             Value::Flag(on) => out.write_str(if on { "on" } else { "off" }),
             value => write!(out, "{value}"),
         }

@@ -25,7 +25,7 @@ fn slot(slot: u8, id: u8, value: i64) -> Write {
 }
 
 fn command(command: Command, target: u16, value: i32) -> Write {
-    Write::Command { command, target, value }
+    Write::Command { command, target, value, armed: false }
 }
 
 /// A register.

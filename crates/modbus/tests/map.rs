@@ -314,7 +314,9 @@ fn values(entry: &Entry) -> String {
         }
         Item::Detail(DetailItem::Kind) => codes(Kind::ALL.map(|kind| (kind as u32, kind.name())).into()),
         Item::Detail(DetailItem::Flags) => bits(slot_bits::ALL.map(|(bit, name, _)| (bit, name)).into()),
-        Item::Gateway(GatewayItem::Status) => bits(Signals::ALL.map(|(bit, name, _)| (bit.bits(), name)).into()),
+        Item::Gateway(GatewayItem::Status) => {
+            bits(Signals::ALL.map(|(bit, name, _)| (bit.bits(), name)).into())
+        }
         Item::Bus(BusItem::Fault) => {
             let faults = BusFault::ALL.map(|(fault, _)| (fault as u32, fault.name()));
             codes([&[(0, "none")][..], &faults].concat())
@@ -323,7 +325,9 @@ fn values(entry: &Entry) -> String {
             codes(Cause::ALL.map(|(cause, name, _)| (cause as u32, name)).into())
         }
         Item::Start(StartItem::Mode) => codes(Mode::ALL.map(|(mode, _)| (mode as u32, mode.name())).into()),
-        Item::Start(StartItem::Clock) => codes(Clock::ALL.map(|(clock, _)| (clock as u32, clock.name())).into()),
+        Item::Start(StartItem::Clock) => {
+            codes(Clock::ALL.map(|(clock, _)| (clock as u32, clock.name())).into())
+        }
         Item::Command(CommandItem::Command | CommandItem::Last) => {
             codes(Command::ALL.map(|command| (command as u32, command.description().name)).into())
         }

@@ -40,4 +40,4 @@ pub use crash::{Crash, FaultStatus, PLACE, Registers};
 pub use duty::{Duties, Duty, TICK_MS};
 pub use journal::Journal;
 pub use memory::{Uptime, WORDS};
-pub use start::{Uid, Clock, FAST_MS, Mode, SAFE_MODE_MS, Start};
+pub use start::{Clock, FAST_MS, Mode, SAFE_MODE_MS, Start, Uid};

@@ -323,7 +323,8 @@ fn a_single_axis_t7_is_found_out() {
     }
     // Slot 0 while its axis was 1, from the write on.
     let during = ran.slot(0).filter(|spoken| (700 * MS..900 * MS).contains(&spoken.began));
-    let during: Vec<_> = during.map(|spoken| (spoken.reading.status.as_str(), spoken.reading.angle_deg)).collect();
+    let during: Vec<_> =
+        during.map(|spoken| (spoken.reading.status.as_str(), spoken.reading.angle_deg)).collect();
     assert!(during.iter().any(|(status, _)| *status == "config_fault"), "{during:?}");
     assert!(!during.iter().any(|(_, angle)| *angle == Some(0.0)), "{during:?}");
     let status = exchanges(&ran.bus_log)[3].registers().expect("the status of eight slots");
@@ -336,7 +337,9 @@ fn a_single_axis_t7_is_found_out() {
 #[test]
 fn an_export_makes_the_same_gateway() {
     let exported = |ran: &Ran| -> Vec<String> {
-        let line = |line: &&str| serde_json::from_str::<serde_json::Value>(line).expect("an object")["export"].clone();
+        let line = |line: &&str| {
+            serde_json::from_str::<serde_json::Value>(line).expect("an object")["export"].clone()
+        };
         let lines = said(ran, r#"{"export":"#);
         lines.iter().map(line).map(|line| line.as_str().expect("text").to_owned()).collect()
     };

@@ -167,7 +167,10 @@ fn every_line_is_an_object_and_no_value_is_none() {
     for line in said.lines() {
         assert!(line.starts_with('{') && line.ends_with('}') && !line.contains("NaN"), "{line}");
     }
-    assert!(said.contains(r#""status":"never_read","angle_deg":null,"age_ms":null,"health":[],"seq":"#), "{said}");
+    assert!(
+        said.contains(r#""status":"never_read","angle_deg":null,"age_ms":null,"health":[],"seq":"#),
+        "{said}"
+    );
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What the next start tells, and what is refused in times like these.
 
 use clino_gateway::Restraint;
-use clino_recovery::{Clock, Crash, Duty, FaultStatus, Mode, Registers, Start};
+use clino_recovery::{Clock, Crash, Duty, FaultStatus, Mode, Registers, Start, Uid};
 
 use crate::desk::Desk;
 
@@ -22,6 +22,7 @@ fn crash(crash: Crash) -> String {
         crashes: 3,
         mode: Mode::Safe,
         clock: Clock::Fallback,
+        uid: Uid([0, 1, 2]),
         crash: Some(Crash { boot: 12, uptime_ms: 4_567, ..crash }),
     };
     let said = desk.type_in("reset-cause\r");

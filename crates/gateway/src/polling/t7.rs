@@ -52,7 +52,8 @@ impl Poll for T7 {
     fn identity(answer: &Answer) -> Option<Identity> {
         let Response::GetDeviceInformation(information) = &answer.response else { return None };
         // Padded with blanks, says the guide; zeros are no text, either.
-        let mut backwards = information.product.as_bytes().iter().rev().skip_while(|&&byte| matches!(byte, b' ' | 0));
+        let mut backwards =
+            information.product.as_bytes().iter().rev().skip_while(|&&byte| matches!(byte, b' ' | 0));
         let [last, before] = [backwards.next(), backwards.next()];
         let is_single = before.zip(last).is_some_and(|(&before, &last)| [before, last] == SINGLE);
         Some(if is_single { Identity::SingleAxis } else { Identity::MultiAxis })

@@ -20,12 +20,17 @@ fn usual(kind: Kind, address: u8) -> SlotConfig {
 
 /// Names these settings, exactly.
 fn changed(now: &SlotConfig, named: &[(u8, i64)]) -> Result<SlotConfig, Refusal> {
-    slot::changed(now, &|id| named.iter().find(|(named, _)| *named == id).map(|&(_, value)| Given::exactly(value)))
+    slot::changed(now, &|id| {
+        named.iter().find(|(named, _)| *named == id).map(|&(_, value)| Given::exactly(value))
+    })
 }
 
 fn sound<T>(table: &[Setting<T>], of: &T) {
     let ids: BTreeSet<u8> = table.iter().map(|setting| setting.id).collect();
-    assert!(ids.len() == table.len() && !ids.contains(&0) && ids.last() <= Some(&64), "ids are distinct, and have a bit");
+    assert!(
+        ids.len() == table.len() && !ids.contains(&0) && ids.last() <= Some(&64),
+        "ids are distinct, and have a bit"
+    );
     let names: BTreeSet<&str> = table.iter().map(|setting| setting.name).collect();
     assert_eq!(names.len(), table.len());
     for setting in table {
@@ -87,7 +92,15 @@ fn ids_never_change() {
         assert!(ids("slot").contains(&pair), "{pair:?}");
     }
     assert_eq!(ids("bus"), [(1, "baud"), (2, "guard"), (3, "pre"), (4, "post"), (5, "echo")]);
-    let port = [(1, "address"), (2, "baud"), (3, "parity"), (4, "stop_bits"), (5, "echo"), (6, "pauses"), (7, "locked")];
+    let port = [
+        (1, "address"),
+        (2, "baud"),
+        (3, "parity"),
+        (4, "stop_bits"),
+        (5, "echo"),
+        (6, "pauses"),
+        (7, "locked"),
+    ];
     assert_eq!(ids("port"), port);
     assert_eq!(ids("console"), [(1, "idle")]);
 }
@@ -106,7 +119,13 @@ fn each_setting_is_a_field_of_its_own() {
                 (setting.set)(&mut config, value);
                 assert_eq!((setting.get)(&config), value, "{}", setting.name);
                 for other in slot::SETTINGS.iter().filter(|other| other.id != setting.id) {
-                    assert_eq!((other.get)(&config), (other.get)(&before), "{} moves {}", setting.name, other.name);
+                    assert_eq!(
+                        (other.get)(&config),
+                        (other.get)(&before),
+                        "{} moves {}",
+                        setting.name,
+                        other.name
+                    );
                 }
             }
         }
@@ -115,12 +134,15 @@ fn each_setting_is_a_field_of_its_own() {
 
 #[test]
 fn the_usual_is_allowed_and_a_change_of_nothing_is_none() {
-    for (kind, address) in [(Kind::Off, 0), (Kind::T7, 5), (Kind::Isu, 3), (Kind::Pwm, 1), (Kind::T7, 0), (Kind::Pwm, 9)] {
+    for (kind, address) in
+        [(Kind::Off, 0), (Kind::T7, 5), (Kind::Isu, 3), (Kind::Pwm, 1), (Kind::T7, 0), (Kind::Pwm, 9)]
+    {
         let config = usual(kind, address);
         assert_eq!(slot::check(&config), Ok(()), "{kind:?}");
         assert_eq!(changed(&config, &[]), Ok(config));
         // All of it, as it is.
-        let all: Vec<(u8, i64)> = slot::SETTINGS.iter().map(|setting| (setting.id, (setting.get)(&config))).collect();
+        let all: Vec<(u8, i64)> =
+            slot::SETTINGS.iter().map(|setting| (setting.id, (setting.get)(&config))).collect();
         assert_eq!(changed(&config, &all), Ok(config), "{kind:?} {address}");
     }
 }
@@ -142,7 +164,11 @@ fn a_stale_limit_follows() {
     ] {
         let named = [(id::PERIOD, period_ms * 1_000), (id::TIMEOUT, timeout_ms * 1_000)];
         let config = changed(&usual(kind, 1), &named).expect("a slot");
-        assert_eq!(i64::from(config.stale_after().as_micros()), expected_us, "{kind:?} {period_ms} {timeout_ms}");
+        assert_eq!(
+            i64::from(config.stale_after().as_micros()),
+            expected_us,
+            "{kind:?} {period_ms} {timeout_ms}"
+        );
         assert_eq!(config.stale, Span::ZERO);
     }
 }
@@ -151,12 +177,16 @@ fn a_stale_limit_follows() {
 fn what_does_not_fit_is_refused_with_both_numbers() {
     let t7 = usual(Kind::T7, 5);
     let set = changed(&t7, &[(id::STALE, 100_000)]).expect("a limit");
-    let Err(Refusal::Shorter { number, least }) = changed(&set, &[(id::PERIOD, 100_001)]) else { panic!("it fits") };
+    let Err(Refusal::Shorter { number, least }) = changed(&set, &[(id::PERIOD, 100_001)]) else {
+        panic!("it fits")
+    };
     assert_eq!((number.name, number.value, least.name, least.value), ("stale", 100_000, "period", 100_001));
     assert!(changed(&set, &[(id::PERIOD, 100_000)]).is_ok());
     assert!(changed(&set, &[(id::PERIOD, 200_000), (id::STALE, 200_000)]).is_ok());
     assert!(changed(&set, &[(id::PERIOD, 200_000), (id::STALE_AUTO, 1)]).is_ok());
-    let Err(Refusal::Shorter { number, least }) = changed(&t7, &[(id::TIMEOUT, 1_999)]) else { panic!("it fits") };
+    let Err(Refusal::Shorter { number, least }) = changed(&t7, &[(id::TIMEOUT, 1_999)]) else {
+        panic!("it fits")
+    };
     assert_eq!((number.name, number.value, least.value), ("timeout", 1_999, 2_000));
     assert!(changed(&usual(Kind::Isu, 5), &[(id::TIMEOUT, 1_000)]).is_ok());
     assert!(changed(&usual(Kind::Pwm, 1), &[(id::STALE, 33_332)]).is_err());
@@ -167,7 +197,12 @@ fn what_does_not_fit_is_refused_with_both_numbers() {
 
 #[test]
 fn another_kind_brings_its_usual_settings_for_what_is_not_named() {
-    let t7 = SlotConfig { filter: Filter::Mean, samples: 4, name: Name::new("Boom").unwrap(), ..usual(Kind::T7, 5) };
+    let t7 = SlotConfig {
+        filter: Filter::Mean,
+        samples: 4,
+        name: Name::new("Boom").unwrap(),
+        ..usual(Kind::T7, 5)
+    };
     assert_eq!(changed(&t7, &[(id::KIND, 2)]), Ok(usual(Kind::Isu, 5)));
     let kept = changed(&t7, &[(id::KIND, 2), (id::ADDRESS, 3), (id::PERIOD, 20_000), (id::RETRIES, 1)]);
     assert_eq!(kept, Ok(SlotConfig { period: Span::from_millis(20), ..usual(Kind::Isu, 3) }));
@@ -226,7 +261,9 @@ fn a_coarse_value_that_is_there_is_left_as_it_is() {
 
 #[test]
 fn names_are_printable() {
-    for (text, valid) in [("", true), ("Boom left", true), ("0123456789abcdef", true), ("0123456789abcdefg", false)] {
+    for (text, valid) in
+        [("", true), ("Boom left", true), ("0123456789abcdef", true), ("0123456789abcdefg", false)]
+    {
         assert_eq!(Name::new(text).is_some(), valid, "{text}");
     }
     for text in ["a\tb", "\u{e4}", "say \"x\"", "a\0b"] {

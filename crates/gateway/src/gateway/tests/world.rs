@@ -134,9 +134,7 @@ fn t7_answer(request: &[u8], mdeg: i32, product: [u8; 6]) -> Vec<u8> {
         [node, 1, 0x88] => std::vec![node, 0x05, 0x88, 0, 0, 0],
         [node, 1, 0x8A] => std::vec![node, 0x04, 0x8A, 0x01, 0xF4],
         [node, 1, 0x8C] => std::vec![node, 0x03, 0x8C, 0],
-        [node, 1, 0x8E] => {
-            [&[node, 0x14, 0x8E, 0, 0, 0, node][..], b"1.00  ", &product, &[0, 0]].concat()
-        }
+        [node, 1, 0x8E] => [&[node, 0x14, 0x8E, 0, 0, 0, node][..], b"1.00  ", &product, &[0, 0]].concat(),
         _ => panic!("nobody asks this: {request:02X?}"),
     };
     answer.push(answer.iter().fold(0, |sum: u8, byte| sum.wrapping_sub(*byte)));
