@@ -237,7 +237,7 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "firmware_patch" => 3,
         "uptime" => (now.0 / 1_000_000) as u32,
         // Both buses dead, unsaved, safe mode, internal clock, slots without a value.
-        "gateway_status" => 0x0001 | 0x0002 | 0x0008 | 0x0020 | 0x0040 | 0x0400,
+        "gateway_status" => 0x0001 | 0x0002 | 0x0008 | 0x0020 | 0x0040 | 0x0100 | 0x0400,
         "sequence" => 2,
         "test_number" => 305_419_896,
         "test_angle" => 123.456_f32.to_bits(),

@@ -92,7 +92,7 @@ fn what_is_wrong_is_said_with_its_limit() {
             concat!(
                 r#"{"error":{"kind":"bad_argument","value":"speed","expected":"kind, address, axis, enabled, "#,
                 r#"ask, period, timeout, retries, stale, stale_auto, report, confirm, filter, samples, zero, "#,
-                r#"direction, range, rate, partner or tolerance"}}"#
+                r#"direction, range, rate, partner, tolerance or name"}}"#
             ),
         ),
         (
@@ -279,7 +279,8 @@ fn the_stream_begins_with_a_summary_and_tells_its_changes() {
     };
     let first = desk.stream();
     let expected = r#"{"summary":["t7_bus_dead","isu_bus_dead","slot_fault"],"enabled":2,"online":0,"ok":0}"#;
-    assert_eq!(first.lines().next(), Some(expected));
+    assert!(first.starts_with("{\"what\":\"clino\","), "{first}");
+    assert_eq!(first.lines().nth(1), Some(expected));
     // Nothing has changed.
     desk.rest.now = Micros(900_000);
     assert_eq!(summaries(&desk.stream()), [""; 0]);

@@ -72,7 +72,7 @@ fn how_a_slot_is_set_is_told() {
             r#"{"config":0,"kind":"t7","address":5,"axis":2,"enabled":true,"ask":"angle","period_ms":20,"#,
             r#""timeout_ms":0,"retries":1,"stale_ms":60,"stale_auto":true,"report_ms":100,"confirm":true,"filter":"mean","samples":4,"#,
             r#""zero_deg":12.345,"direction":"normal","range":"bidirectional","rate_deg_s":180,"partner":null,"#,
-            r#""tolerance":0.100}"#,
+            r#""tolerance":0.100,"name":""}"#,
             "\r\n"
         )
     );
@@ -85,7 +85,7 @@ fn how_a_slot_is_set_is_told() {
     let pwm = desk.type_in("show 2\r");
     assert!(pwm.contains(r#""kind":"pwm","address":2,"#) && pwm.contains(r#""period_ms":33.333,"#), "{pwm}");
     // 0.56°
-    assert!(pwm.ends_with("\"tolerance\":0.560}\r\n"), "{pwm}");
+    assert!(pwm.ends_with("\"tolerance\":0.560,\"name\":\"\"}\r\n"), "{pwm}");
 }
 
 #[test]
