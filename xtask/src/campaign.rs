@@ -55,13 +55,10 @@ const CAMPAIGNS: &[Campaign] = &[
     Campaign {
         name: "altered",
         shows: "a million damaged scripts at the console, five ways each, and a thousand at the shipped image (2 h)",
-        run: || {
-            let mut cargo =
-                command::cargo(["test", "--release", "--package", "clino-console", "--test", "console"]);
-            cargo.args(["--", "--nocapture", "altered::"]).env("CLINO_SCRIPTS", "1000000");
-            command::run(cargo)?;
-            board("board", &["altered::"], &[("CLINO_ALTERED_RUNS", "125")])
-        },
+        runs: &[
+            Tests("clino-console::console", "altered::", &[("CLINO_SCRIPTS", "1000000")]),
+            Tests("clino-host-tests::board", "altered::", &[("CLINO_ALTERED_RUNS", "125")]),
+        ],
     },
     Campaign {
         name: "commissioning",
@@ -76,12 +73,7 @@ const CAMPAIGNS: &[Campaign] = &[
     Campaign {
         name: "publication",
         shows: "every ISU code, PWM tick and T7 angle with every soft zero, as published (10 min)",
-        run: || {
-            let mut cargo =
-                command::cargo(["test", "--release", "--package", "clino-gateway", "--lib", "--"]);
-            cargo.args(["--nocapture", "publication::sweep"]).env("CLINO_EVERY_ANGLE", "1");
-            command::run(cargo)
-        },
+        runs: &[Tests("clino-gateway", "publication::sweep", &[("CLINO_EVERY_ANGLE", "1")])],
     },
     Campaign {
         name: "core",

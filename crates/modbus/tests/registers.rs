@@ -236,7 +236,7 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "firmware" => 0x0102,
         "firmware_patch" => 3,
         "uptime" => (now.0 / 1_000_000) as u32,
-        // Both buses dead, unsaved, safe mode, internal clock, slots without a value.
+        // Both buses dead, a fault of the T7 bus, unsaved, safe mode, internal clock, slots without a value.
         "gateway_status" => 0x0001 | 0x0002 | 0x0008 | 0x0020 | 0x0040 | 0x0100 | 0x0400,
         "sequence" => 2,
         "test_number" => 305_419_896,
