@@ -1,7 +1,8 @@
 //! Whether somebody is there: how long nothing was typed, and whether what comes back is the gateway's own.
 //!
 //! A prompt at which nothing is typed for the idle time is unattended: the stream of readings resumes. A line that was begun
-//! there waits ten times as long.
+//! there waits ten times as long. Characters that the receiver reports as disturbed are typed by no one: a cable that picks up
+//! noise does not hold the prompt.
 //!
 //! An echo is recognised by lines that only the gateway writes (`line.rs`). No such line is answered, and for a while after
 //! one an empty line is taken for a line end of the echo, not for somebody who presses Enter. While the stream runs, lines
@@ -35,7 +36,7 @@ impl Presence {
         Presence { heard: Micros::ZERO, is_flowing: false, echo_until: Micros::ZERO, damaged: 0, own: 0 }
     }
 
-    /// Something is typed, or printed for somebody.
+    /// Something is typed, or printed for a person.
     pub fn is_here(&mut self, now: Micros) {
         self.is_flowing = now.since(self.heard) < ECHO_DELAY;
         self.heard = now;

@@ -146,7 +146,9 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         if let Mode::Settling { until, dropped } = self.mode {
             let more = u16::from(received.lost).saturating_add(1);
             if now < until && !received.is_interrupt() {
-                self.mode = Mode::Settling { until: now + SILENCE, dropped: dropped.saturating_add(more) };
+                // Noise does not keep a paste going.
+                let until = if received.errors.is_none() { now + SILENCE } else { until };
+                self.mode = Mode::Settling { until, dropped: dropped.saturating_add(more) };
                 return;
             }
             self.settle(dropped);
@@ -158,7 +160,9 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         if is_begun && manner == Manner::PROGRAM && self.presence.is_gone(now, idle, false) {
             line.spoil(Reason::Left, line.length() as u16);
         }
-        self.presence.is_here(now);
+        if received.errors.is_none() {
+            self.presence.is_here(now);
+        }
         match self.editor.take(received, manner, &mut Text(&mut self.out)) {
             None => {}
             Some(Event::Line) => self.line(host),
@@ -348,7 +352,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 if self.presence.is_gone(
                     host.now(),
                     host.console().idle(),
-                    !self.editor.line.is_untouched(),
+                    self.editor.line.length() > 0,
                 ) =>
             {
                 self.resume(Resumed::Idle);

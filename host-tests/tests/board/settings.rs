@@ -362,7 +362,8 @@ fn an_export_makes_the_same_gateway() {
     ));
     let lines = exported(&one);
     assert!(lines.len() > 48 && lines.iter().all(|line| line.len() <= 80), "{lines:#?}");
-    let typed = lines.iter().chain([&"export".to_owned()]).enumerate().map(|(place, line)| {
+    let export = "export".to_owned();
+    let typed = lines.iter().chain([&export]).enumerate().map(|(place, line)| {
         format!(r#"{{ at = "{}ms", line = {} }},"#, 500 + place * 40, serde_json::Value::from(line.as_str()))
     });
     let other = run(&format!("seed = 1\nduration = \"6s\"\ntyped = [{}]", typed.collect::<String>()));

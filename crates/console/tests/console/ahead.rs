@@ -176,6 +176,30 @@ fn a_prompt_left_alone_gives_way_to_the_stream() {
     assert!(desk.type_in("\r").ends_with("clino> "));
 }
 
+/// A cable that picks up disturbances types nothing: neither the prompt nor a paste that is dropped waits for it.
+#[test]
+fn noise_holds_no_prompt() {
+    for errors in [LineErrors::FRAMING, LineErrors::NOISE] {
+        let disturbed = Received { byte: 0x55, errors, lost: 0 };
+        let mut desk = Desk::with_person();
+        let mut said = String::new();
+        for _ in 0..60 {
+            desk.receive(disturbed);
+            said += &desk.wait_ms(1_000);
+        }
+        assert!(said.contains("\"why\":\"idle\""), "{said:?}");
+
+        let mut desk = Desk::with_person();
+        desk.type_in("t7 zero 5\r");
+        let mut said = desk.type_in("list\r");
+        for _ in 0..10 {
+            desk.receive(disturbed);
+            said += &desk.wait_ms(10);
+        }
+        assert!(said.contains(EARLY) && said.ends_with("clino> "), "{said:?}");
+    }
+}
+
 #[test]
 fn a_line_that_was_begun_waits_longer_and_its_rest_is_no_command() {
     let mut desk = Desk::with_person();
