@@ -17,7 +17,7 @@ const CORE_HZ: u64 = 168_000_000;
 const ERASE: u64 = 500 * MS;
 
 /// Saves that fill a sector with the long configurations of this firmware.
-const PER_SECTOR: u32 = 8;
+const PER_SECTOR: u32 = 5;
 
 /// The firmware, built once.
 fn image() -> &'static Image {

@@ -466,7 +466,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         self.mode = Mode::Stream { audience: Audience::Programs, back: Audience::People };
         let mut reply = Reply { audience: Audience::Programs, out: &mut Text(&mut self.out) };
         reply.say("\n");
-        let values = [why.name().into(), "Enter or Ctrl-C".into()];
+        let values = [why.name().into(), system::HOW_TO_GET_A_PROMPT.into()];
         reply.list("stream", "resumed".into(), "why prompt", &values);
     }
 

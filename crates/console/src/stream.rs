@@ -46,7 +46,7 @@ impl Stream {
     pub fn next(&mut self, host: &dyn Host, reply: &mut Reply<'_>) -> bool {
         let now = host.now();
         if !reply.is_for_people() && !core::mem::replace(&mut self.introduced, true) {
-            system::who(reply, host);
+            system::introduce(reply, host);
             return true;
         }
         if !reply.is_for_people() && now >= self.look_due {

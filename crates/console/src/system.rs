@@ -26,12 +26,28 @@ pub const fn greeting(mode: Mode) -> &'static str {
 /// `version`
 pub fn version(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    who(&mut job.reply, job.host);
+    who(job.host, &mut |values| job.reply.line("clino", WHO, values));
     Ok(())
 }
 
-/// Who this is. A stream for programs begins with it.
-pub fn who(reply: &mut Reply<'_>, host: &dyn Host) {
+/// The first line of the stream: who this is, and how to get a prompt.
+pub fn introduce(reply: &mut Reply<'_>, host: &dyn Host) {
+    who(host, &mut |values| {
+        reply.begin_list("stream", "started".into());
+        reply.members(WHO, values);
+        reply.members("prompt", &[HOW_TO_GET_A_PROMPT.into()]);
+        reply.end_list();
+    });
+}
+
+/// What ends the stream, as its first line says.
+pub const HOW_TO_GET_A_PROMPT: &str = "Enter or Ctrl-C";
+
+/// Names of what [`who`] tells.
+const WHO: &str = "version uptime_ms mode clock boots uid";
+
+/// Who this is.
+fn who(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
     let start = host.start();
     let values = [
         host.version().into(),
@@ -41,7 +57,7 @@ pub fn who(reply: &mut Reply<'_>, host: &dyn Host) {
         start.boots.into(),
         Value::Words(&start.uid),
     ];
-    reply.line("clino", "version uptime_ms mode clock boots uid", &values);
+    tell(&values);
 }
 
 /// `reset-cause`

@@ -5,6 +5,7 @@
 //! return, the way ends.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use crate::Error;
 use crate::elf::{Function, Image, THUMB};
@@ -89,10 +90,11 @@ fn walk(
         frame.floating |= instruction.floating;
         if instruction.condition.is_some() && instruction.stack != Stack::Same {
             // Not executed, the stack stays as it is.
-            let next = conditional_return(code, at, depth).ok_or_else(|| {
+            let (next, instead) = conditional_return(image, code, at, depth).ok_or_else(|| {
                 wrong(at, "the stack pointer is moved under a condition, but not to return")
             })?;
-            frame.returns = true;
+            frame.returns |= instead.is_none_or(|to| returning.contains(&to));
+            frame.calls.extend(instead.map(|to| Call { at, depth: 0, target: Target::Function(to) }));
             ahead.push((next, depth));
             continue;
         }
@@ -160,9 +162,14 @@ fn walk(
                     ahead.push((instruction.next, depth));
                 }
             }
-            Flow::Table { entry } => {
+            Flow::Table { entry, base } => {
                 let before = ahead.len();
-                ahead.extend(table(image, code, instruction.next, entry).map(|to| (to, after)));
+                let place = match base {
+                    None => Some(instruction.next),
+                    Some(register) => loaded(code, function.body.start..at, register),
+                };
+                let place = place.ok_or_else(|| wrong(at, "a jump table that is nowhere"))?;
+                ahead.extend(table(image, code, instruction.next, place, entry).map(|to| (to, after)));
                 if ahead.len() == before {
                     return Err(wrong(at, "a jump table without entries"));
                 }
@@ -172,8 +179,14 @@ fn walk(
     Ok(frame)
 }
 
-/// What takes the frame off the stack and returns, all under one condition: where the program goes on if it does not hold.
-fn conditional_return(code: &BTreeMap<u32, Instruction>, mut at: u32, mut depth: u32) -> Option<u32> {
+/// What takes the frame off the stack and returns, or goes to another function, all under one condition: where the program
+/// goes on if it does not hold, and the other function.
+fn conditional_return(
+    image: &Image,
+    code: &BTreeMap<u32, Instruction>,
+    mut at: u32,
+    mut depth: u32,
+) -> Option<(u32, Option<u32>)> {
     let condition = code.get(&at)?.condition;
     loop {
         let instruction = code.get(&at).filter(|instruction| instruction.condition == condition)?;
@@ -181,23 +194,34 @@ fn conditional_return(code: &BTreeMap<u32, Instruction>, mut at: u32, mut depth:
             depth = depth.checked_add_signed(bytes).filter(|&after| after <= depth)?;
         }
         match (instruction.flow, instruction.stack) {
-            (Flow::Return { .. }, _) => return (depth == 0).then_some(instruction.next),
+            (Flow::Return { .. }, _) => return (depth == 0).then_some((instruction.next, None)),
+            (Flow::Jump { to, .. }, Stack::Same) if image.functions.contains_key(&to) => {
+                return (depth == 0).then_some((instruction.next, Some(to)));
+            }
             (Flow::Next, Stack::Same | Stack::Down(_)) => at = instruction.next,
             _ => return None,
         }
     }
 }
 
-/// Where a jump table leads: offsets from its beginning, in halfwords. It ends where instructions begin again; a byte that
-/// only fills it up leads nowhere, that is, to the table itself.
+/// The address that was loaded last into a register, before the end of `within`.
+fn loaded(code: &BTreeMap<u32, Instruction>, within: Range<u32>, register: u16) -> Option<u32> {
+    let loads = code.range(within).rev().filter_map(|(_, instruction)| instruction.nearby);
+    loads.filter(|&(into, _)| into == register).map(|(_, address)| address).next()
+}
+
+/// Where the jump table at `place` leads: offsets from `start`, in halfwords. It ends where instructions begin again, and
+/// among constants at an offset of zero; a byte that only fills it up leads nowhere, that is, to the table itself.
 fn table(
     image: &Image,
     code: &BTreeMap<u32, Instruction>,
     start: u32,
+    place: u32,
     entry: u32,
 ) -> impl Iterator<Item = u32> {
-    let entries = (start..).step_by(entry as usize).take_while(|at| !code.contains_key(at));
+    let entries = (place..).step_by(entry as usize).take_while(|at| !code.contains_key(at));
     let offsets = entries.map_while(move |at| image.constant(at, entry as usize));
+    let offsets = offsets.take_while(move |&offset| offset != 0 || place == start);
     let targets = offsets.map(move |offset| (start + 2 * offset) & !THUMB);
     let targets: Vec<u32> = targets.filter(|to| code.contains_key(to)).collect();
     targets.into_iter()

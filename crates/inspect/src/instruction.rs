@@ -41,10 +41,12 @@ pub enum Flow {
         /// Whether it never goes to the next instead.
         always: bool,
     },
-    /// To one of several places of this function: offsets in halfwords follow.
+    /// To one of several places of this function, by offsets in halfwords from the next instruction.
     Table {
         /// Bytes of an offset.
         entry: u32,
+        /// The register that holds where the offsets are; they follow if there is none.
+        base: Option<u16>,
     },
     /// To the caller.
     Return {
@@ -81,6 +83,8 @@ pub struct Instruction {
     pub condition: Option<u32>,
     /// The frame pointer is set to this many bytes above the stack pointer.
     pub frame_pointer: Option<i32>,
+    /// A register is loaded with an address nearby: register, address.
+    pub nearby: Option<(u16, u32)>,
     /// Half of a register is loaded: register, whether it is the upper half, and with what.
     pub half: Option<(u16, bool, u32)>,
     /// It reads or writes the floating-point registers. The core keeps them through an interrupt from then on.
@@ -139,6 +143,14 @@ impl Operands {
     fn at_stack(&self) -> Option<i32> {
         self.all.iter().find_map(|operand| match operand.op_type {
             ArmOperandType::Mem(place) if place.base().0 == SP => Some(place.disp()),
+            _ => None,
+        })
+    }
+
+    /// The register that a memory operand begins with, if it is not the program counter.
+    fn base(&self) -> Option<u16> {
+        self.all.iter().find_map(|operand| match operand.op_type {
+            ArmOperandType::Mem(place) => Some(place.base().0).filter(|&base| base != PC),
             _ => None,
         })
     }
@@ -202,7 +214,14 @@ fn one(decoder: &Capstone, instruction: &Insn<'_>) -> Result<Instruction, Error>
     // ARM DDI 0403 section A7.5: their names begin with a V, and of two older ones with an F.
     let floating = text.starts_with(['v', 'f']);
     let next = instruction.address() as u32 + instruction.len() as u32;
-    Ok(Instruction { next, flow, stack, condition, frame_pointer, half, floating, text })
+    // Relative to the program counter, which is two instructions ahead, at a word's beginning.
+    let program_counter = (instruction.address() as u32 + 4) & !3;
+    let nearby = match id {
+        ArmInsn::ARM_INS_ADR => operands.register(0).zip(operands.number(1)),
+        _ => None,
+    };
+    let nearby = nearby.map(|(register, offset)| (register, program_counter.wrapping_add_signed(offset)));
+    Ok(Instruction { next, flow, stack, condition, frame_pointer, nearby, half, floating, text })
 }
 
 fn flow(id: ArmInsn, operands: &Operands, always: bool) -> Flow {
@@ -216,8 +235,8 @@ fn flow(id: ArmInsn, operands: &Operands, always: bool) -> Flow {
         ARM_INS_BLX => Flow::CallRegister,
         ARM_INS_BX if operands.register(0) == Some(LR) => Flow::Return { always },
         ARM_INS_BX => Flow::JumpRegister { always },
-        ARM_INS_TBB => Flow::Table { entry: 1 },
-        ARM_INS_TBH => Flow::Table { entry: 2 },
+        ARM_INS_TBB => Flow::Table { entry: 1, base: operands.base() },
+        ARM_INS_TBH => Flow::Table { entry: 2, base: operands.base() },
         ARM_INS_POP | ARM_INS_LDM if operands.has(PC) => Flow::Return { always },
         // The return address is taken off the stack by itself.
         ARM_INS_LDR if operands.register(0) == Some(PC) && operands.at_stack().is_some() => {

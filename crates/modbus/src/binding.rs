@@ -258,7 +258,7 @@ impl<S: Site> Host for Binding<'_, S> {
         read::Reader::new(self, port).read(first, quantity, take)
     }
 
-    fn write(&mut self, write: &Write) -> Result<(), Refusal> {
+    fn write(&mut self, write: &Write<'_>) -> Result<(), Refusal> {
         match write {
             Write::Slot(slot, values) => {
                 self.ask(|gateway| gateway.change(*slot, &|id| values.of(id), Asker::Modbus))

@@ -2,11 +2,11 @@
 
 use clino_gateway::Bus;
 use clino_gateway::settings::Given;
-use heapless::Vec;
 
 use crate::command::Command;
 use crate::exception::Exception;
 use crate::settings::Settings;
+use crate::write;
 
 /// Slots of the map.
 pub const SLOTS: usize = clino_gateway::MAX_SLOTS;
@@ -43,37 +43,33 @@ pub trait Host {
     ///
     /// # Errors
     /// [`Refusal`]; nothing has changed then.
-    fn write(&mut self, write: &Write) -> Result<(), Refusal>;
+    fn write(&mut self, write: &Write<'_>) -> Result<(), Refusal>;
 }
 
-/// Most settings of one thing: as many as its block has registers.
-const MOST_NAMED: usize = 32;
+/// The settings that a request names, in units of the map's registers: the registers of the request themselves, all of one
+/// thing, each within its limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Values<'a> {
+    pub(crate) first: u16,
+    pub(crate) words: &'a [[u8; 2]],
+}
 
-/// The settings that a request names, in units of the map's registers.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Values(Vec<(u8, Given), MOST_NAMED>);
-
-impl Values {
-    /// Names a setting; `None` if there is no room.
-    pub fn name(&mut self, id: u8, given: Given) -> Option<()> {
-        self.0.push((id, given)).ok()
-    }
-
+impl Values<'_> {
     /// What is named of a setting.
     pub fn of(&self, id: u8) -> Option<Given> {
-        self.0.iter().find(|(named, _)| *named == id).map(|&(_, given)| given)
+        write::named(self.first, self.words, id)
     }
 }
 
 /// Something that is to change. One request changes one thing.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Write {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Write<'a> {
     /// How a slot is set.
-    Slot(u8, Values),
+    Slot(u8, Values<'a>),
     /// How a bus is set.
-    Bus(Bus, Values),
+    Bus(Bus, Values<'a>),
     /// How the console is set.
-    Console(Values),
+    Console(Values<'a>),
     /// How this server's port runs. Valid already; in force as soon as the answer is out.
     Port(Settings),
     /// Something to do. The arm key was there if it takes one.

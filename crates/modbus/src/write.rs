@@ -24,51 +24,114 @@ impl From<Refusal> for Exception {
     }
 }
 
-/// What these registers, beginning with `first`, ask for. `now` is how the port runs.
-pub fn change(now: &Settings, first: u16, words: &[[u8; 2]]) -> Result<Write, Exception> {
-    let mut words = words.iter().map(|&word| u16::from_be_bytes(word));
-    let mut address = first;
-    let mut draft = None;
-    let mut out_of_range = false;
-    while let Some(high) = words.next() {
-        let Some(Register::Of(number)) = lookup::find(address) else {
-            return Err(Exception::IllegalDataAddress);
-        };
-        let (Some((least, most)), 0) = (number.limits(), number.word) else {
-            return Err(Exception::IllegalDataAddress);
-        };
+/// Numbers of registers that are written, one after the other.
+struct Numbers<'a> {
+    address: u16,
+    words: core::slice::Iter<'a, [u8; 2]>,
+}
+
+impl Iterator for Numbers<'_> {
+    /// A number that can be written whole, and its value.
+    type Item = Result<(Number, i64), Exception>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let high = u16::from_be_bytes(*self.words.next()?);
+        Some(self.number(high).ok_or(Exception::IllegalDataAddress))
+    }
+}
+
+impl Numbers<'_> {
+    #[inline(never)]
+    fn number(&mut self, high: u16) -> Option<(Number, i64)> {
+        let Some(Register::Of(number)) = lookup::find(self.address) else { return None };
+        number.limits().filter(|_| number.word == 0)?;
         let registers = number.form.registers();
         let mut bits = u32::from(high);
         if registers == 2 {
-            let low = words.next().ok_or(Exception::IllegalDataAddress)?;
-            bits = (bits << 16) | u32::from(low);
+            bits = (bits << 16) | u32::from(u16::from_be_bytes(*self.words.next()?));
         }
-        address = address.wrapping_add(registers);
-        let draft = draft.get_or_insert_with(|| Draft::begin(&number));
-        if !draft.is_of(&number) {
-            return Err(Exception::IllegalDataAddress);
-        }
+        self.address = self.address.wrapping_add(registers);
         let value = match number.form {
             Form::I16 => i64::from(high.cast_signed()),
             Form::I32 | Form::I32Swapped => i64::from(bits.cast_signed()),
             _ => i64::from(bits),
         };
-        let in_range = (i64::from(least)..=i64::from(most)).contains(&value);
-        out_of_range |= !in_range || draft.set(&number, value).is_none();
+        Some((number, value))
+    }
+}
+
+fn numbers(first: u16, words: &[[u8; 2]]) -> Numbers<'_> {
+    Numbers { address: first, words: words.iter() }
+}
+
+/// What these registers name of a setting of their thing.
+#[inline(never)]
+pub fn named(first: u16, words: &[[u8; 2]], id: u8) -> Option<Given> {
+    numbers(first, words).map_while(Result::ok).find_map(|(number, value)| {
+        let named = match number.item {
+            Item::SlotSetting(id) | Item::BusSetting(id) | Item::Port(id) | Item::Console(id) => Some(id),
+            _ => None,
+        };
+        (named == Some(id)).then_some(Given { value, scale: number.scale.into() })
+    })
+}
+
+/// What these registers, beginning with `first`, ask for. `now` is how the port runs.
+#[inline(never)]
+pub fn change<'a>(now: &Settings, first: u16, words: &'a [[u8; 2]]) -> Result<Write<'a>, Exception> {
+    let mut thing = None;
+    let mut order = Order::default();
+    let mut out_of_range = false;
+    for number in numbers(first, words) {
+        let (number, value) = number?;
+        let this = Thing::of(&number).ok_or(Exception::IllegalDataAddress)?;
+        if *thing.get_or_insert(this) != this {
+            return Err(Exception::IllegalDataAddress);
+        }
+        let limits = number.limits().map(|(least, most)| i64::from(least)..=i64::from(most));
+        out_of_range |= !limits.is_some_and(|limits| limits.contains(&value));
+        if let Item::Command(item) = number.item {
+            out_of_range |= order.set(item, value).is_none();
+        }
     }
     if out_of_range {
         return Err(Exception::IllegalDataValue);
     }
-    draft.ok_or(Exception::IllegalDataValue)?.finish(now)
+    let values = Values { first, words };
+    match thing.ok_or(Exception::IllegalDataValue)? {
+        Thing::Slot(slot) => Ok(Write::Slot(slot, values)),
+        Thing::Bus(bus) => Ok(Write::Bus(bus, values)),
+        Thing::Console => Ok(Write::Console(values)),
+        Thing::Port => {
+            let port = port::changed(now, &|id| values.of(id));
+            port.map(Write::Port).map_err(|_| Exception::IllegalDataValue)
+        }
+        Thing::Command => order.finish(),
+    }
 }
 
-/// A change in the making.
-enum Draft {
-    Slot(u8, Values),
-    Bus(Bus, Values),
-    Port(Values),
-    Console(Values),
-    Command(Order),
+/// What a request is about.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Thing {
+    Slot(u8),
+    Bus(Bus),
+    Port,
+    Console,
+    Command,
+}
+
+impl Thing {
+    /// The thing that a number belongs to.
+    fn of(number: &Number) -> Option<Thing> {
+        match number.item {
+            Item::SlotSetting(_) => Some(Thing::Slot(number.index as u8)),
+            Item::BusSetting(_) => Some(Thing::Bus(number.bus())),
+            Item::Port(_) => Some(Thing::Port),
+            Item::Console(_) => Some(Thing::Console),
+            Item::Command(_) => Some(Thing::Command),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Default)]
@@ -79,68 +142,26 @@ struct Order {
     key: u16,
 }
 
-impl Draft {
-    /// Of the thing that a number belongs to.
-    fn begin(number: &Number) -> Draft {
-        let values = Values::default();
-        match number.item {
-            Item::SlotSetting(_) => Draft::Slot(number.index as u8, values),
-            Item::BusSetting(_) => Draft::Bus(number.bus(), values),
-            Item::Port(_) => Draft::Port(values),
-            Item::Console(_) => Draft::Console(values),
-            _ => Draft::Command(Order::default()),
-        }
-    }
-
-    /// Whether a number belongs to it, too.
-    fn is_of(&self, number: &Number) -> bool {
-        match (self, number.item) {
-            (Draft::Slot(slot, _), Item::SlotSetting(_)) => usize::from(*slot) == number.index,
-            (Draft::Bus(bus, _), Item::BusSetting(_)) => *bus == number.bus(),
-            (Draft::Port(_), Item::Port(_))
-            | (Draft::Console(_), Item::Console(_))
-            | (Draft::Command(_), Item::Command(_)) => true,
-            _ => false,
-        }
-    }
-
+impl Order {
     /// Puts a number that is within its limits in its place; `None` if it is the code of nothing.
-    fn set(&mut self, number: &Number, value: i64) -> Option<()> {
-        let given = Given { value, scale: number.scale.into() };
-        match (self, number.item) {
-            (Draft::Slot(_, values), Item::SlotSetting(id))
-            | (Draft::Bus(_, values), Item::BusSetting(id))
-            | (Draft::Port(values), Item::Port(id))
-            | (Draft::Console(values), Item::Console(id)) => values.name(id, given)?,
-            (Draft::Command(order), Item::Command(item)) => match item {
-                CommandItem::Command => order.command = Some(Command::from_code(value as u16)?),
-                CommandItem::Target => order.target = value as u16,
-                CommandItem::Value => order.value = value as i32,
-                CommandItem::Key => order.key = value as u16,
-                _ => return None,
-            },
+    fn set(&mut self, item: CommandItem, value: i64) -> Option<()> {
+        match item {
+            CommandItem::Command => self.command = Some(Command::from_code(value as u16)?),
+            CommandItem::Target => self.target = value as u16,
+            CommandItem::Value => self.value = value as i32,
+            CommandItem::Key => self.key = value as u16,
             _ => return None,
         }
         Some(())
     }
 
-    fn finish(self, now: &Settings) -> Result<Write, Exception> {
-        match self {
-            Draft::Slot(slot, values) => Ok(Write::Slot(slot, values)),
-            Draft::Bus(bus, values) => Ok(Write::Bus(bus, values)),
-            Draft::Console(values) => Ok(Write::Console(values)),
-            Draft::Port(values) => {
-                let port = port::changed(now, &|id| values.of(id));
-                port.map(Write::Port).map_err(|_| Exception::IllegalDataValue)
-            }
-            Draft::Command(Order { command, target, value, key }) => {
-                let command = command.ok_or(Exception::IllegalDataAddress)?;
-                match key {
-                    ARM_KEY => Ok(Write::Command { command, target, value, armed: true }),
-                    0 if !command.takes_key() => Ok(Write::Command { command, target, value, armed: false }),
-                    _ => Err(Exception::IllegalDataValue),
-                }
-            }
+    fn finish(self) -> Result<Write<'static>, Exception> {
+        let Order { command, target, value, key } = self;
+        let command = command.ok_or(Exception::IllegalDataAddress)?;
+        match key {
+            ARM_KEY => Ok(Write::Command { command, target, value, armed: true }),
+            0 if !command.takes_key() => Ok(Write::Command { command, target, value, armed: false }),
+            _ => Err(Exception::IllegalDataValue),
         }
     }
 }

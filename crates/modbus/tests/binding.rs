@@ -7,24 +7,16 @@ use clino_codec::{isu, t7};
 use clino_commissioning::isu::Module;
 use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
-use clino_gateway::settings::Given;
-use clino_gateway::settings::slot::id;
 use clino_gateway::{Asker, Bus, Restraint, SlotConfig, Snapshot, Source, Span, task};
 use clino_modbus::binding::{Binding, Wish};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::settings::Settings;
-use clino_modbus::{Host, Refusal, Values, Write};
+use clino_modbus::{Host, Refusal, Write};
 use clino_recovery::{Cause, Clock, Mode, Start};
 use common::board::Board;
 use common::{Bench, SETTINGS};
 
-fn slot(slot: u8, id: u8, value: i64) -> Write {
-    let mut values = Values::default();
-    values.name(id, Given::exactly(value)).unwrap();
-    Write::Slot(slot, values)
-}
-
-fn command(command: Command, target: u16, value: i32) -> Write {
+fn command(command: Command, target: u16, value: i32) -> Write<'static> {
     Write::Command { command, target, value, armed: false }
 }
 
@@ -517,7 +509,8 @@ fn what_is_restrained_fails_and_is_not_begun() {
             assert_eq!(binding.write(&command(order, target, value)), Err(Refusal::Failed), "{order:?}");
         }
         // What concerns the gateway alone goes on.
-        binding.write(&slot(0, id::RETRIES, 4)).unwrap();
+        let retries = Order::Slot { slot: 0, config: SlotConfig { retries: 4, ..board.config(0) } };
+        board.gateway.borrow_mut().carry_out(retries, Asker::Modbus).unwrap();
         binding.write(&command(Command::ClearCounters, 0, 0)).unwrap();
     }
     board.gateway.borrow_mut().restrain(Restraint::None);

@@ -133,7 +133,7 @@ fn requests() -> Vec<Vec<u8>> {
 }
 
 /// What the requests write when each is carried out once.
-fn once(requests: &[Vec<u8>]) -> Vec<clino_modbus::Write> {
+fn once(requests: &[Vec<u8>]) -> Vec<common::real::Written> {
     let mut quiet = Air::new(EchoMode::Off, &[]);
     requests.iter().for_each(|pdu| _ = quiet.ask(pdu, 300 * MS).expect("an answer"));
     assert_eq!(quiet.frames.len(), requests.len());

@@ -5,8 +5,9 @@ mod common;
 use clino_codec::t7::Axis;
 use clino_gateway::config::Kind;
 use clino_gateway::{SlotConfig, Source, Span};
+use clino_modbus::Refusal;
 use clino_modbus::command::Command;
-use clino_modbus::{Refusal, Write};
+use common::real::Written;
 use common::{ADDRESS, Bench, crc, sealed, write_request};
 
 /// The oracle itself, against values that others have published: the check value of CRC-16/MODBUS over "123456789", and
@@ -197,7 +198,7 @@ fn the_host_has_the_last_word() {
 #[test]
 fn commands() {
     let mut bench = Bench::new();
-    let command = |command, target, value| Write::Command { command, target, value, armed: false };
+    let command = |command, target, value| Written::Command { command, target, value, armed: false };
     // Without a key: one register is enough.
     assert_eq!(bench.write_one(0x1F00, 1), Ok(()));
     assert_eq!(bench.host.writes.pop(), Some(command(Command::Save, 0, 0)));
@@ -211,7 +212,7 @@ fn commands() {
         assert_eq!(bench.write(0x1F00, &[code, 1, 0, 0]), Err(3));
         assert!(bench.host.writes.is_empty());
         assert_eq!(bench.write(0x1F00, &[code, 1, 0xFFFF, 0xFFFE, 0x4E56]), Ok(()));
-        let Some(Write::Command { command, target: 1, value: -2, armed: true }) = bench.host.writes.pop()
+        let Some(Written::Command { command, target: 1, value: -2, armed: true }) = bench.host.writes.pop()
         else {
             panic!("no command");
         };

@@ -43,7 +43,7 @@ fn scenario(t7_alive: impl Fn(u8) -> bool) -> String {
     let isu = (32..46).map(|slot| format!("slot {slot} isu {}", slot - 31));
     let pwm = (46..48).map(|slot| format!("slot {slot} pwm {}", slot - 45));
     for (number, line) in t7.chain(isu).chain(pwm).enumerate() {
-        write!(text, "[[typed]]\nat = \"{}ms\"\nline = \"{line}\"\n", 10 + 10 * number).expect("text");
+        write!(text, "[[typed]]\nat = \"{}ms\"\nline = \"{line}\"\n", 20 + 10 * number).expect("text");
     }
     for at in (SETUP_MS..UNTIL_MS - ROUND_MS).step_by(ROUND_MS as usize) {
         text += &modbus::request(&[4, 0x00, 0x20, 0x00, 0x60], at);

@@ -179,7 +179,8 @@ fn one_register_at_a_time() {
             let value = |offset| one(first + offset, word(offset));
             let ran = run(&format!(
                 "seed = 1\nduration = \"2500ms\"\nt7 = [{{ address = 9, motion.constant = 33.333 }}]\n\
-                 isu = [{{ address = 3, motion.constant = 90.0 }}]\n{}",
+                 isu = [{{ address = 3, motion.constant = 90.0 }}]\n\
+                 pwm = [{{ channel = 2, motion.constant = 45.0 }}]\n{}",
                 requests(&[
                     value(order[0]),
                     read(first, 3),
@@ -213,7 +214,6 @@ fn small_lies() {
             { at = "550ms", line = "slot 6 isu 1 -a 2" },
             { at = "600ms", line = "slot 6 pwm 1 -r 2" },
             { at = "650ms", line = "set 4 ask everything" },
-            { at = "700ms", line = "slot 6 off -p 100" },
         ]"#,
         requests(&[
             one(0x1009, 1),

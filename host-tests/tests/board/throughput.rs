@@ -25,7 +25,7 @@ fn as_fast_as_possible(nodes: u8, setup: &[&str], hold: &str) -> Ran {
     });
     let lines = setup.iter().map(|&line| line.to_owned()).chain(slots);
     for (number, line) in lines.enumerate() {
-        write!(scenario, "[[typed]]\nat = \"{}ms\"\nline = \"{line}\"\n", 10 + 10 * number).expect("text");
+        write!(scenario, "[[typed]]\nat = \"{}ms\"\nline = \"{line}\"\n", 20 + 10 * number).expect("text");
     }
     let ran = run(&scenario);
     // While an exchange is in hand, a change of the bus is accepted first.

@@ -13,10 +13,10 @@ duration = "14s"
 t7 = [{ address = 1, motion.constant = 1.0, latency = "200us" }]
 isu = [{ address = 1, motion.constant = 1.0 }]
 typed = [
-    { at = "10ms", line = "slot 0 t7 1 -p 0 -s 1000" },
-    { at = "20ms", line = "slot 1 off" },
-    { at = "30ms", line = "slot 2 off" },
-    { at = "40ms", line = "slot 3 isu 1 -p 0 -s 1000" },
+    { at = "20ms", line = "slot 0 t7 1 -p 0 -s 1000" },
+    { at = "30ms", line = "slot 1 off" },
+    { at = "40ms", line = "slot 2 off" },
+    { at = "50ms", line = "slot 3 isu 1 -p 0 -s 1000" },
 ]
 "#;
 

@@ -37,7 +37,15 @@ fn lines(lines: &[(u64, &str)]) -> Vec<(u64, String)> {
 
 /// Lines from one time to another, without those of the stream.
 fn said(ran: &Ran, from_ms: u64, until_ms: u64) -> Vec<&str> {
-    let stream = ["{\"slot\":", "{\"stats\"", "{\"line\"", "{\"times\"", "{\"bus_fault\""];
+    let stream = [
+        "{\"slot\":",
+        "{\"stats\"",
+        "{\"line\"",
+        "{\"times\"",
+        "{\"bus_fault\"",
+        "{\"summary\"",
+        "{\"stream\":\"started\"",
+    ];
     let within = ran.lines.iter().filter(|line| (from_ms * MS..until_ms * MS).contains(&line.began));
     within
         .map(|line| line.text.as_str())

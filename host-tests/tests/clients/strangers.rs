@@ -136,12 +136,10 @@ fn node() {
     }
 }
 
+/// Its answers to functions it does not know are as long as what has come so far (`get_response_pdu_len` in its RTU codec), so
+/// that on a line, where characters come one by one, function 08 is never answered for it.
 #[test]
 fn tokio_modbus() {
-    if std::env::var_os("CLINO_TOKIO").is_none() {
-        let why = "the client does not end on a pseudo-terminal, for a reason that is not known yet; CLINO_TOKIO=1 runs it";
-        return skipped("tokio_modbus", why);
-    }
     let target = place().join("tokio-modbus");
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["build", "--locked", "--manifest-path"]).arg(source("tokio/Cargo.toml"));
@@ -151,5 +149,5 @@ fn tokio_modbus() {
         true => Ok(Command::new(target.join("debug/clino-stranger-tokio"))),
         false => Err(said(&output)),
     });
-    check("tokio-modbus", client, ALL);
+    check("tokio-modbus", client, Knows { identification: true, diagnostics: false });
 }

@@ -169,8 +169,7 @@ fn a_prompt_left_alone_gives_way_to_the_stream() {
     desk.type_in("a\x7f");
     assert_eq!(desk.wait_ms(59_999), "");
     let said = desk.wait_ms(1);
-    let begin =
-        "\r\n{\"stream\":\"resumed\",\"why\":\"idle\",\"prompt\":\"Enter or Ctrl-C\"}\r\n{\"what\":\"clino\"";
+    let begin = "\r\n{\"stream\":\"resumed\",\"why\":\"idle\",\"prompt\":\"Enter or Ctrl-C\"}\r\n{\"stream\":\"started\"";
     assert!(said.starts_with(begin), "{said:?}");
     assert!(desk.wait_ms(1_000).contains("{\"stats\":\"t7\""));
     assert!(desk.type_in("\r").ends_with("clino> "));

@@ -279,7 +279,11 @@ fn the_stream_begins_with_a_summary_and_tells_its_changes() {
     };
     let first = desk.stream();
     let expected = r#"{"summary":["t7_bus_dead","isu_bus_dead","slot_fault"],"enabled":2,"online":0,"ok":0}"#;
-    assert!(first.starts_with("{\"what\":\"clino\","), "{first}");
+    assert!(first.starts_with("{\"stream\":\"started\",\"version\":\"9.8.7\","), "{first}");
+    assert!(
+        first.lines().next().is_some_and(|line| line.ends_with(",\"prompt\":\"Enter or Ctrl-C\"}")),
+        "{first}"
+    );
     assert_eq!(first.lines().nth(1), Some(expected));
     // Nothing has changed.
     desk.rest.now = Micros(900_000);

@@ -4,10 +4,19 @@ use std::cell::Cell;
 
 use clino_gateway::{Publisher, SlotConfig, Snapshot};
 use clino_modbus::binding::Binding;
+use clino_modbus::command::Command;
 use clino_modbus::settings::Settings;
 use clino_modbus::{Exception, Host, Refusal, Write};
 
 use super::board::Board;
+
+/// What was accepted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Written {
+    Settings,
+    Port,
+    Command { command: Command, target: u16, value: i32, armed: bool },
+}
 
 /// Slots and buses are set for real; commands are noted, and not carried out.
 pub struct Real {
@@ -18,7 +27,7 @@ pub struct Real {
     /// Requests for which a state was turned to.
     pub snapshots: u32,
     /// What was accepted.
-    pub writes: Vec<Write>,
+    pub writes: Vec<Written>,
     /// What the next change is answered with.
     pub refusal: Option<Refusal>,
     /// Reads so far.
@@ -85,14 +94,21 @@ impl Host for Real {
         self.binding.read(port, first, quantity, take)
     }
 
-    fn write(&mut self, write: &Write) -> Result<(), Refusal> {
+    fn write(&mut self, write: &Write<'_>) -> Result<(), Refusal> {
         if let Some(refusal) = self.refusal {
             return Err(refusal);
         }
+        let written = match *write {
+            Write::Command { command, target, value, armed } => {
+                Written::Command { command, target, value, armed }
+            }
+            Write::Port(_) => Written::Port,
+            Write::Slot(..) | Write::Bus(..) | Write::Console(_) => Written::Settings,
+        };
         if !matches!(write, Write::Command { .. }) {
             self.binding.write(write)?;
         }
-        self.writes.push(write.clone());
+        self.writes.push(written);
         Ok(())
     }
 }

@@ -33,7 +33,7 @@ async function main() {
   block = Buffer.from(await read(cdab, 2 * SLOTS)).swap16().swap32();
   console.log("cdab", ...each((slot) => block.readFloatBE(4 * slot)));
   console.log("counter", (await read(counter, 2)).readUInt32BE(0));
-  await master.writeMultipleRegisters(settings, [1, 1, spare, 2]);
+  await master.writeMultipleRegisters(settings, [1, 1, spare]);
   shown = NONE;
   for (let tries = 0; tries < 300 && shown === NONE; tries++) {
     shown = (await read(angles + 2 * SLOTS, 2)).readInt32BE(0);

@@ -82,9 +82,9 @@ int main(int count, char **arguments) {
     raw((const uint8_t[]){1, 8, 0, 11, 0, 0}, 6, answer);
     printf("messages %d\n", answer[4] << 8 | answer[5]);
 
-    /* Enabled, a T7, at the spare address, axis 2; then by one register that it is off. */
-    const uint16_t slot[4] = {1, 1, (uint16_t)spare, 2};
-    check(modbus_write_registers(master, settings, 4, slot), "write");
+    /* Enabled, a T7, at the spare address; then by one register that it is off. */
+    const uint16_t slot[3] = {1, 1, (uint16_t)spare};
+    check(modbus_write_registers(master, settings, 3, slot), "write");
     for (int tries = 0; tries < 300; tries++) {
         read_words(angles + 2 * SLOTS, 2, words);
         if (signed_at(words) != INT32_MIN) break;

@@ -46,7 +46,7 @@ for _ in range(answer[5]):
 answer = master._perform_command(8, b"\x00\x0b\x00\x00")
 print("messages", int.from_bytes(answer[2:4], "big"))
 master.serial.timeout = 60
-master.write_registers(settings, [1, 1, spare, 2])
+master.write_registers(settings, [1, 1, spare])
 for _ in range(300):
     shown = angle(angles + 2 * SLOTS)
     if shown != -0x80000000:

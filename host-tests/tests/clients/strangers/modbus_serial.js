@@ -41,7 +41,7 @@ async function main() {
   // It goes on.
   if ((await read(angles, 2)).length !== 4) throw new Error("no reading after the identification");
 
-  await master.writeRegisters(settings, [1, 1, spare, 2]);
+  await master.writeRegisters(settings, [1, 1, spare]);
   shown = NONE;
   for (let tries = 0; tries < 300 && shown === NONE; tries++) {
     shown = (await read(angles + 2 * SLOTS, 2)).readInt32BE(0);

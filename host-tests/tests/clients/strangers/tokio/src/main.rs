@@ -1,7 +1,7 @@
 //! Reads a gateway with tokio-modbus, and sets up a slot. Arguments and output: `strangers.rs`.
 
-use std::borrow::Cow;
 use std::error::Error;
+use std::future::Future;
 use std::time::Duration;
 
 use tokio_modbus::client::Context;
@@ -11,9 +11,13 @@ const SLOTS: u16 = 6;
 
 type Failure = Box<dyn Error>;
 
+/// This client waits for ever by itself.
+async fn answer<T>(request: impl Future<Output = tokio_modbus::Result<T>>) -> Result<T, Failure> {
+    Ok(tokio::time::timeout(Duration::from_secs(60), request).await???)
+}
+
 async fn words(master: &mut Context, address: u16, count: u16) -> Result<Vec<u16>, Failure> {
-    let read = master.read_holding_registers(address, count);
-    Ok(tokio::time::timeout(Duration::from_secs(60), read).await???)
+    answer(master.read_holding_registers(address, count)).await
 }
 
 fn long(words: &[u16]) -> u32 {
@@ -42,22 +46,17 @@ async fn main() -> Result<(), Failure> {
         shown = words(master, angles, 2 * SLOTS).await?.chunks(2).map(|pair| long(pair) as i32).collect();
     }
     print("angles", shown.into_iter());
-    print("ages", master.read_input_registers(ages, SLOTS).await??.into_iter());
+    print("ages", answer(master.read_input_registers(ages, SLOTS)).await?.into_iter());
     let float = |pair: &[u16]| f32::from_bits(long(pair));
     print("floats", words(master, floats, 2 * SLOTS).await?.chunks(2).map(float));
     let swapped = |pair: &[u16]| f32::from_bits(long(&[pair[1], pair[0]]));
     print("cdab", words(master, cdab, 2 * SLOTS).await?.chunks(2).map(swapped));
     print("counter", [long(&words(master, counter, 2).await?)].into_iter());
-    let identity = master.read_device_identification(ReadCode::Regular, 0).await??;
+    let identity = answer(master.read_device_identification(ReadCode::Regular, 0)).await?;
     for object in identity.device_id_objects {
         println!("object {} {}", object.id, String::from_utf8_lossy(&object.value));
     }
-    let Response::Custom(8, answer) = master.call(Request::Custom(8, Cow::Borrowed(&[0, 11, 0, 0]))).await?? else {
-        return Err("another function".into());
-    };
-    println!("messages {}", u16::from_be_bytes([answer[2], answer[3]]));
-
-    master.write_multiple_registers(settings, &[1, 1, spare, 2]).await??;
+    answer(master.write_multiple_registers(settings, &[1, 1, spare])).await?;
     let mut shown = i32::MIN;
     for _ in 0..300 {
         shown = long(&words(master, angles + 2 * SLOTS, 2).await?) as i32;
@@ -66,6 +65,6 @@ async fn main() -> Result<(), Failure> {
         }
     }
     println!("set_up {shown}");
-    master.write_single_register(settings, 0).await??;
+    answer(master.write_single_register(settings, 0)).await?;
     Ok(())
 }
