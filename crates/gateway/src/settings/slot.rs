@@ -77,13 +77,13 @@ const fn whole(least: i64, most: i64) -> Form {
 
 /// Four characters of the name.
 const fn name(
-    part: usize,
+    id: u8,
     name: &'static str,
     get: fn(&SlotConfig) -> i64,
     set: fn(&mut SlotConfig, i64),
 ) -> Setting<SlotConfig> {
     Setting {
-        id: id::NAME[part],
+        id,
         name,
         unit: "",
         form: Form::Characters,
@@ -296,10 +296,10 @@ pub const TABLE: [Setting<SlotConfig>; 24] = [
         with: &[],
         text: "PWM: difference to its partner, deg; T7 asked for everything: deviation from 1 g, g",
     },
-    name(0, "name", |c| c.name.part(0).into(), |c, v| c.name.set_part(0, v as u32)),
-    name(1, "name_2", |c| c.name.part(1).into(), |c, v| c.name.set_part(1, v as u32)),
-    name(2, "name_3", |c| c.name.part(2).into(), |c, v| c.name.set_part(2, v as u32)),
-    name(3, "name_4", |c| c.name.part(3).into(), |c, v| c.name.set_part(3, v as u32)),
+    name(id::NAME[0], "name", |c| c.name.part(0).into(), |c, v| c.name.set_part(0, v as u32)),
+    name(id::NAME[1], "name_2", |c| c.name.part(1).into(), |c, v| c.name.set_part(1, v as u32)),
+    name(id::NAME[2], "name_3", |c| c.name.part(2).into(), |c, v| c.name.set_part(2, v as u32)),
+    name(id::NAME[3], "name_4", |c| c.name.part(3).into(), |c, v| c.name.set_part(3, v as u32)),
 ];
 
 /// The table.

@@ -35,7 +35,7 @@ def person_gets_a_prompt_and_help():
 
 
 def person_lists_the_slots():
-    head, *rows = console.person("list")
+    head, *rows = console.rows()
     assert head.split()[:4] == ["slot", "kind", "addr", "angle"], head
     angles = dict(map(angle_of, rows))
     assert angles.keys() == slots.keys(), rows
@@ -48,7 +48,7 @@ def person_is_told_value_and_limit():
         ("read 99", "error: slot 99 is not between 0 and 47"),
         ("bus t7 -g 20001", "error: guard_us 20001 is not between 0 and 20000"),
         ("bus t7 -b 300", "error: 300 bit/s is not among 115200 57600 38400 19200 9600"),
-        ("slot 1 tape 1", "error: tape: expected t7, isu, pwm or off"),
+        ("slot 1 tape 1", "error: tape: expected off, t7, isu or pwm"),
         ("nonsense", "error: unknown command, try help"),
     ]:
         assert answer in console.person(command), command

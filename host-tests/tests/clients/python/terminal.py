@@ -65,8 +65,12 @@ class Console:
 
     def row(self, slot):
         """The row of a slot in the list."""
-        row, = [row for row in self.person("list")[1:] if angle_of(row)[0] == slot]
+        row, = [row for row in self.rows()[1:] if angle_of(row)[0] == slot]
         return row
+
+    def rows(self):
+        """The list, its head first, without what is wrong with the gateway behind it."""
+        return [row for row in self.person("list") if not row.startswith("signals: ")]
 
     def object(self):
         """The next line: a JSON object, with no number that is none."""
