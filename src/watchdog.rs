@@ -10,10 +10,10 @@
 //! | a duty of the buses, of the PWM inputs, of Modbus | 0.5 s and two ticks |
 //! | the console or storing | 0.9 s and two ticks |
 //! | everything | 0.53 to 1.48 s, as its oscillator runs at 47 to 17 kHz |
-//! | everything, before [`start`] has set the time | 0.35 to 0.96 s |
+//! | everything, before [`start()`] has set the time | 0.35 to 0.96 s |
 //!
 //! It runs from the first instructions after a reset on ([`pre_init`]), with the time that it has at reset:
-//! divider 4, 4096 counts. [`start`] sets its time. A time that was set counts from the next feed on (section 21.3), and takes
+//! divider 4, 4096 counts. [`start()`] sets its time. A time that was set counts from the next feed on (section 21.3), and takes
 //! up to five cycles of the oscillator to be taken over, during which a feed loads the old one and a further write is
 //! ignored (section 21.4.4): `start` waits for that and feeds. Then nothing feeds until the first tick: bringing the board up
 //! takes 30 ms, and a hang in it ends like any other.

@@ -4,7 +4,7 @@
 //! A stamp is the low 48 bits of an instant. Whoever looks at one says what time it is, and gets the one instant with these
 //! bits between [`FUTURE`] ahead and the rest of 2^48 µs ago. So every age up to 8.9 years is exact, and
 //! an older one is never taken for an instant to come. The longest span that a setting allows is
-//! [an hour](crate::order::LONGEST_STALE).
+//! [an hour](crate::settings::slot::LONGEST_STALE).
 
 use clino_bus::Micros;
 

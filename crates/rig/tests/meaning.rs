@@ -159,7 +159,7 @@ fn a_slot_set_during_the_task_is_held_too() {
         run(&mut house, end, 0, "the task has begun");
         let config = *house.gateway.config(ISU).unwrap();
         house.order(slot(ISU, SlotConfig { filter: Filter::Mean, samples: 4, ..config })).unwrap();
-        let end = house.now + 3 * SECOND;
+        let end = house.now + 14 * SECOND;
         run(&mut house, end, 0, "set anew");
         all_ok(&house, "set anew");
     }

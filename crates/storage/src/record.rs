@@ -16,7 +16,7 @@
 //! The first byte and the last four are there in every version, so that a record of a newer one is known for what it is:
 //! [`Reject::Newer`]. Kind 0 is a configuration, kind 1 ends here and stands for the factory's settings.
 //!
-//! Buses, Modbus port and console are each written as their [differences](differences) from the usual. A slot is a byte for
+//! Buses, Modbus port and console are each written as their differences from the usual. A slot is a byte for
 //! its kind, a byte for its address if there is a kind, and its differences from the slot of `record/base.rs`.
 //!
 //! Numbers are LEB128: seven bits a byte, the lowest first, the top bit says that more follow. Nothing is believed: decoding

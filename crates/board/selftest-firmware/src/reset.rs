@@ -24,6 +24,8 @@ pub fn watchdog() -> ! {
             iwdg.kr().write(|w| unsafe { w.bits(0x5555) });
             iwdg.pr().write(|w| unsafe { w.bits(0) });
             iwdg.rlr().write(|w| unsafe { w.bits(80) });
+            // A feed while the new values are being taken over loads the old ones.
+            while iwdg.sr().read().bits() != 0 {}
             iwdg.kr().write(|w| unsafe { w.bits(0xaaaa) });
             loop {
                 cortex_m::asm::wfi();

@@ -11,7 +11,7 @@ const REGISTERS: u32 = 4;
 
 /// Registers that are not 0 at reset: RM0090 rev 19 and the register crate `stm32f4` 0.16 (but OSPEEDR of port A, which only
 /// the manual has). The firmware has set the clock enables.
-const NOT_ZERO: [(&str, u32, u32); 27] = [
+const NOT_ZERO: [(&str, u32, u32); 24] = [
     ("GPIOA_MODER", 0x4002_0000, 0xa800_0000),
     ("GPIOA_OSPEEDR", 0x4002_0008, 0x0c00_0000),
     ("GPIOA_PUPDR", 0x4002_000c, 0x6400_0000),
@@ -22,9 +22,7 @@ const NOT_ZERO: [(&str, u32, u32); 27] = [
     ("USART2_SR", 0x4000_4400, 0x0000_00c0),
     ("USART3_SR", 0x4000_4800, 0x0000_00c0),
     ("USART6_SR", 0x4001_1400, 0x0000_00c0),
-    ("TIM2_ARR", 0x4000_002c, 0xffff_ffff),
-    ("TIM5_ARR", 0x4000_0c2c, 0xffff_ffff),
-    ("TIM4_ARR", 0x4000_082c, 0x0000_ffff),
+    // ARR of the timers is left out: the stock ones begin with 0, the chip's with all bits set. The image sets those it uses.
     ("RCC_CR", 0x4002_3800, 0x0000_0083),
     ("RCC_PLLCFGR", 0x4002_3804, 0x2400_3010),
     ("RCC_AHB1ENR", 0x4002_3830, 0x0010_000f),

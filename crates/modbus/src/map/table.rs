@@ -445,11 +445,16 @@ const SLOT_SETTINGS: &[Entry] = &[
     setting(24, Form::U16, slot::id::STALE_AUTO, 1),
 ];
 
-const fn name(offset: u16, part: usize) -> Entry {
-    setting(offset, Form::U32, slot::id::NAME[part], 1)
+const fn name(offset: u16, id: u8) -> Entry {
+    setting(offset, Form::U32, id, 1)
 }
 
-const SLOT_NAMES: &[Entry] = &[name(0, 0), name(2, 1), name(4, 2), name(6, 3)];
+const SLOT_NAMES: &[Entry] = &[
+    name(0, slot::id::NAME[0]),
+    name(2, slot::id::NAME[1]),
+    name(4, slot::id::NAME[2]),
+    name(6, slot::id::NAME[3]),
+];
 
 /// Registers in thousandths of the setting's own unit: milliseconds of microseconds, millidegrees of micro-degrees.
 const MILLI: u16 = 1_000;
