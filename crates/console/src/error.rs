@@ -21,6 +21,10 @@ pub enum Error<'a> {
     Unknown,
     /// Something is missing that this command needs.
     Missing(&'static str),
+    /// A word is missing, one of these.
+    MissingOne { what: &'static str, expected: &'static [&'static str] },
+    /// A setting that is named twice: one of the values is not meant.
+    Twice(&'static str),
     /// A word that is none of those expected.
     Word { value: &'a str, expected: &'static [&'static str] },
     /// A number out of its range, in units of its last decimal; or no number.
@@ -78,6 +82,10 @@ impl Error<'_> {
         match *self {
             Error::Unknown => ("unknown_command", "", [NONE; 4]),
             Error::Missing(what) => ("missing_argument", "what", [what.into(), NONE, NONE, NONE]),
+            Error::MissingOne { what, expected } => {
+                ("missing_argument", "what expected", [what.into(), Value::OneOf(expected), NONE, NONE])
+            }
+            Error::Twice(what) => ("named_twice", "what", [what.into(), NONE, NONE, NONE]),
             Error::Word { value, expected } => {
                 ("bad_argument", "value expected", [value.into(), Value::OneOf(expected), NONE, NONE])
             }
@@ -200,6 +208,10 @@ impl Display for Error<'_> {
         match self {
             Error::Unknown => out.write_str("unknown command, try help"),
             Error::Missing(what) => write!(out, "missing {what}"),
+            Error::MissingOne { what, expected } => {
+                write!(out, "missing {what}: {}", Value::OneOf(expected))
+            }
+            Error::Twice(what) => write!(out, "{what} is named twice"),
             Error::Word { value, expected } => write!(out, "{value}: expected {}", Value::OneOf(expected)),
             Error::Range { what, word, value, least, most, decimals } => {
                 let number = if value.is_none() { "a number " } else { "" };

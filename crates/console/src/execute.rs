@@ -31,7 +31,7 @@ pub fn execute<'j>(
 
 fn carry_out<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Outcome {
     let (name, rest) = typed::split(line);
-    let command = command(job, name)?;
+    let command = command(job, if name == "?" { "help" } else { name })?;
     job.typed.take(rest).map_err(|error| job.refuse(&error))?;
     if job.typed.help {
         command.describe(&mut job.reply);

@@ -209,7 +209,7 @@ impl Write for Buffer {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         let free = self.bytes.get_mut(self.length..).unwrap_or_default();
         let place = free.get_mut(..text.len()).ok_or(fmt::Error)?;
-        place.copy_from_slice(text.as_bytes());
+        place.iter_mut().zip(text.bytes()).for_each(|(place, byte)| *place = byte);
         self.length = self.length.saturating_add(text.len());
         Ok(())
     }

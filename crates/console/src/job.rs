@@ -13,6 +13,7 @@ use crate::number;
 use crate::pending::{Next, Pending};
 use crate::presence::Presence;
 use crate::reply::Reply;
+use crate::settings::Change;
 use crate::typed::{Opt, Typed};
 use crate::value::Label;
 use crate::words::{Words, place};
@@ -58,8 +59,27 @@ impl<'a> Job<'_, 'a> {
 
     /// The next word, one of a list.
     pub fn one_of<W: Words>(&mut self, what: &'static str) -> Result<W, Told> {
-        let word = self.word(what)?;
+        let word = self.word_of(what, W::NAMES)?;
         self.meaning(word)
+    }
+
+    /// The next word, which is to be one of a list.
+    #[inline(never)]
+    pub fn word_of(
+        &mut self,
+        what: &'static str,
+        expected: &'static [&'static str],
+    ) -> Result<&'a str, Told> {
+        self.typed.next().ok_or_else(|| self.refuse(&Error::MissingOne { what, expected }))
+    }
+
+    /// A setting that is named is not named again.
+    #[inline(never)]
+    pub fn once(&mut self, name: &'static str, change: &Change, id: u8) -> Outcome {
+        match change.of(id) {
+            Some(_) => Err(self.refuse(&Error::Twice(name))),
+            None => Ok(()),
+        }
     }
 
     /// Where a word stands in a list.

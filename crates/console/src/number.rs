@@ -23,6 +23,10 @@ pub fn parse(word: &str, decimals: u32) -> Option<i64> {
             _ => return None,
         }
     }
+    // A point behind which there is nothing has lost what was typed there.
+    if fraction && room == decimals {
+        return None;
+    }
     for _ in 0..room {
         value = value.wrapping_mul(10);
     }
@@ -50,6 +54,8 @@ mod tests {
             ("", 0, None),
             ("-", 0, None),
             (".", 3, None),
+            ("12.", 3, None),
+            ("-0.", 3, None),
             ("5x", 0, None),
             ("+5", 0, None),
             ("999999999999999", 3, Some(999_999_999_999_999_000)),

@@ -152,6 +152,8 @@ impl Job<'_, '_> {
     #[inline(never)]
     fn typed_value(&mut self, what: Label, form: &Form, word: &str) -> Result<i64, Told> {
         let (least, most) = form.limits();
+        // No slot is `none` here.
+        let least = if matches!(form, Form::Slot) { 0 } else { least };
         let decimals = form.decimals();
         match form {
             Form::Flag => return self.meaning::<bool>(word).map(i64::from),
@@ -173,9 +175,10 @@ impl Job<'_, '_> {
     ) -> Result<Change, Told> {
         let mut change = Change::default();
         loop {
-            let word = self.word("field")?;
+            let word = self.word_of("setting", names)?;
             let place = self.place(word, names)?;
             let Some(setting) = table.get(place) else { return Err(Told) };
+            self.once(setting.name, &change, setting.id)?;
             let word = self.word("value")?;
             let value = self.value(setting, word)?;
             change.name(setting.id, value);

@@ -177,9 +177,10 @@ fn set_settings(job: &mut Job<'_, '_>, slot: u8) -> Outcome {
 fn slot_change(job: &mut Job<'_, '_>) -> Result<Change, Told> {
     let mut change = Change::default();
     while !change.is_full() {
-        let word = job.word("field")?;
+        let word = job.word_of("setting", &NAMES)?;
         let place = job.place(word, &NAMES)?;
         let Some(setting) = SETTINGS.get(place) else { return Err(Told) };
+        job.once(setting.name, &change, setting.id)?;
         let word = job.word("value")?;
         if setting.form == Form::Characters {
             name(job, word, &mut change)?;
@@ -191,6 +192,7 @@ fn slot_change(job: &mut Job<'_, '_>) -> Result<Change, Told> {
         let value = job.value(setting, word)?;
         change.name(setting.id, value);
         if let (id::FILTER, 1.., Some(samples)) = (setting.id, value, self::setting(id::SAMPLES)) {
+            job.once("samples", &change, id::SAMPLES)?;
             let word = job.word("samples")?;
             let value = job.value(samples, word)?;
             change.name(id::SAMPLES, value);

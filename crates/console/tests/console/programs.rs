@@ -34,6 +34,13 @@ fn what_is_wrong_is_said_with_its_limit() {
     let mut desk = Desk::new();
     for (line, answer) in [
         ("nonsense", r#"{"error":{"kind":"unknown_command"}}"#),
+        ("slot 1", r#"{"error":{"kind":"missing_argument","what":"kind","expected":"off, t7, isu or pwm"}}"#),
+        ("set console", r#"{"error":{"kind":"missing_argument","what":"setting","expected":"idle"}}"#),
+        ("set 1 period 20 period 400", r#"{"error":{"kind":"named_twice","what":"period"}}"#),
+        ("set 1 filter mean 3 samples 4", r#"{"error":{"kind":"named_twice","what":"samples"}}"#),
+        ("set 1 samples 4 filter mean 3", r#"{"error":{"kind":"named_twice","what":"samples"}}"#),
+        ("set t7 guard 87 guard 88", r#"{"error":{"kind":"named_twice","what":"guard"}}"#),
+        ("set 1 name a name b", r#"{"error":{"kind":"named_twice","what":"name"}}"#),
         ("read", r#"{"error":{"kind":"missing_argument","what":"slot"}}"#),
         ("read 48", r#"{"error":{"kind":"out_of_range","what":"slot","value":48,"least":0,"most":47}}"#),
         ("read x", r#"{"error":{"kind":"bad_argument","what":"slot","value":"x","least":0,"most":47}}"#),

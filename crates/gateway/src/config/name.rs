@@ -20,7 +20,7 @@ impl Name {
     pub fn new(text: &str) -> Option<Name> {
         let mut name = Name::NONE;
         let place = name.0.get_mut(..text.len())?;
-        place.copy_from_slice(text.as_bytes());
+        place.iter_mut().zip(text.bytes()).for_each(|(place, byte)| *place = byte);
         name.is_valid().then_some(name)
     }
 

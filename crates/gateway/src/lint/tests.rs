@@ -71,7 +71,8 @@ fn each_finding_says_slot_and_limit() {
     assert_eq!(said(&[t7(1, 20), t7(126, 20)]), ["slot 1: all 2 nodes answer to address 126"]);
     assert_eq!(said(&[t7(126, 20)]), [""; 0], "one node may be asked so");
     assert_eq!(said(&[isu(0, 533), isu(3, 533)]), ["slot 0: all 2 nodes answer to address 0"]);
-    assert_eq!(said(&[isu(1, 266)]), ["slot 0: asked every 266 ms, new every 533 ms"]);
+    assert_eq!(said(&[isu(1, 266)]), [""; 0], "as delivered");
+    assert_eq!(said(&[isu(1, 265)]), ["slot 0: asked every 265 ms, new every 533 ms"]);
     let pwm = SlotConfig { partner: Some(0), ..SlotConfig::usual(Source::Pwm { input: PwmInput::Pwm1 }) };
     assert_eq!(said(&[t7(1, 20), pwm]), ["slot 1: slot 0 reads no ISU"]);
     let damped = check(&[t7(1, 20), t7(2, 20)], |slot| Some(if slot == 0 { 124 } else { 125 }));
