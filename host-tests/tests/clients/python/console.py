@@ -105,7 +105,7 @@ def program_speaks_json():
             assert away(reading["angle_deg"], true) <= tolerance, (reading, true)
     for command, error in [
         ("read 48", {"kind": "out_of_range", "what": "slot", "value": 48, "least": 0, "most": 47}),
-        ("slot 1 isu 15", {"kind": "out_of_range", "what": "isu_address", "value": 15, "least": 1, "most": 14}),
+        ("slot 1 isu 15", {"kind": "out_of_range", "what": "address", "value": 15, "allowed": "1 to 14, or 0 if it is alone"}),
         ("read x", {"kind": "bad_argument", "what": "slot", "value": "x", "least": 0, "most": 47}),
         ("nonsense", {"kind": "unknown_command"}),
     ]:
