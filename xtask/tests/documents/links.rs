@@ -73,6 +73,42 @@ fn every_link_leads_somewhere() {
     assert!(links > 50, "{links}");
 }
 
+/// All sources, as paths from the root on.
+fn sources(folder: &Path, found: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
+        if path.is_dir() && name != "target" && !name.starts_with('.') {
+            sources(&path, found);
+        } else if name.ends_with(".rs") {
+            found.push(path.strip_prefix(root()).expect("below the root").display().to_string());
+        }
+    }
+}
+
+/// A page may leave out the beginning of a path: `board/timing.rs`, `gate.rs`. The changelog also names files of the past,
+/// `panics.md` those of other people's crates; it has a check of its own.
+#[test]
+fn every_source_that_a_page_names_is_there() {
+    let mut files = Vec::new();
+    sources(root(), &mut files);
+    let mut wrong = Vec::new();
+    let mut named = 0;
+    let pages = docs().into_iter().chain(["README.md", "CONTRIBUTING.md"].map(|name| root().join(name)));
+    for page in pages.filter(|page| !page.ends_with("panics.md")) {
+        let text = fs::read_to_string(&page).expect("a page");
+        for name in text.split('`').skip(1).step_by(2).filter(|name| name.ends_with(".rs") && !name.contains(' ')) {
+            named += 1;
+            let is_there = files.iter().any(|file| file == name || file.ends_with(&format!("/{name}")));
+            if !is_there {
+                wrong.push(format!("{}: `{name}`", page.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(named > 50, "{named}");
+}
+
 #[test]
 fn a_wrong_link_is_noticed() {
     let page = root().join("docs/console.md");
