@@ -34,6 +34,8 @@ enum Shown {
     Session,
     /// The stream: this many lines, the first of which is the first that begins like this.
     Lines(&'static str, usize),
+    /// The stream without its readings: this many lines, from the first on that begins like this.
+    WithoutReadings(&'static str, usize),
 }
 
 /// As delivered, but for the T7 at address 2, which is not there.
@@ -56,7 +58,7 @@ static TRANSCRIPTS: [Transcript; 9] = [
         sensors: USUAL,
         typed: &[],
         duration: "2500ms",
-        shown: Shown::Lines("{\"slot\":0,", 2),
+        shown: Shown::Lines("{\"slot\":1,", 2),
     },
     Transcript {
         name: "readme",
@@ -66,7 +68,7 @@ static TRANSCRIPTS: [Transcript; 9] = [
             (2_000, ""),
             (2_200, "list"),
             (2_600, "zero 0"),
-            (2_800, "slot 1 t7 3"),
+            (2_800, "slot 1 off"),
             (3_200, "list"),
             (3_400, "save"),
         ],
@@ -87,7 +89,7 @@ static TRANSCRIPTS: [Transcript; 9] = [
         sensors: USUAL,
         typed: &[],
         duration: "2500ms",
-        shown: Shown::Lines("{\"stats\":\"t7\"", 9),
+        shown: Shown::WithoutReadings("{\"stats\":\"t7\"", 9),
     },
     Transcript {
         name: "session",
@@ -118,9 +120,9 @@ static TRANSCRIPTS: [Transcript; 9] = [
             (31_000, "t7 baud 5 115200"),
             (32_000, "y"),
             (34_000, "slot 0 t7 5"),
-            (34_500, "list"),
+            (35_500, "list"),
         ],
-        duration: "35s",
+        duration: "36s",
         shown: Shown::Session,
     },
     Transcript {
@@ -133,9 +135,9 @@ static TRANSCRIPTS: [Transcript; 9] = [
             (1_800, "set 0 period 50"),
             (2_400, "t7 zero 1"),
             (2_500, "t7 zero 1 --yes"),
-            (3_500, "set 0 period 99999999"),
+            (5_000, "set 0 period 99999999"),
         ],
-        duration: "4s",
+        duration: "5500ms",
         shown: Shown::Session,
     },
     Transcript {
@@ -272,10 +274,12 @@ impl Transcript {
         }
         let ran = run(&scenario);
         let lines = ran.lines.iter().map(|line| line.text.as_str());
+        let from = |first: &'static str| lines.clone().skip_while(move |line| !line.starts_with(first));
         let shown: Vec<&str> = match *shown {
-            Shown::Session => lines.skip_while(|line| !line.starts_with("clino> ")).collect(),
-            Shown::Lines(first, count) => {
-                lines.skip_while(|line| !line.starts_with(first)).take(count).collect()
+            Shown::Session => from("clino> ").collect(),
+            Shown::Lines(first, count) => from(first).take(count).collect(),
+            Shown::WithoutReadings(first, count) => {
+                from(first).filter(|line| !line.starts_with("{\"slot\"")).take(count).collect()
             }
         };
         shown.iter().map(|line| format!("{}\n", line.trim_end())).collect()

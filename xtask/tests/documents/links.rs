@@ -97,7 +97,9 @@ fn every_source_that_a_page_names_is_there() {
     let pages = docs().into_iter().chain(["README.md", "CONTRIBUTING.md"].map(|name| root().join(name)));
     for page in pages.filter(|page| !page.ends_with("panics.md")) {
         let text = fs::read_to_string(&page).expect("a page");
-        for name in text.split('`').skip(1).step_by(2).filter(|name| name.ends_with(".rs") && !name.contains(' ')) {
+        for name in
+            text.split('`').skip(1).step_by(2).filter(|name| name.ends_with(".rs") && !name.contains(' '))
+        {
             named += 1;
             let is_there = files.iter().any(|file| file == name || file.ends_with(&format!("/{name}")));
             if !is_there {

@@ -1,6 +1,7 @@
 //! Pages, their blocks of code, and the parts of them that are generated.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::{Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 
 /// The folder of the repository.
@@ -50,8 +51,12 @@ pub fn blocks(page: &str) -> Vec<Block<'_>> {
 
 /// Compares what stands between `<!-- begin NAME -->` and `<!-- end -->` in a page below `docs`, or writes it.
 pub fn settle(page: &str, name: &str, fresh: &str) {
-    let path = root().join("docs").join(page);
-    let text = fs::read_to_string(&path).expect("a page");
+    // Several tests may write one page.
+    let mut file =
+        File::options().read(true).write(true).open(root().join("docs").join(page)).expect("a page");
+    file.lock().expect("a lock");
+    let mut text = String::new();
+    file.read_to_string(&mut text).expect("text");
     let begin = format!("<!-- begin {name} -->\n");
     let (before, rest) = text.split_once(&begin).unwrap_or_else(|| panic!("{begin} in docs/{page}"));
     let (found, after) = rest.split_once("<!-- end -->").expect("the end of it");
@@ -63,6 +68,7 @@ pub fn settle(page: &str, name: &str, fresh: &str) {
         update,
         "docs/{page}, {name}: UPDATE=1 cargo test -p xtask --test documents writes it anew:\n{fresh}"
     );
-    fs::write(&path, format!("{before}{begin}\n{}\n\n<!-- end -->{after}", fresh.trim()))
-        .expect("it is written");
+    let text = format!("{before}{begin}\n{}\n\n<!-- end -->{after}", fresh.trim());
+    file.rewind().and_then(|()| file.set_len(0)).expect("an empty file");
+    file.write_all(text.as_bytes()).expect("it is written");
 }

@@ -27,7 +27,8 @@ fn settle(name: &str, fresh: &str) {
         std::env::var_os("UPDATE").is_some(),
         "docs/console.md, {name}: UPDATE=1 cargo test -p clino-console --test console reference writes it anew:\n{fresh}"
     );
-    fs::write(&path, format!("{before}{begin}\n{}\n\n<!-- end -->{after}", fresh.trim())).expect("it is written");
+    fs::write(&path, format!("{before}{begin}\n{}\n\n<!-- end -->{after}", fresh.trim()))
+        .expect("it is written");
 }
 
 /// The texts of an object whose values are texts without quotes.
