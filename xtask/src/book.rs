@@ -114,6 +114,8 @@ fn place(target: &str, folder: &str) -> Option<String> {
     };
     let (file, _) = path.split_once('#').unwrap_or((&path, ""));
     match path.strip_prefix("docs/") {
+        // It is the book's own list of pages, and no page.
+        Some("SUMMARY.md") => None,
         Some(place) => Some(place.to_owned()),
         None if OF_THE_ROOT.contains(&file) => Some(path),
         None => None,
@@ -129,6 +131,7 @@ mod tests {
         for (folder, page, expected) in [
             ("", "see [a](docs/a.md#b) and ![b](docs/b.svg).\n", "see [a](a.md#b) and ![b](b.svg).\n"),
             ("", "[how](CONTRIBUTING.md), [law](LICENSE-MIT)", "[how](CONTRIBUTING.md), law"),
+            ("", "in [this order](docs/SUMMARY.md)", "in this order"),
             (
                 "docs/",
                 "[a](a.md), [top](../README.md#x), [`src/b.rs`](../src/b.rs)",
