@@ -1,4 +1,7 @@
-//! The board: which pin and which peripheral plays which role. The only file that names them.
+//! The board: which pin and which peripheral plays which role.
+//!
+//! It is the only file that names pins. Peripherals are also named by the file that drives each of them, and interrupts
+//! where they are handled: the table in `docs/architecture.md`.
 //!
 //! | role          | peripheral | pins                        | what else hangs on them on a STM32F4-Discovery |
 //! |---------------|------------|-----------------------------|------------------------------------------------|
@@ -24,7 +27,7 @@ use clino_recovery::{Clock, Mode, Uid};
 use cortex_m::peripheral::{DWT, NVIC};
 use cortex_m::singleton;
 use heapless::spsc::{Consumer, Queue};
-use stm32f4xx_hal::gpio::{Alternate, Output, PA1, PA15, PB8, PD10, Pin, PinState, Pull};
+use stm32f4xx_hal::gpio::{Alternate, Output, PA1, PA15, PB8, PC8, PD10, Pin, PinState, Pull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{BusClock, BusTimerClock, Config, Enable, Rcc, Reset};
@@ -39,6 +42,8 @@ use crate::{bus, clock, console, modbus, params, start, watchdog};
 
 pub type T7Port = Rs485<pac::USART1, PB8<Output>>;
 pub type IsuPort = Rs485<pac::USART3, PD10<Output>>;
+/// Driver enable of the Modbus port.
+pub type ModbusDe = PC8<Output>;
 pub type Pwm1Port = PwmCapture<Tim5, PA1<Alternate<2>>>;
 pub type Pwm2Port = PwmCapture<pac::TIM2, PA15<Alternate<1>>>;
 

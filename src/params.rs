@@ -1,7 +1,7 @@
-//! Every number of the firmware: value, unit, derivation, source.
+//! The numbers of this board and this installation: value, unit, derivation, source.
 //!
-//! Pins are in `board.rs`; what a sensor needs is in the codec and bus crates; this is what this board and
-//! this installation need.
+//! Pins are in `board.rs`. What a sensor needs is in the codec and bus crates; what each kind of slot begins with (periods,
+//! stale limits, rates) is in the gateway's `config.rs`; sizes of queues and waits of one driver are in its file.
 
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::{isu, pwm, t7};

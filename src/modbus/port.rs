@@ -1,6 +1,6 @@
 //! The Modbus port's USART and its driver-enable pin: characters in, answers out.
 //!
-//! The transceiver's receiver is off while its driver is on (PC8 is DE and R̅E̅), so nothing of an answer comes back. DE
+//! The transceiver's receiver is off while its driver is on (one pin is DE and R̅E̅), so nothing of an answer comes back. DE
 //! falls in the transmission-complete interrupt of the last character.
 
 use core::cell::RefCell;
@@ -11,10 +11,10 @@ use clino_modbus::settings::{Parity, StopBits};
 use clino_modbus::{MAX_FRAME, Settings};
 use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer, Queue};
-use stm32f4xx_hal::gpio::{Output, PC8};
 use stm32f4xx_hal::pac::{self, interrupt};
 
 use super::Lines;
+use crate::board::ModbusDe;
 use crate::{clock, uart};
 
 /// Characters that can wait for the Modbus level: 2.7 ms of them at 115200 bit/s.
@@ -62,7 +62,7 @@ impl Queues {
 struct Port {
     uart: pac::USART6,
     clock_hz: u32,
-    de: PC8<Output>,
+    de: ModbusDe,
     events: Producer<'static, Event>,
     answer: Consumer<'static, u8>,
     /// An event found no room, or an overrun came without a character: the next one carries it.
@@ -74,7 +74,7 @@ static PORT: Mutex<RefCell<Option<Port>>> = Mutex::new(RefCell::new(None));
 /// Takes over a USART whose clock runs at `clock_hz`.
 pub fn start(
     uart: pac::USART6,
-    de: PC8<Output>,
+    de: ModbusDe,
     clock_hz: u32,
     settings: &Settings,
     queues: &'static mut Queues,

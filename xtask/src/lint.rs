@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use crate::book;
 use crate::command::{self, Outcome};
 use crate::firmware::{self, PACKAGE, TARGET};
 use crate::steps::Steps;
@@ -29,6 +30,9 @@ fn all(steps: &mut Steps) -> Outcome {
     // With the features of the first clippy, so that what the crates depend on is read once.
     steps.run("documentation", documentation(["--all-features"]));
     steps.run("documentation of the image", documentation(image));
+    if let Err(failure) = steps.own("book", book::check) {
+        eprintln!("FAILED {failure}");
+    }
     Ok(())
 }
 

@@ -1,5 +1,6 @@
 //! `cargo xtask …`: the front door to everything that plain cargo cannot do.
 
+mod book;
 mod campaign;
 mod check;
 mod command;
@@ -12,6 +13,7 @@ mod sim;
 mod size;
 mod steps;
 mod test;
+mod transcripts;
 
 use std::env;
 use std::process::ExitCode;
@@ -25,12 +27,15 @@ Usage: cargo xtask <command>
              every test: portable, firmware build, firmware on the virtual board;
              --quick: the portable ones, and a handful on the firmware image.
              With `cargo nextest` where it is installed; CLINO_TEST_RUNNER=cargo does without it
-  lint       formatting, clippy for host and target, documentation
+  lint       formatting, clippy for host and target, documentation, the book if mdbook is installed
   check [NAME ...]
              figures of the reusable crates: panics, instructions, coverage, fuzzing, ...
   campaign [NAME ...]
              long runs of what the tests show in short; without a name it lists them, and says
              how to add one
+  book       the documents as a book, below target/book, with mdBook
+  transcripts
+             write the console transcripts of the documents anew, from runs of the firmware image
   size       flash and RAM of the firmware image, against its budget
   flash      put the firmware on a real STM32F407 board (needs probe-rs)
 
@@ -52,6 +57,8 @@ fn main() -> ExitCode {
         Some("campaign") => campaign::run(&rest),
         Some("lint") if rest.is_empty() => lint::run(),
         Some("size") if rest.is_empty() => size::run(),
+        Some("book") if rest.is_empty() => book::run(),
+        Some("transcripts") if rest.is_empty() => transcripts::run(),
         Some("flash") if rest.is_empty() => flash::run(),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");

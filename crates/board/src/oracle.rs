@@ -22,8 +22,9 @@ use clino_sim::node::Ns;
 pub use reading::{Reading, parse};
 
 const MS: Ns = 1_000_000;
-/// Longest wait of a line for those before it. The gateway makes a line when fewer than 64 characters are ahead of
-/// it, 5.6 ms at 115200 bit/s; doubled, less a little.
+/// Longest wait of a line for those before it. The gateway makes a line when fewer than 16 characters are ahead of it, 1.4 ms
+/// at 115200 bit/s. The rest is for the time between the reading and the line: levels above the main loop, which makes the
+/// lines, may hold it off.
 pub const MARGIN: Ns = 10 * MS;
 /// Time in which a slot must have settled at the end of a run.
 pub const SETTLE: Ns = 1_000 * MS;

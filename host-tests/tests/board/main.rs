@@ -25,5 +25,6 @@ mod settings;
 mod summary;
 mod throughput;
 mod timing;
+mod transcripts;
 mod typing;
 mod unplugging;

@@ -1,4 +1,4 @@
-//! Modbus masters: stock pymodbus, and `mbpoll` as the README has it.
+//! Modbus masters: stock pymodbus, and `mbpoll` as `docs/quick-start-virtual.md` has it.
 
 use std::fs::OpenOptions;
 use std::io::{Read as _, Write as _};
@@ -99,7 +99,7 @@ fn a_request_from_before_the_gateway_has_started_is_answered() {
 }
 
 #[test]
-fn mbpoll_reads_angles_as_the_readme_says() {
+fn mbpoll_reads_angles_as_the_quick_start_says() {
     let Some(mbpoll) = mbpoll() else { return };
     let board = Board::start("mbpoll");
     let test = poll(mbpoll, "-t 4:hex -r 13 -c 4", &board.modbus);

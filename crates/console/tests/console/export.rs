@@ -12,7 +12,7 @@ use clino_modbus::settings::{Parity, Pauses, Settings, StopBits};
 
 use crate::desk::Desk;
 
-/// The longest line that can be typed (README).
+/// The longest line that can be typed (`docs/console.md`).
 const LONGEST: usize = 80;
 
 fn configs(desk: &Desk) -> Vec<SlotConfig> {

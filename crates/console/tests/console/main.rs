@@ -8,6 +8,7 @@ mod export;
 mod orders;
 mod people;
 mod programs;
+mod reference;
 mod slots;
 mod starts;
 mod terminals;

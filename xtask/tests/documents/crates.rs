@@ -1,0 +1,59 @@
+//! The picture of the crates, from what cargo knows of them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::page::{root, settle};
+
+/// What each crate of the workspace depends on, tests left out.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let arguments = ["metadata", "--format-version", "1", "--no-deps", "--offline"];
+    let output = Command::new(cargo).args(arguments).current_dir(root()).output().expect("cargo runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let packages = metadata["packages"].as_array().expect("packages");
+    let name = |package: &Value| package["name"].as_str().expect("a name").to_owned();
+    let ours: BTreeSet<String> = packages.iter().map(name).collect();
+    let of = |package: &Value| {
+        let all = package["dependencies"].as_array().expect("dependencies");
+        let normal = all.iter().filter(|dependency| dependency["kind"].is_null());
+        normal.map(name).filter(|name| ours.contains(name)).collect()
+    };
+    packages.iter().map(|package| (name(package), of(package))).collect()
+}
+
+/// Everything that a crate depends on, by way of others.
+fn reach(of: &BTreeMap<String, BTreeSet<String>>, name: &str) -> BTreeSet<String> {
+    let mut reached = BTreeSet::new();
+    let mut open: Vec<&String> = of[name].iter().flat_map(|direct| &of[direct]).collect();
+    while let Some(next) = open.pop() {
+        if reached.insert(next.clone()) {
+            open.extend(&of[next]);
+        }
+    }
+    reached
+}
+
+/// An arrow from each crate to what it depends on; one that others imply is left out.
+#[test]
+fn the_picture_of_the_crates_is_true() {
+    let of = dependencies();
+    let mut picture = String::from("```mermaid\ngraph TD\n");
+    for (name, direct) in &of {
+        let short = |name: &str| name.strip_prefix("clino-").unwrap_or(name).to_owned();
+        let implied = reach(&of, name);
+        assert!(!implied.contains(name), "{name} depends on itself");
+        if direct.is_empty() {
+            writeln!(picture, "  {}", short(name)).expect("a string");
+        }
+        for needed in direct.difference(&implied) {
+            writeln!(picture, "  {} --> {}", short(name), short(needed)).expect("a string");
+        }
+    }
+    picture += "```\n";
+    settle("architecture.md", "crates", &picture);
+}
