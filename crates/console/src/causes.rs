@@ -1,6 +1,7 @@
 //! Why a task failed, as a word that does not change.
 //!
-//! The whole sentence is in the `Display` of the cause; here it would cost twenty kilobytes of flash.
+//! The whole sentence is in the `Display` of the cause; here it would cost twenty kilobytes of flash. What a person does next
+//! is said in one sentence for each group of causes.
 
 use clino_commissioning::{isu, t7};
 
@@ -48,4 +49,46 @@ pub const fn isu(cause: &isu::Cause) -> &'static str {
         Cause::NotFound { .. } => "not_found",
         Cause::Cancelled => "cancelled",
     }
+}
+
+/// What a person does after a task of a T7 has failed so; `None` where the cause says it.
+pub const fn after_t7(cause: &t7::Cause) -> Option<&'static str> {
+    use t7::Cause;
+    Some(match cause {
+        Cause::NoAnswer { .. } | Cause::Lost { .. } => {
+            "t7 scan all finds what answers, at every bit rate; if nothing does, check supply, A and B, ground"
+        }
+        Cause::Status { .. } | Cause::OutOfRange { .. } => {
+            "t7 info tells what the sensor is and how it is set"
+        }
+        Cause::NotTaken { .. } | Cause::StillAt { .. } | Cause::StillAtRate { .. } => {
+            "the sensor has kept what it had: try again"
+        }
+        Cause::NotZero { .. } | Cause::Moving { .. } => "hold the sensor still and try again",
+        Cause::UnknownProduct { .. } | Cause::WrongSerial { .. } => "t7 scan tells which sensors there are",
+        Cause::AddressTaken { .. } => "t7 scan tells which addresses are in use",
+        Cause::Refused(_) | Cause::WritesToAll { .. } | Cause::Cancelled => return None,
+    })
+}
+
+/// The same of an ISU.
+pub const fn after_isu(cause: &isu::Cause) -> Option<&'static str> {
+    use isu::Cause;
+    Some(match cause {
+        Cause::NoAnswer { .. } | Cause::NotFound { .. } => {
+            "check address, supply, A and B, ground; one that is alone on its line answers a slot with address 0"
+        }
+        Cause::Device { .. } | Cause::NotBooted { .. } => "switch its supply off and on, then isu info",
+        Cause::HardError | Cause::Unsound(_) | Cause::NotTheChecksum(_) | Cause::Mismatch { .. } => {
+            "isu repair brings its memory back"
+        }
+        Cause::NotTaken { .. } | Cause::NotKept { .. } | Cause::StillAt { .. } => {
+            "isu info tells what the sensor has; try again"
+        }
+        Cause::NotZero { .. } | Cause::Moving { .. } => "hold the sensor still and try again",
+        Cause::ZeroOnSharedLine => "give its address, or connect it alone",
+        Cause::ReservedAddress => "choose an address from 1 to 14",
+        Cause::AddressTaken { .. } => "another ISU has that address: choose a free one",
+        Cause::Cancelled => return None,
+    })
 }

@@ -1,6 +1,5 @@
 //! The command language: what can be typed, how, and what `help` says of it.
 
-use crate::line::Line;
 use crate::reply::Reply;
 use crate::settings;
 
@@ -115,6 +114,11 @@ impl Command {
         COMMANDS.iter().find(|command| command.name == name)
     }
 
+    /// The name of a command, by its place in the list.
+    pub fn name_at(place: usize) -> Option<&'static str> {
+        COMMANDS.get(place).map(|command| command.name)
+    }
+
     /// Tells how to use it, and what it can set.
     #[inline(never)]
     pub fn describe(&self, reply: &mut Reply<'_>) {
@@ -142,37 +146,4 @@ pub fn describe_all(reply: &mut Reply<'_>) {
             command.usage(reply);
         }
     }
-}
-
-/// Completes the word before the cursor as far as it is clear which is meant, with a blank behind it if it is whole.
-///
-/// Where nothing can be completed a blank is put behind the word: a tab in a text that is pasted keeps its words apart.
-pub fn complete(line: &mut Line) {
-    let before = line.before_cursor();
-    let begun = before.bytes().rev().take_while(|&byte| byte != b' ').count();
-    let is_first = begun == before.trim_ascii_start().len();
-    let begun = before.get(before.len().saturating_sub(begun)..).unwrap_or("");
-    let mut found: Option<&'static str> = None;
-    let mut is_whole = !begun.is_empty();
-    for rest in COMMANDS.iter().filter_map(|command| command.name.strip_prefix(begun)) {
-        if !is_first {
-            break;
-        }
-        // A name that is whole is meant, even if another begins with it.
-        is_whole = found.is_none() || rest.is_empty();
-        found = Some(if rest.is_empty() { rest } else { found.map_or(rest, |found| common(found, rest)) });
-        if rest.is_empty() {
-            break;
-        }
-    }
-    found.unwrap_or("").bytes().for_each(|byte| line.insert(byte));
-    if is_whole {
-        line.insert(b' ');
-    }
-}
-
-/// What both begin with.
-fn common(one: &'static str, other: &str) -> &'static str {
-    let same = one.bytes().zip(other.bytes()).take_while(|(one, other)| one == other).count();
-    one.get(..same).unwrap_or("")
 }

@@ -9,6 +9,7 @@ use clino_gateway::Consequence;
 use clino_gateway::order::Order;
 use clino_gateway::task::{News, isu, t7};
 
+use crate::causes;
 use crate::reply::Reply;
 use crate::value::Value;
 
@@ -120,7 +121,16 @@ pub fn remind(reply: &mut Reply<'_>, news: &News) {
             change: Change::Changed { to: eeprom::Change::ModuleAddress(_), .. },
             ..
         })) => "save keeps the new address in its slots over a start",
+        News::T7(t7::News::Failed(failure)) => return advise(reply, causes::after_t7(&failure.cause)),
+        News::Isu(isu::News::Failed(failure)) => return advise(reply, causes::after_isu(&failure.cause)),
         _ => return,
     };
     reply.hint("unsaved", &why, "", &[]);
+}
+
+/// What to do next, for people: a program has the cause.
+fn advise(reply: &mut Reply<'_>, step: Option<&'static str>) {
+    if let Some(step) = step.filter(|_| reply.is_for_people()) {
+        reply.hint("next", &step, "", &[]);
+    }
 }

@@ -10,10 +10,10 @@
 
 use core::fmt::Write;
 
-use crate::command;
+use crate::complete::complete;
 use crate::history::History;
 use crate::keys::{Key, Keys};
-use crate::line::{Line, PROMPT, Reason};
+use crate::line::{Line, NOT_SAVED, PROMPT, Reason};
 use crate::received::Received;
 use crate::typed::split_before;
 
@@ -62,12 +62,20 @@ pub struct Editor {
     keys: Keys,
     history: History,
     pressed: u16,
+    /// The prompt says that the settings in force are not saved.
+    pub is_unsaved: bool,
 }
 
 impl Editor {
     /// Nothing was typed.
     pub const fn new() -> Editor {
-        Editor { line: Line::new(), keys: Keys::new(), history: History::new(), pressed: 0 }
+        Editor {
+            line: Line::new(),
+            keys: Keys::new(),
+            history: History::new(),
+            pressed: 0,
+            is_unsaved: false,
+        }
     }
 
     /// Begins the next line.
@@ -129,7 +137,7 @@ impl Editor {
         let mut from = Some(cursor);
         match key {
             Key::Character(byte) => line.insert(byte),
-            Key::Tab => command::complete(line),
+            Key::Tab => complete(line),
             Key::Backspace => {
                 let before = cursor.saturating_sub(1);
                 line.remove(before, cursor);
@@ -179,6 +187,7 @@ impl Editor {
 
     /// Draws prompt and line.
     pub fn draw(&self, out: &mut dyn Write) {
+        _ = out.write_str(if self.is_unsaved { NOT_SAVED } else { "" });
         _ = out.write_str(PROMPT);
         _ = out.write_str(self.line.text());
         back(out, self.line.length().saturating_sub(self.line.cursor()));

@@ -35,6 +35,7 @@ extern crate std;
 mod buses;
 mod causes;
 mod command;
+mod complete;
 mod consequences;
 mod editor;
 mod error;

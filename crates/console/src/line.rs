@@ -36,6 +36,8 @@ use crate::typed::split_before;
 pub const LONGEST_LINE: usize = 80;
 /// What stands before a line that a person types.
 pub const PROMPT: &str = "clino> ";
+/// What stands before that while the settings in force are not saved.
+pub const NOT_SAVED: &str = "not saved, ";
 /// What an error begins with for people.
 pub const ERROR: &str = "error: ";
 
@@ -218,7 +220,7 @@ impl Line {
         let text = self.text();
         let begins = |with: &str| text.starts_with(with.trim_ascii_end());
         let ends = if self.length < LONGEST_LINE { text.ends_with('}') } else { self.last == b'}' };
-        if begins("{") || ends || begins(ERROR) || begins(PROMPT) {
+        if begins("{") || ends || begins(ERROR) || begins(PROMPT) || begins(NOT_SAVED) {
             return Verdict::Own;
         }
         if let Some(damage) = self.damage {

@@ -22,6 +22,7 @@ use clino_bus::Micros;
 use clino_commissioning::Progress;
 use clino_gateway::Bus;
 use clino_gateway::order::Order;
+use clino_gateway::summary::Signals;
 use embedded_io::Write;
 
 use crate::consequences;
@@ -151,7 +152,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 self.mode = Mode::Settling { until, dropped: dropped.saturating_add(more) };
                 return;
             }
-            self.settle(dropped);
+            self.settle(dropped, host);
         }
         let manner = self.mode.manner();
         let line = &mut self.editor.line;
@@ -181,7 +182,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             Mode::Stream { back, .. } => self.end_stream(back, host),
             Mode::Commands(Audience::People) => {
                 self.say("\n");
-                self.speak(Audience::People);
+                self.speak(Audience::People, host);
             }
             Mode::Commands(Audience::Programs) => {
                 for bus in BUSES {
@@ -191,7 +192,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             Mode::Task(bus) => _ = host.order(Order::Cancel(bus)),
             Mode::Question { .. } => {
                 self.say("\n");
-                self.not_done(0, host.now());
+                self.not_done(0, host);
             }
             Mode::Settling { .. } => {}
         }
@@ -213,7 +214,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 self.editor.begin();
                 match mode {
                     Mode::Commands(Audience::People) => self.resume(Resumed::Echo),
-                    Mode::Question { .. } => self.not_done(length, now),
+                    Mode::Question { .. } => self.not_done(length, host),
                     _ => {}
                 }
             }
@@ -228,7 +229,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 if self.presence.is_echoing(now) {
                     self.resume(Resumed::Echo);
                 } else {
-                    self.speak(Audience::People);
+                    self.speak(Audience::People, host);
                 }
             }
             (Mode::Stream { audience: Audience::Programs, .. } | Mode::Commands(_), _) => {
@@ -243,7 +244,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 self.editor.begin();
                 match answer {
                     Some(pending) => self.carry_out(pending, Audience::People, host),
-                    None => self.not_done(if is_answer { 0 } else { length.max(1) }, now),
+                    None => self.not_done(if is_answer { 0 } else { length.max(1) }, host),
                 }
             }
             (Mode::Stream { audience: Audience::People, .. } | Mode::Task(_) | Mode::Settling { .. }, _) => {
@@ -298,7 +299,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 consequences::warn(&mut reply, pending.consequence());
                 self.carry_out(pending, audience, host);
             }
-            Next::Stay if audience == Audience::People => self.speak(audience),
+            Next::Stay if audience == Audience::People => self.speak(audience, host),
             next => self.follow(next, audience, host),
         }
     }
@@ -323,7 +324,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             }
             news::write(&mut Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) }, &news);
             if at_prompt || matches!(self.mode, Mode::Task(_)) && news.is_end() {
-                self.speak(Audience::People);
+                self.speak(Audience::People, host);
             }
             return true;
         }
@@ -341,11 +342,11 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 }
                 self.presence.is_here(host.now());
                 self.say("\n");
-                self.not_done(0, host.now());
+                self.not_done(0, host);
                 true
             }
             Mode::Settling { until, dropped } if host.now() >= until => {
-                self.settle(dropped);
+                self.settle(dropped, host);
                 true
             }
             Mode::Commands(Audience::People)
@@ -390,7 +391,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             // Carried out before, see `run`; nothing that is carried out leads to another of the kind.
             Next::Stay | Next::CarryOut(_) => {}
             Next::Stream => self.mode = Mode::Stream { audience, back: audience },
-            Next::Speak(audience) => self.speak(audience),
+            Next::Speak(audience) => self.speak(audience, host),
             // A program is told when it comes, and may do something else meanwhile.
             Next::Task(bus) if audience == Audience::People => self.mode = Mode::Task(bus),
             Next::Task(_) => {}
@@ -412,35 +413,35 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         let now = host.now();
         if early > 0 {
             self.say("\n");
-            return self.not_done(early, now);
+            return self.not_done(early, host);
         }
         self.mode = Mode::Question { pending, until: now + PATIENCE };
     }
 
     /// A question is answered: this is not meant. Characters that were no answer are dropped, and what comes with them.
     #[inline(never)]
-    fn not_done(&mut self, dropped: u16, now: Micros) {
+    fn not_done(&mut self, dropped: u16, host: &dyn Host) {
         self.say("not done\n");
         if dropped > 0 {
-            self.mode = Mode::Settling { until: now + SILENCE, dropped };
+            self.mode = Mode::Settling { until: host.now() + SILENCE, dropped };
         } else {
-            self.speak(Audience::People);
+            self.speak(Audience::People, host);
         }
     }
 
     /// What was typed too early has come to its end.
     #[inline(never)]
-    fn settle(&mut self, dropped: u16) {
+    fn settle(&mut self, dropped: u16, host: &dyn Host) {
         let damage = Damage { reason: Reason::Early, characters: dropped };
         self.refuse(&Error::Damaged(damage), Audience::People);
-        self.speak(Audience::People);
+        self.speak(Audience::People, host);
     }
 
     #[inline(never)]
     fn carry_out(&mut self, pending: Pending, audience: Audience, host: &mut dyn Host) {
         let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
         match pending.carry_out(host, &mut reply) {
-            Next::Stay if audience == Audience::People => self.speak(audience),
+            Next::Stay if audience == Audience::People => self.speak(audience, host),
             next => self.follow(next, audience, host),
         }
     }
@@ -451,7 +452,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         if back == Audience::People {
             self.say(system::greeting(host.start().mode));
         }
-        self.speak(back);
+        self.speak(back, host);
     }
 
     /// The stream of readings runs again, as after power-up.
@@ -472,9 +473,10 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
 
     /// Commands follow. What a person has typed ahead of a line stands at the prompt.
     #[inline(never)]
-    fn speak(&mut self, audience: Audience) {
+    fn speak(&mut self, audience: Audience, host: &dyn Host) {
         self.mode = Mode::Commands(audience);
         if audience == Audience::People {
+            self.editor.is_unsaved = host.summary().signals.has(Signals::UNSAVED);
             self.editor.draw(&mut Text(&mut self.out));
         }
     }

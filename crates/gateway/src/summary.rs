@@ -95,6 +95,11 @@ impl Signals {
         self.0 == 0
     }
 
+    /// Whether one of these is among them.
+    pub const fn has(self, other: Signals) -> bool {
+        self.0 & other.0 != 0
+    }
+
     /// The names of those that are set.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         Signals::ALL.into_iter().filter(move |(signal, ..)| self.0 & signal.0 != 0).map(|(_, name, _)| name)

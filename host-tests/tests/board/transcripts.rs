@@ -81,7 +81,7 @@ static TRANSCRIPTS: [Transcript; 9] = [
         sensors: USUAL,
         typed: &[],
         duration: "2500ms",
-        shown: Shown::Lines("{\"what\":\"clino\"", 10),
+        shown: Shown::Lines("{\"stream\":\"started\"", 10),
     },
     Transcript {
         name: "statistics",

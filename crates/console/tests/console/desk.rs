@@ -58,6 +58,8 @@ pub struct Rest {
     pub broken_storage: bool,
     /// Something is stored that was not read at this start.
     pub unread: bool,
+    /// The settings in force are not saved.
+    pub unsaved: bool,
     pub start: Start,
 }
 
@@ -71,7 +73,7 @@ impl Host for Rest {
     }
 
     fn summary(&self) -> Summary {
-        let parts = clino_modbus::parts(&self.gateway, &self.start, false, false);
+        let parts = clino_modbus::parts(&self.gateway, &self.start, self.unsaved, false);
         let standing = |reading: &Reading| Standing {
             source: reading.source,
             status: reading.status(self.now),
@@ -226,6 +228,7 @@ impl Desk {
             done: Vec::new(),
             broken_storage: false,
             unread: false,
+            unsaved: false,
             start: Start { cause: Cause::PowerOn, boots: 1, uid: Uid([0, 1, 2]), ..Start::default() },
         };
         rest.publish();

@@ -16,6 +16,56 @@ fn enter_brings_a_prompt_and_what_is_typed_is_echoed() {
     assert!(desk.type_in("\r").contains("clino: version 9.8.7, uptime_ms 0, mode normal, clock crystal, boots 1, uid 000000020000000100000000\r\n"));
 }
 
+/// Tab, below the first word, too: what is typed, and what then stands there.
+#[test]
+fn tab_completes_what_can_stand_there() {
+    for (typed, completed) in [
+        ("t", "t"),
+        ("t7 s", "t7 scan "),
+        ("t7 scan ", "t7 scan all "),
+        ("t7 d", "t7 d"),
+        ("t7 di", "t7 direction "),
+        ("t7 direction 5 re", "t7 direction 5 reversed "),
+        ("t7 direction ", "t7 direction "),
+        ("isu nu", "isu null "),
+        ("slot 6 p", "slot 6 pwm "),
+        ("slot p", "slot p "),
+        ("set 3 fi", "set 3 filter "),
+        ("set 3 filter me", "set 3 filter me"),
+        ("set 3 filter med", "set 3 filter median "),
+        ("set 3 filter mean 8 di", "set 3 filter mean 8 direction "),
+        ("set 3 period 20 stale", "set 3 period 20 stale "),
+        ("set 3 confirm o", "set 3 confirm o"),
+        ("set modbus pau", "set modbus pauses "),
+        ("set modbus pauses to", "set modbus pauses tolerant "),
+        ("modbus par", "modbus parity "),
+        ("show con", "show console "),
+        ("help fac", "help factory-reset "),
+        ("nonsense fac", "nonsense fac "),
+    ] {
+        let mut desk = Desk::with_person();
+        desk.type_in(typed);
+        desk.type_in("\t");
+        let drawn = desk.type_in("\x0c");
+        assert_eq!(drawn, format!("\x1b[H\x1b[2Jclino> {completed}"), "{typed:?}");
+    }
+}
+
+/// Before the prompt stands that something is not saved; a line of it that an echo brings back is nobody's command.
+#[test]
+fn the_prompt_says_what_is_not_saved() {
+    let mut desk = Desk::with_person();
+    desk.rest.unsaved = true;
+    assert!(desk.type_in("version\r").ends_with("\r\nnot saved, clino> "));
+    desk.type_in("ver");
+    assert_eq!(desk.type_in("\x0c"), "\x1b[H\x1b[2Jnot saved, clino> ver");
+    desk.type_in("\x03");
+    desk.rest.unsaved = false;
+    assert!(desk.type_in("version\r").ends_with("\r\nclino> "));
+    assert!(desk.type_in("not saved, clino> slot 1 off\r").contains("\"why\":\"echo\""));
+    assert!(desk.rest.orders.is_empty());
+}
+
 #[test]
 fn safe_mode_is_said_before_the_prompt() {
     for (mode, said) in [(Mode::Normal, ""), (Mode::Safe, "safe mode"), (Mode::Bare, "bare mode")] {
