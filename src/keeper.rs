@@ -11,6 +11,7 @@ use clino_console::{Saved, StorageError};
 use clino_gateway::Gateway;
 use clino_recovery::Duty;
 use clino_storage::{LoadError, Loaded, SaveError, Store};
+use cortex_m::peripheral::SCB;
 use critical_section::Mutex;
 use stm32f4xx_hal::pac;
 
@@ -108,6 +109,11 @@ impl Keeper {
             clino_storage::Saved::Unchanged => Saved::Unchanged,
             clino_storage::Saved::Written => Saved::Written,
         })
+    }
+
+    /// Starts again as soon as all that is being said is out; `false` if a line does not fall silent.
+    pub fn restart(&mut self) -> bool {
+        silently(|_| -> () { SCB::sys_reset() }).is_ok()
     }
 
     /// Forgets what is stored, from the next start on.

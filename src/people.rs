@@ -31,6 +31,7 @@ impl Gateway {
         match wish {
             Wish::Save => self.keeper.save().is_ok(),
             Wish::FactoryReset => self.keeper.factory_reset().is_ok(),
+            Wish::Reboot => self.keeper.restart(),
         }
     }
 }

@@ -8,7 +8,6 @@ use clino_gateway::order::Refusal;
 use clino_gateway::settings::Number;
 use clino_gateway::{Consequence, INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_PPM};
 
-use crate::causes;
 use crate::consequences::{self, Told};
 use crate::host::StorageError;
 use crate::line::{Damage, ERROR, LONGEST_LINE, Reason};
@@ -246,7 +245,9 @@ impl Display for Error<'_> {
                 allowed.iter().try_for_each(|rate| write!(out, " {rate}"))
             }
             Error::Refused(Refusal::T7(error)) => write!(out, "{error}"),
-            Error::Refused(Refusal::Isu(cause)) => out.write_str(causes::isu(cause)),
+            Error::Refused(Refusal::Isu(cause)) => {
+                out.write_str(clino_gateway::task::Reason::from(cause).name())
+            }
             Error::Refused(Refusal::Busy) => out.write_str("busy, try again"),
             Error::Refused(Refusal::Restrained(Restraint::InexactClock)) => {
                 let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(percent);

@@ -5,9 +5,8 @@ use clino_codec::isu::eeprom;
 use clino_codec::t7::Text;
 use clino_commissioning::t7::{Found, Identity, Setting};
 use clino_commissioning::{Change, Report, isu as isu_commissioning, t7 as t7_commissioning};
-use clino_gateway::task::{News, isu, t7};
+use clino_gateway::task::{News, Reason, isu, t7};
 
-use crate::causes;
 use crate::consequences;
 use crate::reply::Reply;
 use crate::value::Value;
@@ -51,7 +50,7 @@ fn t7(reply: &mut Reply<'_>, news: &t7::News) {
         t7::News::Address(report) => changed(reply, report, |address| ("address", address.get().into())),
         t7::News::Baud(report) => changed(reply, report, |rate| ("baud", rate.bits_per_second().into())),
         t7::News::Failed(failure) => {
-            let values = [causes::t7(&failure.cause).into(), failure.writes.into()];
+            let values = [Reason::from(&failure.cause).name().into(), failure.writes.into()];
             let rate = match failure.cause {
                 t7_commissioning::Cause::Moving { mdeg_per_s } => Some(mdeg_per_s),
                 _ => None,
@@ -108,7 +107,7 @@ fn isu(reply: &mut Reply<'_>, news: &isu::News) {
             reply.line("repaired", "address stored_address writes", &values);
         }
         isu::News::Failed(failure) => {
-            let why = causes::isu(&failure.cause);
+            let why = Reason::from(&failure.cause).name();
             let values = [why.into(), failure.writes.into(), Value::Flag(failure.repair)];
             let rate = match failure.cause {
                 isu_commissioning::Cause::Moving { mdeg_per_s } => Some(mdeg_per_s),

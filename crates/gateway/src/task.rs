@@ -6,12 +6,14 @@
 
 mod claim;
 pub mod isu;
+mod reason;
 pub mod t7;
 
 use clino_bus::{Master, Micros, Outcome, Protocol, Serial};
 use clino_commissioning::{Action, Commissionable, Operation, Progress, Runner};
 
 pub(crate) use claim::Claim;
+pub use reason::Reason;
 
 /// What is told of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

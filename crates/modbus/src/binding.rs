@@ -9,6 +9,7 @@ use clino_bus::{DriverEnable, Micros};
 use clino_gateway::order::Order;
 use clino_gateway::settings::{Given, console, slot};
 use clino_gateway::summary::Summary;
+use clino_gateway::task::Reason;
 use clino_gateway::{
     Asker, Bus, BusChange, Consequence, Detail, Gateway, Reading, SlotConfig, Snapshot, Source, Value, View,
 };
@@ -67,6 +68,8 @@ pub enum Wish {
     Save,
     /// From the next start on, the configuration is to be as delivered.
     FactoryReset,
+    /// The gateway is to start again, when the answer is out.
+    Reboot,
 }
 
 /// The [`Host`].
@@ -101,15 +104,15 @@ impl<'a, S: Site> Binding<'a, S> {
     pub fn poll(&mut self) {
         while let Some(news) = self.site.gateway(|gateway| gateway.news(Asker::Modbus)).flatten() {
             self.site.wake();
-            if let Some(outcome) = task::outcome(&news) {
-                self.end(outcome);
+            if let Some((outcome, reason)) = task::outcome(&news) {
+                self.end(outcome, reason);
             }
         }
         // What the console has begun tells its end there.
         if let (Some(Command::Cancel), Some(bus)) = (self.progress.command, self.task)
             && !self.is_at_work(bus)
         {
-            self.end(Outcome::Done);
+            self.end(Outcome::Done, None);
         }
     }
 
@@ -119,12 +122,19 @@ impl<'a, S: Site> Binding<'a, S> {
 
     /// What the site was asked for is done, or has failed.
     pub fn done(&mut self, well: bool) {
-        self.end(if well { Outcome::Done } else { Outcome::Failed });
+        if well {
+            self.end(Outcome::Done, None);
+        } else {
+            self.end(
+                Outcome::Failed,
+                Some(Reason::NotStored).filter(|_| self.progress.command != Some(Command::Reboot)),
+            );
+        }
     }
 
-    fn end(&mut self, outcome: Outcome) {
+    fn end(&mut self, outcome: Outcome, reason: Option<Reason>) {
         self.task = None;
-        self.progress.outcome = outcome;
+        (self.progress.outcome, self.progress.reason) = (outcome, reason);
     }
 
     fn row(&self, slot: usize) -> Option<Reading> {
@@ -166,6 +176,11 @@ impl<'a, S: Site> Binding<'a, S> {
         match command {
             Command::Save => self.site.ask(Wish::Save)?,
             Command::FactoryReset => self.site.ask(Wish::FactoryReset)?,
+            // A sensor whose memory is being written must not be left half way.
+            Command::Reboot if [Bus::T7, Bus::Isu].into_iter().any(|bus| self.is_at_work(bus)) => {
+                return Err(Refusal::Busy);
+            }
+            Command::Reboot => self.site.ask(Wish::Reboot)?,
             Command::ClearCounters => {
                 self.site.gateway(Gateway::clear_counters);
                 return Ok(Outcome::Done);
@@ -283,9 +298,13 @@ impl<S: Site> Host for Binding<'_, S> {
                 self.silenced = 0;
                 let outcome = self.command(command, *target, *value)?;
                 let sequence = self.progress.sequence.wrapping_add(1);
-                let silenced = self.silenced;
-                self.progress =
-                    Progress { command: Some(command), outcome, sequence, done: 0, of: 0, silenced };
+                self.progress = Progress {
+                    command: Some(command),
+                    outcome,
+                    sequence,
+                    silenced: self.silenced,
+                    ..Progress::default()
+                };
                 Ok(())
             }
         }

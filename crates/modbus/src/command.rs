@@ -1,5 +1,7 @@
 //! What can be commanded through the command block.
 
+use clino_gateway::task::Reason;
+
 /// The arm key: without it in the same request, nothing is done that wears a sensor's memory or cannot be undone.
 /// "NV" in ASCII.
 pub const ARM_KEY: u16 = 0x4E56;
@@ -19,6 +21,8 @@ pub enum Command {
     SoftZero = 4,
     /// Stop what is under way on a bus at its next consistent point.
     Cancel = 5,
+    /// Start again.
+    Reboot = 6,
     /// The sensor reads zero as it stands.
     SensorZero = 16,
     /// T7 damping, ms.
@@ -55,12 +59,13 @@ pub struct Description {
 
 impl Command {
     /// All commands.
-    pub const ALL: [Command; 14] = [
+    pub const ALL: [Command; 15] = [
         Command::Save,
         Command::FactoryReset,
         Command::ClearCounters,
         Command::SoftZero,
         Command::Cancel,
+        Command::Reboot,
         Command::SensorZero,
         Command::SensorDamping,
         Command::SensorDirection,
@@ -79,7 +84,7 @@ impl Command {
 
     /// Whether it is never done without the [`ARM_KEY`].
     pub const fn takes_key(self) -> bool {
-        matches!(self, Command::FactoryReset) || self as u16 >= Command::SensorZero as u16
+        matches!(self, Command::FactoryReset | Command::Reboot) || self as u16 >= Command::SensorZero as u16
     }
 
     /// For the documentation.
@@ -110,6 +115,12 @@ impl Command {
                 "-",
                 "stop what is under way on a bus at its next consistent point; running until then. *Done*: there \
                      was nothing, or it was begun at the console; otherwise the outcome of what was under way",
+            ),
+            Command::Reboot => (
+                "reboot",
+                "-",
+                "-",
+                "start again, as soon as the answer is out; what is not saved is lost. Busy while a sensor is being set up",
             ),
             Command::SensorZero => (
                 "sensor_zero",
@@ -160,7 +171,7 @@ pub enum Outcome {
     Running = 1,
     /// It is done.
     Done = 2,
-    /// It failed; the console tells why.
+    /// It failed; [`Progress::reason`] tells why.
     Failed = 3,
     /// It was stopped; for a cancel: what was under way was.
     Cancelled = 4,
@@ -172,7 +183,7 @@ impl Outcome {
         (Outcome::None, "none", "there was no command since reset"),
         (Outcome::Running, "running", "it is under way"),
         (Outcome::Done, "done", "it is done"),
-        (Outcome::Failed, "failed", "it failed; the console tells why"),
+        (Outcome::Failed, "failed", "it failed; *command_reason* tells why"),
         (Outcome::Cancelled, "cancelled", "it was stopped; for *cancel*: what was under way was"),
     ];
 }
@@ -193,4 +204,6 @@ pub struct Progress {
     pub of: u16,
     /// Other nodes that it leaves at another bit rate than their bus.
     pub silenced: u16,
+    /// Why it failed, if it did.
+    pub reason: Option<Reason>,
 }

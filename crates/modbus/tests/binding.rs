@@ -465,6 +465,45 @@ fn a_change_of_bit_rate_tells_how_many_nodes_it_leaves_behind() {
     assert_eq!(read(&binding, 0x1F0E), 0, "that is no change");
 }
 
+/// Nothing is written half way: while a sensor is being set up, the gateway does not start again.
+#[test]
+fn a_reboot_waits_for_no_task_and_is_passed_on() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut binding = Binding::new(&board, &snapshot);
+    binding.snapshot();
+    let task = t7::Address::new(5).map(clino_commissioning::t7::Device::at).unwrap().unwrap();
+    board.gateway.borrow_mut().carry_out(Order::T7(task::t7::Task::Identify(task)), Asker::Console).unwrap();
+    assert_eq!(binding.write(&command(Command::Reboot, 0, 0)), Err(Refusal::Busy));
+    assert_eq!(*board.wishes.borrow(), []);
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut binding = Binding::new(&board, &snapshot);
+    binding.snapshot();
+    binding.write(&command(Command::Reboot, 0, 0)).unwrap();
+    assert_eq!(*board.wishes.borrow(), [Wish::Reboot]);
+    // The answer before it has not come to its end: it says so.
+    binding.done(false);
+    assert_eq!((read(&binding, 0x1F09), read(&binding, 0x1F0D)), (3, 0));
+}
+
+#[test]
+fn a_failed_command_says_why() {
+    let (board, snapshot) = (Board::new(), Snapshot::new());
+    let mut binding = Binding::new(&board, &snapshot);
+    binding.snapshot();
+    assert_eq!(read(&binding, 0x1F0D), 0);
+    // No sensor is there.
+    binding.write(&command(Command::SensorZero, 0, 0)).unwrap();
+    for _ in 0..10 {
+        board.run();
+        binding.poll();
+    }
+    assert_eq!((read(&binding, 0x1F09), read(&binding, 0x1F0D)), (3, 3), "failed, no answer");
+    binding.write(&command(Command::Save, 0, 0)).unwrap();
+    assert_eq!((read(&binding, 0x1F09), read(&binding, 0x1F0D)), (1, 0), "running");
+    binding.done(false);
+    assert_eq!((read(&binding, 0x1F09), read(&binding, 0x1F0D)), (3, 26), "failed, not stored");
+}
+
 #[test]
 fn how_it_has_started_is_told() {
     let (board, snapshot) = (Board::new(), Snapshot::new());

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 
 use clino_gateway::config::Kind;
 use clino_gateway::summary::Signals;
+use clino_gateway::task::Reason;
 use clino_gateway::{BusFault, Status};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::map::{
@@ -136,6 +137,7 @@ fn codes_are_distinct() {
     assert!(distinct(BusFault::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Kind::ALL.iter().map(|&kind| kind as u16).collect()));
     assert!(distinct(Outcome::ALL.iter().map(|row| row.0 as u16).collect()));
+    assert!(distinct(Reason::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Command::ALL.iter().map(|&command| command as u16).collect()));
     assert!(distinct(Signals::ALL.iter().map(|row| row.0.bits()).collect()));
     assert!(distinct(Cause::ALL.iter().map(|row| row.0 as u16).collect()));
@@ -334,6 +336,9 @@ fn values(entry: &Entry) -> String {
         Item::Command(CommandItem::Outcome) => {
             codes(Outcome::ALL.map(|(outcome, name, _)| (outcome as u32, name)).into())
         }
+        Item::Command(CommandItem::Reason) => {
+            codes(Reason::ALL.iter().map(|&(reason, name, _)| (reason as u32, name)).collect())
+        }
         _ => codes((0..).zip(entry.words.iter().copied()).collect()),
     }
 }
@@ -466,6 +471,9 @@ fn sections() -> BTreeMap<&'static str, String> {
     sections.insert("bus faults", codes(&[&[well][..], &faults].concat()));
     sections.insert("kinds", codes(&Kind::ALL.map(|kind| (kind as u16, kind.name(), kind.meaning()))));
     sections.insert("outcomes", codes(&Outcome::ALL.map(|(code, name, text)| (code as u16, name, text))));
+    let reasons: Vec<_> =
+        Reason::ALL.iter().map(|&(code, name, text)| (code as u16, name, text.trim())).collect();
+    sections.insert("reasons", codes(&reasons));
     sections.insert("causes", codes(&Cause::ALL.map(|(code, name, text)| (code as u16, name, text))));
     sections.insert("modes", codes(&Mode::ALL.map(|(code, text)| (code as u16, code.name(), text))));
     sections.insert("clocks", codes(&Clock::ALL.map(|(code, text)| (code as u16, code.name(), text))));

@@ -276,7 +276,7 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "uid_01" => 0x5566_7788,
         "uid_02" => 0x99AA_BBCC,
         "last_command" | "command_outcome" | "command_sequence" | "command_done" | "command_of"
-        | "command_silenced" => 0,
+        | "command_reason" | "command_silenced" => 0,
         _ if name.starts_with("angle_f32") => return degrees(trailing(), host),
         _ if name.starts_with("angle_i16") => return hundredths(trailing(), host),
         _ if name.starts_with("angle_i32_cdab") => return thousandths(trailing(), host),

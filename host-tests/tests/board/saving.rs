@@ -127,3 +127,23 @@ fn a_modbus_master_saves() {
     assert!(last.at > 2_500 * MS && last.is_ok());
     assert_eq!(last.reading.angle_deg, Some(70.5));
 }
+
+/// The answer is out whole before the gateway starts again; without the key it does not.
+#[test]
+fn a_modbus_master_starts_it_again() {
+    let requests = [
+        modbus::request(&[16, 0x1F, 0x00, 0, 5, 10, 0, 6, 0, 0, 0, 0, 0, 0, 0, 0], 400),
+        modbus::request(&[16, 0x1F, 0x00, 0, 5, 10, 0, 6, 0, 0, 0, 0, 0, 0, 0x4E, 0x56], 600),
+        // Starts since the power came.
+        modbus::request(&[4, 0x09, 0x84, 0, 2], 900),
+    ];
+    let ran = scenario(1_500, &[(1_200, "reset-cause")], &requests.concat());
+    let exchanges = modbus::exchanges(&ran.bus_log);
+    let answers: Vec<&[u8]> =
+        exchanges.iter().map(|exchange| &exchange.answer.as_ref().expect("an answer").bytes[1..]).collect();
+    assert_eq!(answers[0][..2], [0x90, 3], "not without the key");
+    assert_eq!(answers[1][..5], [16, 0x1F, 0x00, 0, 5]);
+    let start = said(&ran).into_iter().find(|line| line.contains(r#""what":"start""#)).expect("an answer");
+    assert!(start.contains(r#""cause":"software","boots":2,"crashes":0,"#), "{start}");
+    assert!(ran.slot(0).last().is_some_and(|spoken| spoken.at > 1_300 * MS), "the stream goes on");
+}

@@ -232,6 +232,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             CommandItem::Sequence => u32::from(progress.sequence),
             CommandItem::Done => u32::from(progress.done),
             CommandItem::Of => u32::from(progress.of),
+            CommandItem::Reason => progress.reason.map_or(0, |reason| reason as u32),
             CommandItem::Silenced => u32::from(progress.silenced),
         }
     }

@@ -1,21 +1,19 @@
-//! What a task tells, in one word.
+//! What a task tells, in one word and a reason.
 
-use clino_commissioning::{isu, t7};
-use clino_gateway::task::{self, News};
+use clino_gateway::task::{self, News, Reason};
 
 use crate::command::Outcome;
 
-/// How the task has ended; `None` if it goes on.
-pub fn outcome(news: &News) -> Option<Outcome> {
+/// How the task has ended, and why it failed if it did; `None` if it goes on.
+pub fn outcome(news: &News) -> Option<(Outcome, Option<Reason>)> {
     if !news.is_end() {
         return None;
     }
-    Some(match news {
-        News::T7(task::t7::News::Failed(t7::Failure { cause: t7::Cause::Cancelled, .. }))
-        | News::Isu(task::isu::News::Failed(isu::Failure { cause: isu::Cause::Cancelled, .. })) => {
-            Outcome::Cancelled
-        }
-        News::T7(task::t7::News::Failed(_)) | News::Isu(task::isu::News::Failed(_)) => Outcome::Failed,
-        _ => Outcome::Done,
-    })
+    let reason = match news {
+        News::T7(task::t7::News::Failed(failure)) => Reason::from(&failure.cause),
+        News::Isu(task::isu::News::Failed(failure)) => Reason::from(&failure.cause),
+        _ => return Some((Outcome::Done, None)),
+    };
+    let outcome = if reason == Reason::Cancelled { Outcome::Cancelled } else { Outcome::Failed };
+    Some((outcome, Some(reason)))
 }

@@ -241,6 +241,8 @@ pub enum CommandItem {
     Last,
     /// What has become of it.
     Outcome,
+    /// Why it failed.
+    Reason,
     /// Counts the accepted commands.
     Sequence,
     /// Steps done.

@@ -544,6 +544,14 @@ const COMMAND: &[Entry] = &[
     command(11, Form::U16, C::Done, "command_done", "", "steps done"),
     command(12, Form::U16, C::Of, "command_of", "", "of so many; 0 if that is not known"),
     command(
+        13,
+        Form::U16,
+        C::Reason,
+        "command_reason",
+        "code",
+        "why it failed, see *reasons of a failed command*; 0: it did not",
+    ),
+    command(
         14,
         Form::U16,
         C::Silenced,
