@@ -390,7 +390,10 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         match next {
             // Carried out before, see `run`; nothing that is carried out leads to another of the kind.
             Next::Stay | Next::CarryOut(_) => {}
-            Next::Stream => self.mode = Mode::Stream { audience, back: audience },
+            Next::Stream => {
+                self.stream.begin_table();
+                self.mode = Mode::Stream { audience, back: audience };
+            }
             Next::Speak(audience) => self.speak(audience, host),
             // A program is told when it comes, and may do something else meanwhile.
             Next::Task(bus) if audience == Audience::People => self.mode = Mode::Task(bus),

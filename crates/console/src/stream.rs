@@ -1,9 +1,12 @@
 //! Readings and statistics as they come, one line at a time.
+//!
+//! Programs get a line for each reading. People get a table whose lines are written over, as long as it fits on a screen;
+//! the cursor stands below it.
 
 use clino_bus::Micros;
-use clino_gateway::Reporter;
 use clino_gateway::json::{self, Topic};
 use clino_gateway::summary::Signals;
+use clino_gateway::{MAX_SLOTS, Reading, Reporter, Source};
 
 use crate::host::Host;
 use crate::meter::BUSES;
@@ -16,6 +19,9 @@ pub const STATISTICS_EVERY: Micros = Micros::from_millis(1_000);
 /// From one look at the gateway as a whole to the next: a change of its signals is printed no later.
 const LOOK_EVERY: Micros = Micros::from_millis(100);
 
+/// Slots of the largest table that is written over: on a screen of 24 lines with its head and the command before it.
+const LARGEST_TABLE: u32 = 20;
+
 /// What is printed next.
 pub struct Stream {
     reporter: Reporter,
@@ -27,6 +33,8 @@ pub struct Stream {
     signals: Option<Signals>,
     /// Who this is was printed.
     introduced: bool,
+    /// Slots whose lines stand on a person's screen, a bit each; `None` before there is a table.
+    drawn: Option<u64>,
 }
 
 impl Stream {
@@ -39,7 +47,13 @@ impl Stream {
             look_due: Micros::ZERO,
             signals: None,
             introduced: false,
+            drawn: None,
         }
+    }
+
+    /// A person begins to watch: the table is not on the screen yet.
+    pub fn begin_table(&mut self) {
+        self.drawn = None;
     }
 
     /// Writes the next line, if there is one; returns whether there was. People do not see statistics.
@@ -55,9 +69,17 @@ impl Stream {
                 return true;
             }
         }
+        if reply.is_for_people() && self.drawn.is_none() {
+            self.draw(used(host), host, reply);
+            return true;
+        }
         let next = self.reporter.next(|slot| host.glance(slot, now), now);
         if let Some(reading) = next.and_then(|slot| host.reading(slot)) {
-            table::row(reply, &reading, table::name_of(host, reading.slot), now);
+            if reply.is_for_people() {
+                self.write_over(host, reply, &reading);
+                return true;
+            }
+            row(host, reply, &reading);
             return true;
         }
         if reply.is_for_people() || now < self.statistics_due {
@@ -80,6 +102,36 @@ impl Stream {
         true
     }
 
+    /// Writes the table, if it is not too large to be written over.
+    #[inline(never)]
+    fn draw(&mut self, used: u64, host: &dyn Host, reply: &mut Reply<'_>) {
+        self.drawn = Some(used);
+        if used.count_ones() <= LARGEST_TABLE {
+            (0..MAX_SLOTS)
+                .filter_map(|slot| host.reading(slot))
+                .for_each(|reading| row(host, reply, &reading));
+        }
+    }
+
+    /// Writes a reading in its line of the table. If other slots are in use now, the table begins anew, below.
+    #[inline(never)]
+    fn write_over(&mut self, host: &dyn Host, reply: &mut Reply<'_>, reading: &Reading) {
+        let used = used(host);
+        let fits = used.count_ones() <= LARGEST_TABLE;
+        if fits && self.drawn != Some(used) {
+            return self.draw(used, host, reply);
+        }
+        // Lines from this slot's to the cursor's.
+        let up = used.checked_shr(reading.slot.into()).unwrap_or(0).count_ones();
+        if fits && up > 0 {
+            _ = write!(reply.out, "\x1b[{up}A\r\x1b[K");
+        }
+        row(host, reply, reading);
+        if fits && up > 1 {
+            _ = write!(reply.out, "\x1b[{}B", up.saturating_sub(1));
+        }
+    }
+
     /// Writes how the gateway is doing as a whole, if that has changed or is due; returns whether it has.
     #[inline(never)]
     fn summarise(&mut self, host: &dyn Host, reply: &mut Reply<'_>, due: bool) -> bool {
@@ -90,4 +142,15 @@ impl Stream {
         }
         changed || due
     }
+}
+
+fn row(host: &dyn Host, reply: &mut Reply<'_>, reading: &Reading) {
+    table::row(reply, reading, table::name_of(host, reading.slot), host.now());
+}
+
+/// The slots in use, a bit each.
+fn used(host: &dyn Host) -> u64 {
+    let slots = (0..MAX_SLOTS)
+        .filter(|&slot| host.reading(slot).is_some_and(|reading| reading.source != Source::Off));
+    slots.fold(0, |used, slot| used | 1_u64.wrapping_shl(slot as u32))
 }

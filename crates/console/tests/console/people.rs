@@ -1,8 +1,9 @@
 //! A person at a terminal.
 
 use clino_bus::Micros;
-use clino_gateway::Bus;
+use clino_bus::line::Event;
 use clino_gateway::order::Order;
+use clino_gateway::{Action, Bus};
 use clino_recovery::Mode;
 
 use crate::desk::Desk;
@@ -286,6 +287,94 @@ fn a_task_shows_how_far_it_is_and_stops_on_ctrl_c() {
 fn watching_begins_with_a_head() {
     let mut desk = Desk::with_person();
     assert!(desk.type_in("watch\r").contains("slot  kind  addr      angle  age       status\r\n"));
+}
+
+/// What a terminal shows of a text, line by line: it knows line ends, cursor up and down, and erase to the end of the line.
+fn screen(text: &str) -> Vec<String> {
+    let (mut lines, mut row, mut column) = (vec![String::new()], 0_usize, 0_usize);
+    let mut rest = text.chars();
+    while let Some(character) = rest.next() {
+        match character {
+            '\r' => column = 0,
+            '\n' => {
+                row += 1;
+                lines.resize(lines.len().max(row + 1), String::new());
+            }
+            '\x1b' => {
+                assert_eq!(rest.next(), Some('['));
+                let mut number = String::new();
+                let letter = loop {
+                    match rest.next().expect("a whole sequence") {
+                        digit @ '0'..='9' => number.push(digit),
+                        letter => break letter,
+                    }
+                };
+                match letter {
+                    'A' => {
+                        row = row.checked_sub(number.parse().unwrap()).expect("no higher than the first line")
+                    }
+                    'B' => row += number.parse::<usize>().unwrap(),
+                    'K' => lines[row].truncate(column),
+                    other => panic!("ESC [ {number} {other}"),
+                }
+            }
+            character => {
+                let line = &mut lines[row];
+                line.replace_range(column..(column + 1).min(line.len()), &character.to_string());
+                column += 1;
+            }
+        }
+    }
+    lines
+}
+
+/// A person who watches sees a line for each slot, which changes where it stands.
+#[test]
+fn what_is_watched_is_written_over() {
+    let mut desk = Desk::with_person();
+    let mut text = desk.type_in("watch\r") + &desk.stream();
+    let rows = |text: &str| -> Vec<String> {
+        let lines = screen(text);
+        let head = lines.iter().rposition(|line| line.starts_with("slot  kind")).expect("a head");
+        lines[head + 1..]
+            .iter()
+            .map(|line| line.trim_end().to_owned())
+            .filter(|line| !line.is_empty())
+            .collect()
+    };
+    assert_eq!(rows(&text).len(), 2, "{text:?}");
+    // No sensor answers; each slot tells so again and again.
+    for round in 0..3 {
+        for _ in 0..4_000 {
+            desk.rest.now = desk.rest.now + Micros(500);
+            for bus in [Bus::T7, Bus::Isu] {
+                let mut sent = false;
+                desk.rest
+                    .gateway
+                    .poll(bus, desk.rest.now, |action| sent |= matches!(action, Action::Send(_)));
+                if sent {
+                    desk.rest.gateway.line(bus, Event::Released { at: desk.rest.now });
+                }
+            }
+        }
+        desk.rest.publish();
+        let said = desk.stream();
+        assert!(said.starts_with("\x1b["), "round {round}: {said:?}");
+        text += &said;
+        let rows = rows(&text);
+        assert_eq!(rows.len(), 2, "{text:?}");
+        for (slot, row) in rows.iter().enumerate() {
+            assert!(row.starts_with(&format!("   {slot}  ")) && row.ends_with("no_answer"), "{rows:?}");
+        }
+    }
+    // The prompt stands below the table.
+    text += &desk.type_in("\r");
+    assert_eq!(rows(&text).last().map(String::as_str), Some("clino>"), "{text:?}");
+    assert_eq!(rows(&text).len(), 3);
+    // Another slot: the table begins anew, below.
+    text += &desk.type_in("slot 7 t7 9\r");
+    text += &(desk.type_in("watch\r") + &desk.stream());
+    assert_eq!(rows(&text).len(), 3, "{text:?}");
 }
 
 /// Whoever presses Ctrl-C does not mean what stands there.
