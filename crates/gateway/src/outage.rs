@@ -56,7 +56,7 @@ impl BusFault {
     pub const ALL: [(BusFault, &str); KINDS] = [
         (BusFault::Mute, "nothing at all is heard"),
         (BusFault::Break, "the line is low all the time: characters of zeros without a stop bit"),
-        (BusFault::Babble, "somebody talks without being asked"),
+        (BusFault::Babble, "a sender transmits without being asked"),
         (BusFault::Garbage, "what is heard is no answer"),
         (BusFault::Contention, "the gateway's own characters do not come back as they were sent"),
         (BusFault::Driver, "the gateway's own frames do not get out whole"),

@@ -467,7 +467,7 @@ fn sections() -> BTreeMap<&'static str, String> {
     statuses.sort_unstable();
     sections.insert("status", codes(&statuses));
     let faults = BusFault::ALL.map(|(fault, text)| (fault as u16, fault.name(), text));
-    let well = (0, "none", "somebody answers, or nobody is asked");
+    let well = (0, "none", "a node answers, or none is asked");
     sections.insert("bus faults", codes(&[&[well][..], &faults].concat()));
     sections.insert("kinds", codes(&Kind::ALL.map(|kind| (kind as u16, kind.name(), kind.meaning()))));
     sections.insert("outcomes", codes(&Outcome::ALL.map(|(code, name, text)| (code as u16, name, text))));

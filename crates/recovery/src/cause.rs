@@ -63,12 +63,12 @@ pub enum Cause {
 impl Cause {
     /// All of them, by number, with their names and meanings.
     pub const ALL: [(Cause, &'static str, &'static str); 16] = [
-        (Cause::Unknown, "unknown", "nobody says"),
+        (Cause::Unknown, "unknown", "not known"),
         (Cause::PowerOn, "power_on", "the power came"),
         (Cause::BrownOut, "brown_out", "the supply was too low for a while"),
         (Cause::Pin, "pin", "the reset pin"),
-        (Cause::Software, "software", "somebody has asked for it, or safe mode has ended"),
-        (Cause::Watchdog, "watchdog", "the watchdog was not fed, and nobody could say why"),
+        (Cause::Software, "software", "it was ordered, or safe mode has ended"),
+        (Cause::Watchdog, "watchdog", "the watchdog was not fed; the cause was not recorded"),
         (Cause::WindowWatchdog, "window_watchdog", "the window watchdog, which is not used"),
         (Cause::LowPower, "low_power", "low-power management, which is not used"),
         (Cause::Stalled, "stalled", "a duty has not checked in"),

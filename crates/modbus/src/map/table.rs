@@ -348,7 +348,7 @@ const BUS: &[Entry] = &[
     bus(20, B::Late, "late", "", "good answers that came too late"),
     bus(22, B::Forced, "forced", "", "the line driver had to be switched off by force"),
     bus(24, B::LineBusy, "line_busy", "", "requests dropped because the line did not fall silent"),
-    bus(26, B::Contention, "contention", "", "requests into which somebody else talked"),
+    bus(26, B::Contention, "contention", "", "requests during which another sender transmitted"),
     bus(28, B::Echo, "echo", "", "own characters that came back"),
     bus(30, B::Junk, "junk", "", "characters that belong to no frame"),
     bus(32, B::Framing, "framing", "", "characters with a low stop bit"),
@@ -362,7 +362,7 @@ const BUS: &[Entry] = &[
     bus(48, B::HighMax, "de_high_max", "us", "longest time DE was high"),
     bus(50, B::Unasked, "unasked", "", "characters that came before a request was out"),
     bus(52, B::Breaks, "breaks", "", "characters of zeros with a low stop bit"),
-    bus(54, B::Fault, "fault", "code", "why nobody on the bus answers; see *bus faults*"),
+    bus(54, B::Fault, "fault", "code", "why no node of the bus answers; see *bus faults*"),
     bus(56, B::Faults, "faults", "", "how often the bus was declared faulty"),
     bus(58, B::InVain, "in_vain", "", "requests in vain since the last good answer of anybody"),
 ];
@@ -542,7 +542,7 @@ const COMMAND: &[Entry] = &[
     command(9, Form::U16, C::Outcome, "command_outcome", "code", "see *outcome of a command*"),
     command(10, Form::U16, C::Sequence, "command_sequence", "", "counts the accepted commands; wraps"),
     command(11, Form::U16, C::Done, "command_done", "", "steps done"),
-    command(12, Form::U16, C::Of, "command_of", "", "of so many; 0 if that is not known"),
+    command(12, Form::U16, C::Of, "command_of", "", "number of steps in all; 0 if it is not known"),
     command(
         13,
         Form::U16,
