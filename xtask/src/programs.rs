@@ -14,7 +14,7 @@ use serde::Deserialize;
 
 use crate::command::{self, Failure, Outcome};
 use crate::firmware;
-use crate::steps::Steps;
+use crate::steps::{self, Steps};
 
 /// On top of the default features of all default members.
 const FEATURES: [&str; 4] = [
@@ -35,6 +35,7 @@ pub fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
 /// Tells tests of the image where it is, and the virtual board's program.
 fn with_image(command: &mut Command) {
     command.env("CLINO_ELF", firmware::elf());
+    command.env("CLINO_SKIPPED", steps::skipped());
     command.env("CLINO_VBOARD", command::target_dir().join("debug").join("vboard"));
 }
 

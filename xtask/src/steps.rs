@@ -48,9 +48,17 @@ fn folder() -> PathBuf {
     command::target_dir().join("steps")
 }
 
+/// Where tests note that they did not test what they are for.
+pub fn skipped() -> PathBuf {
+    folder().join("skipped")
+}
+
 impl Steps {
     /// Nothing has run yet.
     pub fn new(command: &'static str) -> Steps {
+        // That of the last run, if there is one. The folder is there for the tests to write to.
+        let _ = fs::create_dir_all(folder());
+        let _ = fs::remove_file(skipped());
         Steps { command, begun: Instant::now(), rows: Vec::new() }
     }
 
@@ -134,6 +142,7 @@ impl Steps {
     pub fn end(self, planned: Outcome) -> Outcome {
         let wall = self.begun.elapsed();
         println!("{}", table(self.command, &self.rows, wall));
+        print!("{}", fs::read_to_string(skipped()).unwrap_or_default());
         planned?;
         let failed: Vec<&str> =
             self.rows.iter().filter(|row| row.failed && !row.part).map(|row| row.name.as_str()).collect();

@@ -20,10 +20,21 @@ pub use mbpoll::Mbpoll;
 pub use node::Node;
 pub use python::Python;
 
-/// Says on standard error that a test did not test what it is for, and why: also when the test's own output is
-/// captured.
+/// Says on standard error that a test did not test what it is for, and why: also when the test's own output is captured.
+/// `cargo nextest` shows nothing of tests that pass: what is in the file that `CLINO_SKIPPED` names is shown at the end
+/// (`cargo xtask test`).
 pub fn skipped(test: &str, why: &str) {
-    let _ = writeln!(std::io::stderr(), "SKIPPED {test}: {why}");
+    let said = format!("SKIPPED {test}: {why}\n");
+    let _ = std::io::stderr().write_all(said.as_bytes());
+    if let Some(list) = std::env::var_os("CLINO_SKIPPED") {
+        // What cannot be noted was said.
+        let _ = note(Path::new(&list), &said);
+    }
+}
+
+/// Adds to a file that several tests add to at the same time.
+fn note(list: &Path, said: &str) -> std::io::Result<()> {
+    File::options().create(true).append(true).open(list)?.write_all(said.as_bytes())
 }
 
 /// Waits until no other process installs something below `place`; others wait until what this returns is dropped.
@@ -47,4 +58,20 @@ fn done(command: &mut Command) -> Result<Output, String> {
 pub fn said(output: &Output) -> String {
     let [stdout, stderr] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
     format!("{}\n{stdout}{stderr}", output.status)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_skipped_is_noted_line_by_line() {
+        let list = std::env::temp_dir().join(format!("clino-skipped-{}", std::process::id()));
+        for said in ["SKIPPED one: why\n", "SKIPPED two: why\n"] {
+            note(&list, said).expect("a folder for temporary files");
+        }
+        let noted = fs::read_to_string(&list).expect("it is there");
+        fs::remove_file(&list).expect("it is there");
+        assert_eq!(noted, "SKIPPED one: why\nSKIPPED two: why\n");
+    }
 }
