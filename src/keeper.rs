@@ -11,7 +11,6 @@ use clino_console::{Saved, StorageError};
 use clino_gateway::Gateway;
 use clino_recovery::Duty;
 use clino_storage::{LoadError, Loaded, SaveError, Store};
-use cortex_m::peripheral::SCB;
 use critical_section::Mutex;
 use stm32f4xx_hal::pac;
 
@@ -111,11 +110,6 @@ impl Keeper {
         })
     }
 
-    /// Starts again as soon as all that is being said is out; `false` if a line does not fall silent.
-    pub fn restart(&mut self) -> bool {
-        silently(|_| -> () { SCB::sys_reset() }).is_ok()
-    }
-
     /// Forgets what is stored, from the next start on.
     pub fn factory_reset(&mut self) -> Result<(), StorageError> {
         let forgotten = silently(|_| self.store.factory_reset())?;
@@ -123,6 +117,11 @@ impl Keeper {
         note(forgotten.is_ok().then_some(self.delivered), false);
         forgotten.map(|_| ()).map_err(told)
     }
+}
+
+/// Waits until what is being sent is out; `false` if a line does not fall silent.
+pub fn await_silence() -> bool {
+    silently(|_| ()).is_ok()
 }
 
 /// Waits until all lines are silent, and does this with the gateway.

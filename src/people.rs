@@ -31,7 +31,9 @@ impl Gateway {
         match wish {
             Wish::Save => self.keeper.save().is_ok(),
             Wish::FactoryReset => self.keeper.factory_reset().is_ok(),
-            Wish::Reboot => self.keeper.restart(),
+            // The answer to the master comes first.
+            Wish::Reboot if keeper::await_silence() => SCB::sys_reset(),
+            Wish::Reboot => false,
         }
     }
 }

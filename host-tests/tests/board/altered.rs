@@ -64,10 +64,11 @@ impl Chance {
         ((self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 16) % most as u64) as usize
     }
 
-    fn unprintable(&mut self) -> u8 {
+    /// What no line has. In front of a line NUL is the rest of the line end before it, and no damage.
+    fn unprintable(&mut self, in_front: bool) -> u8 {
         loop {
             let byte = self.below(256) as u8;
-            if !matches!(byte, b' '..=b'~' | b'\r' | b'\n' | 0x03) {
+            if !matches!(byte, b' '..=b'~' | b'\r' | b'\n' | 0x03) && !(in_front && byte == 0) {
                 return byte;
             }
         }
@@ -75,13 +76,14 @@ impl Chance {
 
     /// Damage to one of the characters of a line that has `length`, without its end; `first` is the number of the first.
     fn damage(&mut self, first: u64, length: usize) -> String {
-        let at = first + self.below(length) as u64;
+        let place = self.below(length);
+        let at = first + place as u64;
         let effect = match self.below(5) {
             0 => "\"framing_error\"".to_owned(),
             1 => "\"noise\"".to_owned(),
             2 => "\"overrun\"".to_owned(),
-            3 => format!("{{ replaced = {} }}", self.unprintable()),
-            _ => format!("{{ inserted = {} }}", self.unprintable()),
+            3 => format!("{{ replaced = {} }}", self.unprintable(place == 0)),
+            _ => format!("{{ inserted = {} }}", self.unprintable(place == 0)),
         };
         // In a burst now and then, the line end and the next line included.
         let count = if self.below(8) == 0 { 1 + self.below(40) } else { 1 };
