@@ -68,7 +68,7 @@ impl Chance {
     fn unprintable(&mut self, in_front: bool) -> u8 {
         loop {
             let byte = self.below(256) as u8;
-            if !matches!(byte, b' '..=b'~' | b'\r' | b'\n' | 0x03) && !(in_front && byte == 0) {
+            if !(matches!(byte, b' '..=b'~' | b'\r' | b'\n' | 0x03) || in_front && byte == 0) {
                 return byte;
             }
         }
