@@ -54,7 +54,7 @@ const CAMPAIGNS: &[Campaign] = &[
     },
     Campaign {
         name: "altered",
-        shows: "a million damaged scripts at the console, five ways each, and a thousand at the shipped image (2 h)",
+        shows: "a million damaged scripts at the console, five ways each, and a thousand at the shipped image (35 min)",
         runs: &[
             Tests("clino-console::console", "altered::", &[("CLINO_SCRIPTS", "1000000")]),
             Tests("clino-host-tests::board", "altered::", &[("CLINO_ALTERED_RUNS", "125")]),

@@ -402,7 +402,8 @@ struct Outcome {
 fn run(bench: &mut Bench, way: &[Way], lines: &[String], (person, traceless): (bool, bool)) -> Outcome {
     let mut outcome = Outcome::default();
     let mut segment: Vec<Way> = Vec::new();
-    let mut returned = false;
+    // A person's session begins with a carriage return.
+    let mut returned = person;
     for &way in way {
         bench.host.now = bench.host.now + Micros::from_millis(way.pause_ms);
         let Received { byte, errors, lost } = way.received;
