@@ -96,7 +96,7 @@ pub fn named(consequence: Consequence) -> (&'static str, Value<'static>) {
     }
 }
 
-/// Tells of it when nobody is asked.
+/// Tells of it when no question is asked.
 #[inline(never)]
 pub fn warn(reply: &mut Reply<'_>, consequence: Consequence) {
     match consequence {

@@ -16,7 +16,7 @@
 //! | `sequence` | a control sequence that is cut short or no key, so that it may have swallowed text |
 //! | `too_long` | more than [`LONGEST_LINE`] characters |
 //! | `early` | typed while something else was waited for: the answer to a question, the end of `watch` |
-//! | `left` | left unfinished for so long that whoever goes on is somebody else |
+//! | `left` | left unfinished for the idle time (program) or ten of it (person): another may go on with it |
 //! | `check` | the line check is wrong, malformed or missing |
 //!
 //! A loss or an unreadable character may hide a line end. The line in hand is therefore spoilt up to the *next* line end:

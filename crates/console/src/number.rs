@@ -3,7 +3,7 @@
 /// Most digits: with the decimals of the others, still far from the largest `i64`.
 const DIGITS: usize = 15;
 
-/// A decimal number with at most so many decimals, in units of the last of them: with three, `1.5` is 1500.
+/// A decimal number with at most `decimals` decimals, in units of the last of them: with three, `1.5` is 1500.
 pub fn parse(word: &str, decimals: u32) -> Option<i64> {
     let (negative, digits) = word.strip_prefix('-').map_or((false, word), |digits| (true, digits));
     if digits.len() > DIGITS {

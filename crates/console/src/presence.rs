@@ -1,23 +1,23 @@
-//! Whether somebody is there: how long nothing was typed, and whether what comes back is the gateway's own.
+//! Presence of a person or program: how long nothing was typed, and whether what comes back is the gateway's own.
 //!
 //! A prompt at which nothing is typed for the idle time is unattended: the stream of readings resumes. A line that was begun
 //! there waits ten times as long. Characters that the receiver reports as disturbed are typed by no one: a cable that picks up
 //! noise does not hold the prompt.
 //!
 //! An echo is recognised by lines that only the gateway writes (`line.rs`). No such line is answered, and for a while after
-//! one an empty line is taken for a line end of the echo, not for somebody who presses Enter. While the stream runs, lines
+//! one an empty line is taken for a line end of the echo, not for a person who presses Enter. While the stream runs, lines
 //! come back at least once a second, as the statistics are printed: no output provokes output without end.
 
 use clino_bus::Micros;
 
 use crate::stream::STATISTICS_EVERY;
 
-/// A line that was begun waits so many idle times.
+/// How many idle times a line that was begun waits.
 const BEGUN: u64 = 10;
 /// Longest delay of an echo, and as much again.
 const ECHO_DELAY: Micros = Micros::from_millis(1_000);
 
-/// Whether somebody is there.
+/// Whether a person or program is there.
 pub struct Presence {
     heard: Micros,
     /// The last character followed at once on the one before, as characters of one line of an echo do.
