@@ -13,7 +13,6 @@ use crate::meter::BUSES;
 use crate::settings::{Change, entries};
 use crate::typed::Opt;
 use crate::value::{Label, Value};
-use crate::words::Words as _;
 
 /// Options of `bus`, and the settings that they name.
 const OPTIONS: [(Opt, u8); 5] = [

@@ -20,7 +20,6 @@ use crate::meter::BUSES;
 use crate::reply::Reply;
 use crate::settings::{MOST, value};
 use crate::value::Value;
-use crate::words::Words as _;
 
 /// `export`
 pub fn export(job: &mut Job<'_, '_>) -> Outcome {

@@ -9,7 +9,6 @@ use crate::reply::Reply;
 use crate::slots::LAST_SLOT;
 use crate::table;
 use crate::value::Value;
-use crate::words::Words as _;
 
 /// `counters [SLOT]`
 pub fn counters(job: &mut Job<'_, '_>) -> Outcome {

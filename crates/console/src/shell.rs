@@ -40,7 +40,6 @@ use crate::reply::{Audience, Reply};
 use crate::stream::Stream;
 use crate::system;
 use crate::text::Text;
-use crate::words::Words as _;
 
 /// How long a question waits for its answer.
 const PATIENCE: Micros = Micros::from_millis(30_000);

@@ -11,7 +11,6 @@ use clino_gateway::{Bus, BusFault, Reading, Source};
 use crate::host::{BusState, Host};
 use crate::reply::Reply;
 use crate::value::{DECIMALS, Value};
-use crate::words::Words as _;
 
 /// The head of a table of readings.
 pub fn head(reply: &mut Reply<'_>) {

@@ -8,8 +8,6 @@ use clino_codec::{isu, t7};
 
 pub use clino_codec::t7::Direction;
 
-use crate::maths::MOST_SAMPLES;
-
 mod name;
 mod span;
 
@@ -34,6 +32,14 @@ pub enum Bus {
 impl Bus {
     /// Both, by their numbers.
     pub const ALL: [Bus; 2] = [Bus::T7, Bus::Isu];
+
+    /// The name used in every text interface.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Bus::T7 => "t7",
+            Bus::Isu => "isu",
+        }
+    }
 
     /// The bus with this number.
     pub fn from_number(number: u16) -> Option<Bus> {
@@ -232,6 +238,9 @@ impl Filter {
     /// Most angles that are kept.
     pub const MOST: u8 = MOST_SAMPLES as u8;
 }
+
+/// Most angles that a filter goes over.
+pub(crate) const MOST_SAMPLES: usize = 8;
 
 /// One line of the slot table. What can be set of it, and within which limits, is in [`settings::slot`](crate::settings::slot).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,85 +1,38 @@
-//! The slots, the two polled buses and the PWM inputs, behind one `poll`.
+//! The façade: the slots, the two polled buses and the PWM inputs, behind one `poll`. It hands on; what happens to an event is
+//! decided in `bus_task.rs`, `pwm.rs`, `schedule.rs` and `slot.rs`.
 
-use clino_bus::{Counters, Event, Isu, Micros, T7, Timing, line};
-use clino_codec::pwm::{self, Ticks};
+use clino_bus::{Counters, Event, Isu, Micros, T7, Timing};
 use clino_commissioning::Progress;
 use heapless::Vec;
 
 use crate::bits::Bits;
-use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
+use crate::bus_task::{BusTask, Ended};
+use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig};
 use crate::counters::SlotCounters;
+use crate::degraded::Restraint;
+use crate::event::{Action, Asker, Capture};
 use crate::order::{Order, Refusal};
-use crate::outage::BusHealth;
-use crate::restraint::Restraint;
+use crate::pwm::PwmInputs;
+use crate::schedule::outage::BusHealth;
+use crate::schedule::{Detail, Polled};
 use crate::settings::console::ConsoleSettings;
 use crate::settings::{self, BusSettings};
-use crate::slot::{Sample, Slot};
 use crate::snapshot::Publisher;
-use crate::task::News;
+use crate::summary::BusPart;
+use crate::task::{self, News};
 use crate::trace::Trace;
-use crate::traffic::{Ended, Traffic};
-use crate::value::{Reading, Status};
+use crate::value::Reading;
 
-mod partners;
 mod start;
-
-/// What a timer input saw. Raw: the law that makes an angle of it is the codec's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Capture {
-    /// One whole cycle, rising edge to rising edge.
-    Cycle(Ticks),
-    /// An edge was not read before the next one overwrote it; the cycle is not trustworthy.
-    LostEdge,
-    /// No edge for longer than any legal period; the pin sits at this level.
-    NoSignal {
-        /// The pin is high.
-        high: bool,
-    },
-}
-
-/// What a bus's port has to do for the gateway.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action<'a> {
-    /// Send this frame.
-    Send(&'a [u8]),
-    /// Run with this bit rate and these waits from now on.
-    Run(Timing, line::Settings),
-}
-
-/// Who gives an order. What comes of a task is told to whom it belongs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Asker {
-    /// Whoever is at the console.
-    Console,
-    /// The Modbus master.
-    Modbus,
-}
-
-/// What is known of a slot besides its value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Detail {
-    /// What happened to its requests.
-    pub counters: SlotCounters,
-    /// How the last reading that failed did; `None` if none has.
-    pub last_error: Option<Status>,
-    /// It does not answer, and is asked less often.
-    pub is_dead: bool,
-    /// A value has come that a second one has to confirm.
-    pub awaits_confirmation: bool,
-}
 
 /// The gateway. See the crate documentation.
 pub struct Gateway {
-    slots: Vec<Slot, MAX_SLOTS>,
-    t7: Traffic<T7>,
-    isu: Traffic<Isu>,
-    pwm: pwm::Limits,
-    lost_edges: u32,
+    slots: Vec<Polled, MAX_SLOTS>,
+    t7: BusTask<T7>,
+    isu: BusTask<Isu>,
+    pwm: PwmInputs,
     /// Slots that have changed since they were last fetched.
     changed: Bits,
-    /// Slots that read a PWM input.
-    listening: Bits,
     trace: Trace,
     /// Of all slots' settings together.
     fingerprint: u32,
@@ -91,16 +44,38 @@ pub struct Gateway {
 const SLOT_SEED: u8 = 2;
 const CONSOLE_SEED: u8 = u8::MAX;
 
-/// Two PWM cycles this close are the same, in µ°: two steps of 4.34 µs.
-const PWM_RESOLUTION: u32 = 180_000;
+/// The one place where a bus becomes its task.
+macro_rules! on {
+    ($gateway:ident, $bus:expr, $task:ident => $does:expr) => {
+        match $bus {
+            Bus::T7 => {
+                let $task = &$gateway.t7;
+                $does
+            }
+            Bus::Isu => {
+                let $task = &$gateway.isu;
+                $does
+            }
+        }
+    };
+    (mut $gateway:ident, $bus:expr, $task:ident => $does:expr) => {
+        match $bus {
+            Bus::T7 => {
+                let $task = &mut $gateway.t7;
+                $does
+            }
+            Bus::Isu => {
+                let $task = &mut $gateway.isu;
+                $does
+            }
+        }
+    };
+}
 
 impl Gateway {
     /// Takes an event of a bus's line.
     pub fn line(&mut self, bus: Bus, event: Event) {
-        let ended = match bus {
-            Bus::T7 => self.t7.on(event, &mut self.slots),
-            Bus::Isu => self.isu.on(event, &mut self.slots),
-        };
+        let ended = on!(mut self, bus, task => task.on(event, &mut self.slots));
         self.note(ended);
     }
 
@@ -115,40 +90,13 @@ impl Gateway {
 
     /// Takes what a timer input saw at `now`.
     pub fn pwm(&mut self, input: PwmInput, capture: Capture, now: Micros) {
-        let result = match capture {
-            Capture::Cycle(ticks) => pwm::measure(ticks, &self.pwm, pwm::Law::Documented)
-                .map(|reading| Sample::new(reading.angle))
-                .map_err(|fault| match fault {
-                    pwm::PwmFault::Period { .. } => Status::BadPeriod,
-                    _ => Status::OutOfRange,
-                }),
-            Capture::LostEdge => {
-                self.lost_edges = self.lost_edges.wrapping_add(1);
-                Err(Status::NoSignal)
-            }
-            Capture::NoSignal { high: true } => Err(Status::StuckHigh),
-            Capture::NoSignal { high: false } => Err(Status::StuckLow),
+        let (t7, isu) = (&self.t7, &self.isu);
+        let is_settling = |bus, address| match bus {
+            Bus::T7 => t7.is_settling(address, now),
+            Bus::Isu => isu.is_settling(address, now),
         };
-        let settling = self.settling_inputs(now);
-        for index in self.listening.iter() {
-            let Some(slot) = self.slots.get_mut(index).filter(|slot| slot.is(&Source::Pwm { input })) else {
-                continue;
-            };
-            // One cycle without its edge is no fault yet.
-            if capture == Capture::LostEdge && !slot.is_stale(now) {
-                continue;
-            }
-            if result.is_err() {
-                slot.shake();
-            }
-            if result.is_ok() && settling.has(index) {
-                continue;
-            }
-            if slot.settle(result, now, true, PWM_RESOLUTION) {
-                self.changed.set(index, true);
-            }
-            self.compare(index, now);
-        }
+        let changed = self.pwm.take(input, capture, now, &mut self.slots, &is_settling);
+        self.changed = self.changed.or(changed);
     }
 
     /// From now on refuses what does not go with these times. A task under way goes on.
@@ -163,11 +111,10 @@ impl Gateway {
     /// the bus has a task already, or has one that works on what is to change.
     pub fn carry_out(&mut self, order: Order, asker: Asker) -> Result<(), Refusal> {
         order.check()?;
-        self.restraint.check(&order)?;
+        order.check_in(self.restraint)?;
         let accepted = match order {
             Order::Slot { slot, config } => self.change_slot(slot.into(), config),
-            Order::Bus { bus: Bus::T7, change } => self.t7.change(&change),
-            Order::Bus { bus: Bus::Isu, change } => self.isu.change(&change),
+            Order::Bus { bus, change } => on!(mut self, bus, task => task.change(&change)),
             Order::Console(console) => {
                 self.console = console;
                 true
@@ -175,10 +122,7 @@ impl Gateway {
             Order::T7(task) => self.t7.accept(&task, asker),
             Order::Isu(task) => self.isu.accept(&task, asker),
             Order::Cancel(bus) => {
-                match bus {
-                    Bus::T7 => self.t7.cancel(),
-                    Bus::Isu => self.isu.cancel(),
-                }
+                on!(mut self, bus, task => task.cancel());
                 true
             }
         };
@@ -209,13 +153,10 @@ impl Gateway {
 
     /// What a task that has ended has changed, the slots take over.
     fn conclude(&mut self, bus: Bus) {
-        let ended = match bus {
-            Bus::T7 => self.t7.ended(),
-            Bus::Isu => self.isu.ended(),
-        };
+        let ended = on!(mut self, bus, task => task.ended());
         let Some((claim, news)) = ended else { return };
         for index in 0..self.slots.len() {
-            if let Some(config) = self.slots.get(index).and_then(|slot| slot.follow(claim, &news)) {
+            if let Some(config) = self.config(index).and_then(|config| task::followed(config, claim, &news)) {
                 self.configure(index, config);
             }
         }
@@ -223,27 +164,24 @@ impl Gateway {
 
     /// What a task of this asker has found, or how it ended. A task waits until this has been fetched.
     pub fn news(&mut self, asker: Asker) -> Option<News> {
-        self.t7.news(asker).or_else(|| self.isu.news(asker))
+        Bus::ALL.into_iter().find_map(|bus| on!(mut self, bus, task => task.news(asker)))
     }
 
     /// Whether [`Gateway::news`] has something for this asker.
     pub fn has_news(&self, asker: Asker) -> bool {
-        self.t7.has_news(asker) || self.isu.has_news(asker)
+        Bus::ALL.into_iter().any(|bus| on!(self, bus, task => task.has_news(asker)))
     }
 
     /// Whether a task on this bus has said something that was not fetched yet.
     pub(crate) fn holds_news(&self, bus: Bus) -> bool {
-        [Asker::Console, Asker::Modbus].into_iter().any(|asker| match bus {
-            Bus::T7 => self.t7.has_news(asker),
-            Bus::Isu => self.isu.has_news(asker),
-        })
+        on!(self, bus, task => [Asker::Console, Asker::Modbus].into_iter().any(|asker| task.has_news(asker)))
     }
 
     /// From now on the slot reads this.
     fn configure(&mut self, index: usize, config: SlotConfig) {
         self.note_settings(index);
-        if let Some(slot) = self.slots.get_mut(index) {
-            slot.set(config);
+        if let Some(polled) = self.slots.get_mut(index) {
+            polled.set(config);
         }
         self.note_settings(index);
         self.reset(index);
@@ -251,45 +189,37 @@ impl Gateway {
 
     /// A slot means something else now.
     fn reset(&mut self, index: usize) {
-        let Some(slot) = self.slots.get(index) else { return };
-        self.t7.forget(index, slot);
-        self.isu.forget(index, slot);
-        self.listening.set(index, listens(slot));
+        let Some(polled) = self.slots.get(index) else { return };
+        for bus in Bus::ALL {
+            on!(mut self, bus, task => task.forget(index, &polled.slot.config));
+        }
         self.changed.set(index, true);
-        self.forget_partner(index);
+        let changed = self.pwm.forget(index, &mut self.slots);
+        self.changed = self.changed.or(changed);
     }
 
     /// How far the task on a bus is, if there is one.
     pub fn progress(&self, bus: Bus) -> Option<Progress> {
-        match bus {
-            Bus::T7 => self.t7.progress(),
-            Bus::Isu => self.isu.progress(),
-        }
+        on!(self, bus, task => task.progress())
     }
 
     /// Lets time pass on a bus; `port` is told what it has to do, in this order.
     pub fn poll(&mut self, bus: Bus, now: Micros, port: impl FnMut(Action<'_>)) {
-        let ended = match bus {
-            Bus::T7 => self.t7.poll(now, &mut self.slots, port),
-            Bus::Isu => self.isu.poll(now, &mut self.slots, port),
-        };
+        let ended = on!(mut self, bus, task => task.poll(now, &mut self.slots, port));
         self.note(ended);
         self.conclude(bus);
     }
 
     /// When [`Gateway::poll`] has something to do on `bus`, if ever.
     pub fn poll_at(&self, bus: Bus) -> Option<Micros> {
-        match bus {
-            Bus::T7 => self.t7.poll_at(),
-            Bus::Isu => self.isu.poll_at(),
-        }
+        on!(self, bus, task => task.poll_at())
     }
 
     /// A reading that has changed since it was last returned here, or published.
     pub fn next_changed(&mut self) -> Option<Reading> {
         let index = self.changed.iter().next()?;
         self.changed.set(index, false);
-        self.slots.get_mut(index)?.digest();
+        self.slots.get_mut(index)?.slot.digest();
         self.reading(index)
     }
 
@@ -301,7 +231,7 @@ impl Gateway {
             return false;
         }
         for index in changed.iter() {
-            if let Some(slot) = self.slots.get_mut(index) {
+            if let Some(Polled { slot, .. }) = self.slots.get_mut(index) {
                 slot.digest();
             }
         }
@@ -311,38 +241,32 @@ impl Gateway {
 
     fn reading(&self, index: usize) -> Option<Reading> {
         let number = u8::try_from(index).ok()?;
-        self.slots.get(index).map(|slot| slot.reading(number))
+        self.slots.get(index).map(|polled| polled.slot.reading(number))
     }
 
     /// How a slot is set; `None` beyond the last one.
     pub fn config(&self, slot: usize) -> Option<&SlotConfig> {
-        self.slots.get(slot).map(|slot| &slot.config)
+        self.slots.get(slot).map(|polled| &polled.slot.config)
     }
 
     /// What happened to a slot since it was set; `None` beyond the last one.
     pub fn slot_counters(&self, slot: usize) -> Option<&SlotCounters> {
-        self.slots.get(slot).map(|slot| &slot.counters)
+        self.slots.get(slot).map(|polled| &polled.slot.counters)
     }
 
     /// What is known of a slot besides its value; `None` beyond the last one.
     pub fn detail(&self, slot: usize) -> Option<Detail> {
-        self.slots.get(slot).map(Slot::detail)
+        self.slots.get(slot).map(Polled::detail)
     }
 
     /// How a bus is set. In force, or as soon as no exchange is in hand.
     pub fn bus_settings(&self, bus: Bus) -> &BusSettings {
-        match bus {
-            Bus::T7 => self.t7.settings(),
-            Bus::Isu => self.isu.settings(),
-        }
+        on!(self, bus, task => task.settings())
     }
 
     /// Whether the bus runs as it is set. A bit rate that a task has chosen for a while does not count.
     pub fn is_in_force(&self, bus: Bus) -> bool {
-        match bus {
-            Bus::T7 => self.t7.is_in_force(),
-            Bus::Isu => self.isu.is_in_force(),
-        }
+        on!(self, bus, task => task.is_in_force())
     }
 
     /// How the console behaves.
@@ -360,18 +284,19 @@ impl Gateway {
 
     /// To be called before a slot's settings change, and again when they have.
     fn note_settings(&mut self, index: usize) {
-        let Some(slot) = self.slots.get(index) else { return };
+        let Some(config) = self.config(index) else { return };
         let seed = SLOT_SEED.wrapping_add(index as u8);
-        self.fingerprint ^= settings::fingerprint(&settings::slot::SETTINGS, &slot.config, seed);
+        self.fingerprint ^= settings::fingerprint(&settings::slot::SETTINGS, config, seed);
     }
 
     /// Sets what was counted to zero, of all slots and of both buses.
     pub fn clear_counters(&mut self) {
-        for slot in &mut self.slots {
+        for Polled { slot, .. } in &mut self.slots {
             slot.counters = SlotCounters::default();
         }
-        self.t7.clear_counters();
-        self.isu.clear_counters();
+        for bus in Bus::ALL {
+            on!(mut self, bus, task => task.clear_counters());
+        }
     }
 
     /// The last transactions of both buses.
@@ -381,37 +306,29 @@ impl Gateway {
 
     /// What happened on a bus since reset.
     pub fn counters(&self, bus: Bus) -> &Counters {
-        match bus {
-            Bus::T7 => self.t7.master().counters(),
-            Bus::Isu => self.isu.master().counters(),
-        }
+        on!(self, bus, task => task.master().counters())
     }
 
     /// How a bus as a whole is doing.
     pub fn health(&self, bus: Bus) -> BusHealth {
-        match bus {
-            Bus::T7 => self.t7.health(),
-            Bus::Isu => self.isu.health(),
-        }
+        on!(self, bus, task => task.health())
+    }
+
+    /// What a bus declares.
+    pub fn part(&self, bus: Bus) -> BusPart {
+        let task = self.progress(bus).is_some() || self.holds_news(bus);
+        BusPart { fault: self.health(bus).fault, forced: self.counters(bus).forced > 0, task }
     }
 
     /// How a bus runs now.
     pub fn timing(&self, bus: Bus) -> &Timing {
-        match bus {
-            Bus::T7 => self.t7.master().timing(),
-            Bus::Isu => self.isu.master().timing(),
-        }
+        on!(self, bus, task => task.master().timing())
     }
 
     /// PWM cycles that were dropped because an edge was lost, both inputs together.
     pub fn lost_edges(&self) -> u32 {
-        self.lost_edges
+        self.pwm.lost_edges()
     }
-}
-
-/// Whether a slot reads a PWM input.
-fn listens(slot: &Slot) -> bool {
-    slot.config.enabled && matches!(slot.config.source, Source::Pwm { .. })
 }
 
 #[cfg(test)]

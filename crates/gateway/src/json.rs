@@ -21,7 +21,7 @@ use clino_bus::line::{self, EchoMode};
 use clino_bus::{Counters, Micros};
 
 use crate::config::{Bus, Kind, PwmInput, Source};
-use crate::outage::{BusFault, BusHealth};
+use crate::schedule::outage::{BusFault, BusHealth};
 use crate::value::Reading;
 
 /// Longest line of the stream, line end (CR LF on the wire) included: the summary with every signal. A reading with every
@@ -80,7 +80,7 @@ pub fn statistics(
     health: &BusHealth,
     driver: &DriverEnable,
 ) -> fmt::Result {
-    let bus = bus_name(bus);
+    let bus = bus.name();
     match topic {
         Topic::Exchanges => writeln!(
             out,
@@ -118,7 +118,7 @@ pub fn statistics(
 
 /// Writes how a bus is set.
 pub fn bus(out: &mut dyn Write, bus: Bus, line: &line::Settings) -> fmt::Result {
-    let (name, baud, guard) = (bus_name(bus), line.serial.baud, line.guard.0);
+    let (name, baud, guard) = (bus.name(), line.serial.baud, line.guard.0);
     let (pre, post, echo) = (line.pre_delay.0, line.post_delay.0, echo_name(line.echo));
     writeln!(
         out,
@@ -140,17 +140,9 @@ pub fn name(source: &Source) -> (&'static str, &'static str, u8) {
     match source {
         Source::Off => (Kind::Off.name(), "none", 0),
         Source::Incomplete { kind, address } => (kind.name(), "none", *address),
-        Source::T7 { address, .. } => ("t7", bus_name(Bus::T7), address.get()),
-        Source::Isu { address } => ("isu", bus_name(Bus::Isu), address.get()),
+        Source::T7 { address, .. } => ("t7", Bus::T7.name(), address.get()),
+        Source::Isu { address } => ("isu", Bus::Isu.name(), address.get()),
         Source::Pwm { input: PwmInput::Pwm1 } => ("pwm", "pwm1", 0),
         Source::Pwm { input: PwmInput::Pwm2 } => ("pwm", "pwm2", 0),
-    }
-}
-
-/// A bus in every text interface.
-pub const fn bus_name(bus: Bus) -> &'static str {
-    match bus {
-        Bus::T7 => "t7",
-        Bus::Isu => "isu",
     }
 }

@@ -16,8 +16,8 @@ use core::fmt;
 use clino_bus::Micros;
 
 use crate::config::{Ask, Bus, Filter, Kind, SlotConfig, Source};
-use crate::json::bus_name;
-use crate::phase::REFRESH;
+
+use crate::schedule::refresh::REFRESH;
 use crate::settings::BusSettings;
 
 /// Shortest averaging time that makes a difference: the sensor's bandwidth is 8 Hz (T7 data sheet).
@@ -141,7 +141,7 @@ impl fmt::Display for Finding {
                 write!(f, "slot {slot}: all {nodes} nodes answer to address {address}")
             }
             Finding::Overload { bus, percent } => {
-                write!(f, "bus {}: its slots ask for {percent} % of what it can carry", bus_name(bus))
+                write!(f, "bus {}: its slots ask for {percent} % of what it can carry", bus.name())
             }
             Finding::Repeats { slot, period } => {
                 write!(f, "slot {slot}: asked every {} ms, new every 533 ms", period.as_millis())
@@ -169,14 +169,14 @@ impl fmt::Display for Finding {
             Finding::Guard { bus, guard, character } => write!(
                 f,
                 "bus {}: guard {} us is shorter than one character, {} us: frames may collide",
-                bus_name(bus),
+                bus.name(),
                 guard.0,
                 character.0
             ),
             Finding::Post { bus, post } => write!(
                 f,
                 "bus {}: post {} us: an answer that begins sooner collides with our driver",
-                bus_name(bus),
+                bus.name(),
                 post.0
             ),
             Finding::Partner { slot, partner } => write!(f, "slot {slot}: slot {partner} reads no ISU"),

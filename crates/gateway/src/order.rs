@@ -3,12 +3,12 @@
 //! [`Order::check`] says what is wrong with an order, with the limit that it breaks; an order that passes is carried
 //! out whole.
 
-use clino_codec::t7;
-
-use crate::config::{Bus, Kind, MAX_SLOTS, SlotConfig};
-use crate::restraint::Restraint;
+use crate::config::{Bus, MAX_SLOTS, SlotConfig};
+use crate::degraded::Restraint;
+use crate::refusal::Number;
+pub use crate::refusal::Refusal;
 use crate::settings::console::ConsoleSettings;
-use crate::settings::{self, BusChange, BusSettings, Number};
+use crate::settings::{self, BusChange, BusSettings};
 use crate::task;
 
 /// Something to be done by the bus level.
@@ -39,51 +39,6 @@ pub enum Order {
     Cancel(Bus),
 }
 
-/// Why an order is refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
-    /// A number is out of its range.
-    Range {
-        /// What was asked for.
-        number: Number,
-        /// Smallest allowed, in units of its last decimal.
-        least: i64,
-        /// Largest allowed.
-        most: i64,
-    },
-    /// A number is less than another that it has to fit.
-    Shorter {
-        /// What was asked for.
-        number: Number,
-        /// What it may not be less than.
-        least: Number,
-    },
-    /// No sensor of this kind has this address.
-    Address {
-        /// The kind; [`Kind::Off`] stands for any.
-        kind: Kind,
-        /// What was asked for.
-        value: i64,
-    },
-    /// What a change names of this setting, something else in the change excludes.
-    Excluded(&'static str),
-    /// This is none of the line's bit rates.
-    BitRate {
-        /// What was asked for, bit/s.
-        value: u32,
-        /// What it has, bit/s.
-        allowed: &'static [u32],
-    },
-    /// A T7 cannot be told this.
-    T7(t7::EncodeError),
-    /// An ISU cannot be told this.
-    Isu(clino_commissioning::isu::Cause),
-    /// A task under way does not leave room for it: another task, or a change of what the task works on. Ask again.
-    Busy,
-    /// It is right, but not done in times like these.
-    Restrained(Restraint),
-}
-
 impl Order {
     /// Whether it can be carried out.
     pub fn check(&self) -> Result<(), Refusal> {
@@ -99,6 +54,28 @@ impl Order {
             Order::T7(task) => task::t7::Work::check(task).map_err(Refusal::T7),
             Order::Isu(task) => task::isu::Work::check(task).map_err(Refusal::Isu),
             Order::Cancel(_) => Ok(()),
+        }
+    }
+
+    /// Whether it may be carried out in times like these.
+    ///
+    /// # Errors
+    /// [`Refusal::Restrained`].
+    pub(crate) fn check_in(&self, restraint: Restraint) -> Result<(), Refusal> {
+        let refused = match restraint {
+            Restraint::None => false,
+            Restraint::InexactClock => self.writes(),
+            Restraint::NoBuses => matches!(self, Order::T7(_) | Order::Isu(_)),
+        };
+        if refused { Err(Refusal::Restrained(restraint)) } else { Ok(()) }
+    }
+
+    /// Whether a sensor is different afterwards, also without power in between.
+    const fn writes(&self) -> bool {
+        match self {
+            Order::T7(task) => !matches!(task, task::t7::Task::Identify(_) | task::t7::Task::Sweep(_)),
+            Order::Isu(task) => !matches!(task, task::isu::Task::Identify(_) | task::isu::Task::Reset(_)),
+            Order::Slot { .. } | Order::Bus { .. } | Order::Console(_) | Order::Cancel(_) => false,
         }
     }
 }
@@ -117,3 +94,6 @@ fn slot_number(slot: u8) -> Result<(), Refusal> {
         }),
     }
 }
+
+#[cfg(test)]
+mod tests;

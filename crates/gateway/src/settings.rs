@@ -19,7 +19,8 @@ pub mod slot;
 #[cfg(test)]
 mod tests;
 
-pub use setting::{Form, Given, NO_SLOT, Named, Number, Setting, fingerprint};
+pub use crate::refusal::Number;
+pub use setting::{Form, Given, NO_SLOT, Named, Setting, fingerprint};
 
 mod change;
 

@@ -1,4 +1,4 @@
-//! One slot: its configuration, when it is due, and how an outcome becomes its value.
+//! One slot: its configuration, and how an outcome becomes its value. When it is asked says `schedule.rs`.
 //!
 //! An outcome is taken in two steps. [`Slot::settle`] decides whether it is published and is over soon: the next request
 //! waits for it. [`Slot::digest`] makes the angle of it, afterwards.
@@ -8,16 +8,24 @@ use clino_codec::angle::Angle;
 
 use crate::config::{Filter, SINGLE_AXIS};
 use crate::counters::{SlotCounters, bump16, bump32};
-use crate::gate::{Demands, Gate, Verdict};
-use crate::gateway::Detail;
-use crate::health::{Health, Link, Strikes};
-use crate::maths::{Motion, Window, oriented};
-use crate::phase::Phase;
-use crate::polling::Identity;
+use crate::health::Health;
 use crate::trace::Purpose;
 use crate::{Reading, SlotConfig, Source, Status};
 
-mod follow;
+mod checks;
+mod filter;
+mod maths;
+mod motion;
+mod plausibility;
+
+pub(crate) use checks::{Strikes, is_one_g};
+pub(crate) use maths::step;
+
+use checks::Link;
+use filter::Window;
+use maths::oriented;
+use motion::Motion;
+use plausibility::{Acceptance, Demands, Plausibility};
 
 /// What a good answer says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +39,15 @@ pub(crate) struct Sample {
     pub serial: Option<u32>,
 }
 
+/// What a sensor says of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Identity {
+    /// It measures one axis only.
+    SingleAxis,
+    /// It measures all its axes.
+    MultiAxis,
+}
+
 impl Sample {
     pub fn new(angle: Angle) -> Sample {
         Sample { angle, temperature: None, one_g: None, serial: None }
@@ -40,22 +57,12 @@ impl Sample {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
     pub config: SlotConfig,
-    pub due: Micros,
-    /// Tries of the reading in hand that have failed.
-    pub tried: u8,
-    /// Readings in a row to which there was no answer.
-    pub silent: u8,
-    /// The node is taken for dead.
-    pub dead: bool,
-    /// Least time to the next probe of a dead node, in milliseconds.
-    pub pause_ms: u16,
     /// The sensor is known to measure the slot's axis.
     identified: bool,
     pub counters: SlotCounters,
     pub health: Health,
     pub strikes: Strikes,
-    pub phase: Phase,
-    gate: Gate,
+    plausibility: Plausibility,
     link: Link,
     status: Status,
     last_error: Option<Status>,
@@ -101,16 +108,10 @@ impl Slot {
     pub fn new(config: SlotConfig) -> Slot {
         Slot {
             config,
-            due: Micros::ZERO,
-            tried: 0,
-            silent: 0,
-            dead: false,
-            pause_ms: 0,
             counters: SlotCounters::default(),
             health: Health::WELL,
             strikes: Strikes::default(),
-            phase: Phase::default(),
-            gate: Gate::NEW,
+            plausibility: Plausibility::NEW,
             link: Link::default(),
             status: first_status(&config),
             last_error: None,
@@ -138,8 +139,7 @@ impl Slot {
     /// The sensor's number means something else now: what was kept of it is forgotten, and nothing was read yet. What was
     /// counted goes on, and so does what is known of the node's answers.
     pub fn restart(&mut self) {
-        let Slot { due, tried, silent, dead, pause_ms, counters, link, last_error, measured, serial, .. } =
-            *self;
+        let Slot { counters, link, last_error, measured, serial, .. } = *self;
         let status = match self.status {
             Status::Ok | Status::Suspect => Status::NeverRead,
             other => other,
@@ -148,11 +148,6 @@ impl Slot {
         let mut health = Health::WELL;
         health.set(Health::NOISY, self.health.has(Health::NOISY));
         *self = Slot {
-            due,
-            tried,
-            silent,
-            dead,
-            pause_ms,
             counters,
             health,
             link,
@@ -171,49 +166,29 @@ impl Slot {
         before != UNKNOWN && before != serial
     }
 
-    /// What is known besides the value.
-    pub fn detail(&self) -> Detail {
-        Detail {
-            counters: self.counters,
-            last_error: self.last_error,
-            is_dead: self.dead,
-            awaits_confirmation: self.gate.hurries(),
-        }
-    }
-
-    /// Books the next reading one period after this one was due: no drift. A reading that comes so late that
-    /// the next one is due already is not made up for; it is counted.
-    pub fn book_next(&mut self, now: Micros) {
-        let next = self.due + self.config.period();
-        if next > now || self.config.period() == Micros::ZERO {
-            self.due = next.max(now);
-            return;
-        }
-        if self.due > Micros::ZERO {
-            bump16(&mut self.counters.skipped);
-        }
-        self.due = now + self.config.period();
+    /// How the last reading that failed did; `None` if none has.
+    pub fn last_error(&self) -> Option<Status> {
+        self.last_error
     }
 
     /// When the last value wants to be confirmed, if it does.
     pub fn confirm_at(&self, after: Micros, now: Micros) -> Option<Micros> {
-        self.gate.hurries().then(|| self.gate.since(now) + after)
+        self.plausibility.hurries().then(|| self.plausibility.since(now) + after)
     }
 
     /// Whether the next request is to confirm the last value.
     pub fn is_to_confirm(&self) -> bool {
-        self.gate.hurries()
+        self.plausibility.hurries()
     }
 
     /// Nothing is to be confirmed out of turn any more.
     pub fn relax(&mut self) {
-        self.gate.relax();
+        self.plausibility.relax();
     }
 
     /// Nobody has answered for long: what was heard before confirms nothing and foretells nothing.
     pub fn lose_track(&mut self) {
-        self.gate.forget();
-        self.phase = Phase::default();
+        self.plausibility.forget();
     }
 
     /// Whether the sensor has to say what it is before its value is of use.
@@ -236,8 +211,8 @@ impl Slot {
     }
 
     /// Something was wrong with what was heard: the next value is not believed at once.
-    pub fn shake(&mut self) {
-        self.gate.shake();
+    pub fn distrust(&mut self) {
+        self.plausibility.distrust();
     }
 
     /// A whole, checked answer came, `response` after the request; whether it has a value is another matter.
@@ -255,7 +230,7 @@ impl Slot {
     pub fn note_damage(&mut self, damaged: bool) {
         self.note_link(damaged);
         if damaged {
-            self.gate.shake();
+            self.plausibility.distrust();
         }
     }
 
@@ -285,7 +260,7 @@ impl Slot {
             Err(status) => {
                 self.status = status;
                 self.last_error = Some(status);
-                self.gate.relax();
+                self.plausibility.relax();
             }
         }
         self.sequence = self.sequence.wrapping_add(1);
@@ -300,10 +275,10 @@ impl Slot {
         let last = self.measured().map(|measured| (self.raw, measured));
         let life = LEAST_LIFE.max(self.config.stale_after().into());
         let demands = Demands { resolution, max_rate: self.config.max_rate, life };
-        match self.gate.judge(raw, at, last, &demands) {
-            Verdict::Publish => Some(Status::Ok),
-            Verdict::Hold => None,
-            Verdict::Suspect => Some(Status::Suspect),
+        match self.plausibility.judge(raw, at, last, &demands) {
+            Acceptance::Publish => Some(Status::Ok),
+            Acceptance::Hold => None,
+            Acceptance::Suspect => Some(Status::Suspect),
         }
     }
 

@@ -7,9 +7,8 @@
 use clino_bus::Micros;
 
 use crate::config::{Bus, MAX_SLOTS, Source};
-use crate::gateway::Gateway;
 use crate::health::Health;
-use crate::outage::BusFault;
+use crate::schedule::outage::BusFault;
 use crate::value::Status;
 
 const _: () = assert!(MAX_SLOTS <= u64::BITS as usize);
@@ -248,14 +247,6 @@ impl Summary {
     /// Of the slots that are switched on, those whose angle is right and fresh.
     pub const fn good(&self) -> u32 {
         self.valid.count_ones()
-    }
-}
-
-impl Gateway {
-    /// What a bus declares.
-    pub fn part(&self, bus: Bus) -> BusPart {
-        let task = self.progress(bus).is_some() || self.holds_news(bus);
-        BusPart { fault: self.health(bus).fault, forced: self.counters(bus).forced > 0, task }
     }
 }
 

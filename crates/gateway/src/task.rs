@@ -5,6 +5,7 @@
 //! that none is lost to a slow reader. What nobody else may change until then is its claim (`task/claim.rs`).
 
 mod claim;
+mod follow;
 pub mod isu;
 mod reason;
 pub mod t7;
@@ -13,6 +14,7 @@ use clino_bus::{Master, Micros, Outcome, Protocol, Serial};
 use clino_commissioning::{Action, Commissionable, Operation, Progress, Runner};
 
 pub(crate) use claim::Claim;
+pub(crate) use follow::followed;
 pub use reason::Reason;
 
 /// What is told of a task.
@@ -52,6 +54,18 @@ pub(crate) trait Led<P: Protocol> {
     fn is_exclusive(&self) -> bool;
     fn progress(&self) -> Progress;
     fn cancel(&mut self);
+}
+
+/// A protocol with tasks of its own.
+pub(crate) trait Tasks: Commissionable {
+    type Task: Copy;
+    type Work;
+    /// Begins a task on a line that runs like this, in its place; or says how it has ended at once.
+    fn begin(task: &Self::Task, serial: Serial, place: &mut Option<Self::Work>) -> Result<(), News>;
+    /// What no other order may change until the task has ended.
+    fn claim(task: &Self::Task) -> Claim;
+    fn led(work: &mut Self::Work) -> &mut dyn Led<Self>;
+    fn led_ref(work: &Self::Work) -> &dyn Led<Self>;
 }
 
 impl<P, O> Led<P> for Runner<O>

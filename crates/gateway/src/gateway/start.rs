@@ -5,15 +5,16 @@
 use clino_bus::{Serial, Timing};
 use clino_codec::pwm;
 
-use super::{Gateway, listens};
+use super::Gateway;
 use crate::bits::Bits;
+use crate::bus_task::BusTask;
 use crate::config::{Bus, MAX_SLOTS, SlotConfig};
-use crate::restraint::Restraint;
+use crate::degraded::Restraint;
+use crate::pwm::PwmInputs;
+use crate::schedule::Polled;
 use crate::settings::console::ConsoleSettings;
 use crate::settings::{BusSettings, Configuration, Settings};
-use crate::slot::Slot;
 use crate::trace::Trace;
-use crate::traffic::Traffic;
 
 impl Gateway {
     /// A gateway without slots, for buses as the sensors' documents say. Inlined, so that most of it is made in its place
@@ -22,12 +23,10 @@ impl Gateway {
     pub fn idle(pwm: pwm::Limits) -> Gateway {
         Gateway {
             slots: heapless::Vec::new(),
-            t7: Traffic::idle(Timing::t7(Serial::T7_DEFAULT)),
-            isu: Traffic::idle(Timing::isu()),
-            pwm,
-            lost_edges: 0,
+            t7: BusTask::idle(Timing::t7(Serial::T7_DEFAULT)),
+            isu: BusTask::idle(Timing::isu()),
+            pwm: PwmInputs::new(pwm),
             changed: Bits::EMPTY,
-            listening: Bits::EMPTY,
             trace: Trace::new(),
             fingerprint: 0,
             restraint: Restraint::None,
@@ -67,17 +66,14 @@ impl Configuration for Gateway {
     }
 
     fn set_slot(&mut self, slot: usize, config: &SlotConfig) {
-        while self.slots.len() <= slot && self.slots.push(Slot::new(SlotConfig::OFF)).is_ok() {
+        while self.slots.len() <= slot && self.slots.push(Polled::new(SlotConfig::OFF)).is_ok() {
             self.note_settings(self.slots.len().saturating_sub(1));
         }
         self.note_settings(slot);
         let Some(place) = self.slots.get_mut(slot) else { return };
-        *place = Slot::new(*config);
+        *place = Polled::new(*config);
         self.note_settings(slot);
-        let Some(place) = self.slots.get_mut(slot) else { return };
-        self.t7.forget(slot, place);
-        self.isu.forget(slot, place);
-        self.listening.set(slot, listens(place));
+        self.reset(slot);
         // A slot that is off is empty, as everybody supposes.
         self.changed.set(slot, *config != SlotConfig::OFF);
     }

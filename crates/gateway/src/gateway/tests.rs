@@ -2,11 +2,14 @@
 //! again it reads right within three periods of the slowest slot.
 
 use super::*;
+use crate::Source;
 use crate::config::{SlotConfig, Span};
 use crate::settings::Settings;
+use crate::value::Status;
 use clino_bus::line::Step;
 use clino_bus::{Line, Serial};
 use clino_codec::character::{Character, LineErrors};
+use clino_codec::pwm::{self, Ticks};
 use clino_codec::{isu, t7};
 use proptest::prelude::*;
 use std::vec::Vec;
@@ -117,10 +120,10 @@ impl Bench {
     }
 
     fn statuses(&mut self) -> Vec<(Status, Option<i32>)> {
-        let used = |(_, slot): &(usize, &Slot)| slot.config.source != Source::Off;
-        self.gateway.slots.iter_mut().for_each(Slot::digest);
+        let used = |(_, polled): &(usize, &Polled)| polled.slot.config.source != Source::Off;
+        self.gateway.slots.iter_mut().for_each(|polled| polled.slot.digest());
         let slots = self.gateway.slots.iter().enumerate().filter(used);
-        let readings = slots.map(|(index, slot)| slot.reading(index as u8));
+        let readings = slots.map(|(index, polled)| polled.slot.reading(index as u8));
         readings.map(|r| (r.status(self.now), r.angle(self.now).map(|angle| angle.mdeg()))).collect()
     }
 }
@@ -178,8 +181,8 @@ fn what_a_pwm_input_sees_becomes_a_value_or_a_reason() {
     ] {
         gateway.pwm(PwmInput::Pwm1, capture, Micros(1));
         gateway.pwm(PwmInput::Pwm2, cycle(2_800_000, 700_000), Micros(1));
-        gateway.slots[3].digest();
-        let reading = gateway.slots[3].reading(3);
+        gateway.slots[3].slot.digest();
+        let reading = gateway.slots[3].slot.reading(3);
         assert_eq!(
             (reading.status(Micros(1)), reading.angle(Micros(1)).map(|a| a.mdeg())),
             (status, mdeg),

@@ -8,7 +8,7 @@ use clino_bus::{Micros, Serial, Timing};
 use super::BusSettings;
 use super::setting::{Form, Setting, names};
 use crate::config::Bus;
-use crate::order::Refusal;
+use crate::refusal::Refusal;
 
 /// The settings' numbers in the stored record. A number is never given to another setting.
 pub mod id {

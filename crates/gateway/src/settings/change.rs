@@ -13,7 +13,7 @@ use clino_bus::{Micros, Serial, Timing};
 use super::bus::id;
 use super::{BusSettings, Given, Named, bus};
 use crate::config::Bus;
-use crate::order::Refusal;
+use crate::refusal::Refusal;
 
 /// Fields that change; `None` stays as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

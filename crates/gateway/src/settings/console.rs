@@ -3,7 +3,7 @@
 use clino_bus::Micros;
 
 use super::setting::{Form, Named, Setting, change, names};
-use crate::order::Refusal;
+use crate::refusal::Refusal;
 
 /// The settings' numbers in the stored record. A number is never given to another setting.
 pub mod id {

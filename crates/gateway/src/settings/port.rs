@@ -4,7 +4,7 @@ use clino_bus::line::EchoMode;
 
 use super::bus::{ECHO, echo_code, echo_of};
 use super::setting::{Form, Named, Setting, change, names};
-use crate::order::Refusal;
+use crate::refusal::Refusal;
 
 mod times;
 

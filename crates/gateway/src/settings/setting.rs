@@ -4,7 +4,7 @@
 //! its word. A door that counts in coarser units (the Modbus map in whole milliseconds) says so with [`Given::scale`].
 
 use crate::config::are_characters;
-use crate::order::Refusal;
+use crate::refusal::{Number, Refusal};
 
 /// Something that can be set of a `T`.
 #[derive(Clone, Copy, Debug)]
@@ -130,19 +130,6 @@ impl<T> Setting<T> {
     pub fn scaled(&self, of: &T, scale: i64) -> i64 {
         (self.get)(of).checked_div(scale).unwrap_or(0)
     }
-}
-
-/// A number with its name and unit, in units of its last decimal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Number {
-    /// What it is.
-    pub name: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
-    /// How much.
-    pub value: i64,
-    /// Decimals that it is told with.
-    pub decimals: u8,
 }
 
 /// A value that somebody gives, in units of `scale`.

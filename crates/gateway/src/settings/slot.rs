@@ -13,9 +13,9 @@ use clino_bus::Micros;
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7;
 
-use super::setting::{Form, Given, NO_SLOT, Named, Number, Setting, change, names};
+use super::setting::{Form, Given, NO_SLOT, Named, Setting, change, names};
 use crate::config::{Ask, Direction, Filter, Kind, PWM_PERIOD, SINGLE_AXIS, SlotConfig, Source, Span};
-use crate::order::Refusal;
+use crate::refusal::{Number, Refusal};
 
 /// The settings' numbers in the stored record. A number is never given to another setting.
 pub mod id {

@@ -7,7 +7,7 @@ use super::setting::{Form, Given, Setting};
 use super::slot::{self, id};
 use super::{bus, console, port};
 use crate::config::{Bus, Filter, Kind, Name, SlotConfig, Source, Span};
-use crate::order::Refusal;
+use crate::refusal::Refusal;
 use clino_codec::t7::Axis;
 
 fn source(kind: Kind, address: u8) -> Source {

@@ -7,9 +7,8 @@ use clino_commissioning::isu::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, Led};
+use super::{Claim, Led, Tasks};
 use crate::config::{Bus, Source};
-use crate::traffic::Serve;
 
 /// What can be asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,7 +78,7 @@ impl Work {
     }
 }
 
-impl Serve for Isu {
+impl Tasks for Isu {
     type Task = Task;
     type Work = Work;
 

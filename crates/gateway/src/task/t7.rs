@@ -10,9 +10,8 @@ use clino_commissioning::t7::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, Led};
+use super::{Claim, Led, Tasks};
 use crate::config::{Bus, Source};
-use crate::traffic::Serve;
 
 /// What can be asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +94,7 @@ impl Work {
     }
 }
 
-impl Serve for T7 {
+impl Tasks for T7 {
     type Task = Task;
     type Work = Work;
 

@@ -81,9 +81,9 @@ fn a_t7_that_does_not_measure_one_g_is_seen() {
     let mut well = world(&[everything(1)]);
     well.skip(1_000_000);
     assert_eq!(well.gateway.reading(0).unwrap().health, Health::WELL);
-    assert!(well.gateway.slots[0].sound(Micros(well.now)).is_some());
+    assert!(well.gateway.slots[0].slot.sound(Micros(well.now)).is_some());
     // The same device, if 1 g were something else.
-    let mut slot = Slot::new(everything(1));
+    let mut slot = crate::slot::Slot::new(everything(1));
     let sample = crate::slot::Sample { one_g: Some(false), ..crate::slot::Sample::new(Default::default()) };
     for n in 0..4 {
         slot.settle(Ok(sample), Micros(n * 20_000), true, 1);

@@ -180,6 +180,6 @@ fn a_node_that_comes_back_is_noticed() {
         assert!(after > before, "{address}");
     }
     world.run(8_000_000);
-    let readings = (0..NODES).map(|index| world.gateway.slots[usize::from(index)].reading(index));
+    let readings = (0..NODES).map(|index| world.gateway.slots[usize::from(index)].slot.reading(index));
     assert!(readings.into_iter().all(|reading| reading.status(Micros(8_000_000)) != Status::NoAnswer));
 }

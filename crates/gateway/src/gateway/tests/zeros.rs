@@ -97,10 +97,10 @@ fn a_timeout_of_zero_is_the_documents() {
 fn a_tolerance_of_zero_tolerates_nothing() {
     for (tolerance, one_g) in [(0, true), (0, false), (100, true)] {
         let config = SlotConfig { ask: Ask::Everything, tolerance, ..t7_slot(1, T7_PERIOD) };
-        let mut slot = Slot::new(config);
+        let mut slot = crate::slot::Slot::new(config);
         // The world's T7 measures 1 g to the last step.
         let accelerations = [102_300 + i32::from(!one_g), 0, 0].map(clino_codec::t7::Acceleration);
-        let fits = crate::health::is_one_g(&accelerations, tolerance);
+        let fits = crate::slot::is_one_g(&accelerations, tolerance);
         assert_eq!(fits, one_g, "tolerance {tolerance}");
         for n in 0..5 {
             let sample = crate::slot::Sample { one_g: Some(fits), ..crate::slot::Sample::new(Angle::ZERO) };

@@ -7,7 +7,8 @@ use clino_bus::{Isu, Micros};
 use clino_codec::isu::{Address, Answer, DecodeError, Function, Request, Response};
 
 use super::Poll;
-use crate::agenda::Asked;
+use crate::schedule::Turn;
+use crate::schedule::queue::Asked;
 use crate::slot::{Sample, Slot};
 use crate::{Bus, SlotConfig, Source, Status};
 
@@ -49,10 +50,10 @@ impl Poll for Isu {
         Status::BadAnswer
     }
 
-    fn note(slot: &mut Slot, sample: &Sample, asked: &Asked, at: Micros) -> bool {
-        let fresh = slot.phase.read(sample.angle.udeg(), asked.released, at);
-        if let Some(next) = slot.phase.next(asked.since, slot.config.period()) {
-            slot.due = next;
+    fn note(turn: &mut Turn, config: &SlotConfig, sample: &Sample, asked: &Asked, at: Micros) -> bool {
+        let fresh = turn.refresh.read(sample.angle.udeg(), asked.released, at);
+        if let Some(next) = turn.refresh.next(asked.since, config.period()) {
+            turn.due = next;
         }
         fresh
     }

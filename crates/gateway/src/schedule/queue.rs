@@ -1,33 +1,30 @@
 //! Which slot of a bus is asked next, and when: earliest deadline first.
 //!
 //! *Deadlines.* A period begins where the last one was due to begin, however late it was asked: no drift. A period that the
-//! bus had no time for is left out and counted ([`Slot::book_next`]). An ISU is due when it has something new, which is no
-//! fixed period (`phase.rs`). A retry goes first; a value that has to be confirmed (`gate.rs`) is due [`CONFIRM_AFTER`] it
+//! bus had no time for is left out and counted (`Turn::book_next`). An ISU is due when it has something new, which is no
+//! fixed period (`refresh.rs`). A retry goes first; a value that has to be confirmed (`slot/plausibility.rs`) is due [`CONFIRM_AFTER`] it
 //! came, if not sooner.
 //!
 //! *Dead nodes.* A node that has not answered [`DEAD_AFTER`] readings in a row, and not for [`GONE_AFTER`], is taken for
 //! dead. Dead nodes are probed one after another, without retries, each after a pause that grows by a [part](PAUSE_GROWS) with every probe, up to
-//! [`LONGEST_PAUSE_MS`]: exponential back-off. Together they get one part of the bus ([`Agenda::new`]), however many there
+//! [`LONGEST_PAUSE_MS`]: exponential back-off. Together they get one part of the bus ([`Queue::new`]), however many there
 //! are, and the time in which nobody else is due; the others keep the rest. A node that is back is found within 2 s.
 //!
 //! *Faulty bus.* While nobody on a bus answers (`outage.rs`), nobody is dead: each slot is asked once in its period, or as
 //! often as the bus can, without retries. So the first node that answers again does so within one cycle, the time that the
 //! bus needs to ask all its slots once; and then all are due at once. What was heard before confirms nothing.
 //!
-//! *Deaf nodes* are given a silence, in which they come to (`agenda/silence.rs`).
+//! *Deaf nodes* are given a silence, in which they come to (`silence.rs`).
 //!
 //! *Time.* Looking through all slots takes longer than the bus should wait between two exchanges. So it is done while an
-//! answer is awaited ([`Agenda::look_ahead`]), and again only if that exchange does not end well.
+//! answer is awaited ([`Queue::look_ahead`]), and again only if that exchange does not end well.
 
 use clino_bus::Micros;
 
+use super::Polled;
+use super::silence::Silence;
 use crate::bits::Bits;
-use crate::slot::Slot;
 use crate::trace::Purpose;
-
-mod silence;
-
-use silence::Silence;
 
 /// A value that has to be confirmed is asked for again after this. What has damaged the first answer is over then: twenty
 /// milliseconds are two periods of the mains' harmonics, and the exchanges of several other nodes.
@@ -56,7 +53,7 @@ pub(crate) struct Asked {
     pub rest_characters: u64,
 }
 
-pub(crate) struct Agenda {
+pub(crate) struct Queue {
     /// The slots of this bus.
     mine: Bits,
     asked: Option<Asked>,
@@ -80,12 +77,12 @@ pub(crate) struct Agenda {
     idle_until: Micros,
 }
 
-impl Agenda {
-    /// The agenda of no slot. Dead nodes together get one part in `probe_share` of the bus; after a silence of
+impl Queue {
+    /// The queue of no slot. Dead nodes together get one part in `probe_share` of the bus; after a silence of
     /// `silence` all nodes hear again, whatever they have taken for a request.
     #[inline(always)]
     pub fn new(probe_share: u64, silence: Micros) -> Self {
-        Agenda {
+        Queue {
             silence: Silence::new(silence),
             faulty: false,
             troubled: false,
@@ -124,8 +121,8 @@ impl Agenda {
     pub fn next(
         &mut self,
         now: Micros,
-        slots: &[Slot],
-        ask_at: &dyn Fn(&Slot) -> Option<Micros>,
+        slots: &[Polled],
+        ask_at: &dyn Fn(&Polled) -> Option<Micros>,
     ) -> Option<usize> {
         let silent_until = self.silence.keep(now);
         if now < silent_until {
@@ -135,8 +132,8 @@ impl Agenda {
             return None;
         }
         let ahead = self.ahead.take().filter(|&index| {
-            slots.get(index).is_some_and(|slot| {
-                self.free(slot, now) <= now && ask_at(slot).is_some_and(|ask_at| ask_at <= now)
+            slots.get(index).is_some_and(|polled| {
+                self.free(polled, now) <= now && ask_at(polled).is_some_and(|ask_at| ask_at <= now)
             })
         });
         if ahead.is_some() {
@@ -167,15 +164,15 @@ impl Agenda {
     }
 
     /// Our last stop bit was out at `at`; there is time to see who is next.
-    pub fn look_ahead(&mut self, at: Micros, slots: &[Slot]) {
+    pub fn look_ahead(&mut self, at: Micros, slots: &[Polled]) {
         let Some(asked) = &mut self.asked else { return };
         asked.released = at;
         let in_hand = asked.slot;
         let mut ahead: Option<(Micros, usize)> = None;
-        for (index, slot) in self.mine(slots) {
+        for (index, polled) in self.mine(slots) {
             // What the slot in hand is due for besides its next reading, the exchange in hand will tell.
-            let due = if index == in_hand { slot.due } else { due(slot, at) };
-            let free = match slot.dead {
+            let due = if index == in_hand { polled.turn.due } else { polled.due(CONFIRM_AFTER, at) };
+            let free = match polled.turn.dead {
                 true if index == in_hand => NEVER,
                 true => due.max(self.probe_at),
                 false => due,
@@ -191,21 +188,21 @@ impl Agenda {
     fn soonest(
         &self,
         now: Micros,
-        slots: &[Slot],
-        ask_at: &dyn Fn(&Slot) -> Option<Micros>,
+        slots: &[Polled],
+        ask_at: &dyn Fn(&Polled) -> Option<Micros>,
     ) -> Option<(Micros, usize)> {
         let mut soonest: Option<(Micros, Micros, usize)> = None;
         let mut next_living = NEVER;
         for dead in [false, true] {
-            for (index, slot) in self.mine(slots).filter(|(_, slot)| slot.dead == dead) {
-                let due = due(slot, now);
+            for (index, polled) in self.mine(slots).filter(|(_, polled)| polled.turn.dead == dead) {
+                let due = polled.due(CONFIRM_AFTER, now);
                 let disturbs = due.max(now) + self.probe_took > next_living;
                 let free = if dead && disturbs { due.max(self.probe_at) } else { due };
                 let beaten =
                     |at| soonest.is_some_and(|(other_at, other_due, _)| (other_at, other_due) <= (at, due));
                 // The master is asked only about those that would be first if it had nothing against it.
                 if !beaten(free.max(now))
-                    && let Some(at) = ask_at(slot).map(|ask_at| free.max(ask_at).max(now))
+                    && let Some(at) = ask_at(polled).map(|ask_at| free.max(ask_at).max(now))
                     && !beaten(at)
                 {
                     soonest = Some((at, due, index));
@@ -216,20 +213,26 @@ impl Agenda {
         soonest.map(|(at, _, index)| (at, index))
     }
 
-    fn mine<'a>(&self, slots: &'a [Slot]) -> impl Iterator<Item = (usize, &'a Slot)> {
+    fn mine<'a>(&self, slots: &'a [Polled]) -> impl Iterator<Item = (usize, &'a Polled)> {
         self.mine.iter().filter_map(|index| Some((index, slots.get(index)?)))
     }
 
     /// When the slot may be asked: when it is due, and there is time for dead nodes if it is one.
-    fn free(&self, slot: &Slot, now: Micros) -> Micros {
-        if slot.dead { due(slot, now).max(self.probe_at) } else { due(slot, now) }
+    fn free(&self, polled: &Polled, now: Micros) -> Micros {
+        if polled.turn.dead {
+            polled.due(CONFIRM_AFTER, now).max(self.probe_at)
+        } else {
+            polled.due(CONFIRM_AFTER, now)
+        }
     }
 
     /// The slots of this bus that are not taken for dead.
     #[inline(never)]
-    pub fn living(&self, slots: &[Slot]) -> Bits {
+    pub fn living(&self, slots: &[Polled]) -> Bits {
         let mut living = self.mine;
-        self.mine(slots).filter(|(_, slot)| slot.dead).for_each(|(index, _)| living.set(index, false));
+        self.mine(slots)
+            .filter(|(_, polled)| polled.turn.dead)
+            .for_each(|(index, _)| living.set(index, false));
         living
     }
 
@@ -252,13 +255,13 @@ impl Agenda {
 
     /// Nothing was heard from the slot, nor from anybody else.
     #[inline(never)]
-    pub fn note_no_answer(&mut self, slot: usize, slots: &[Slot]) {
+    pub fn note_no_answer(&mut self, slot: usize, slots: &[Polled]) {
         // The line has just fallen silent. What the nodes have heard before may have made them deaf.
         if core::mem::take(&mut self.troubled) {
             self.doubt(slots);
             self.silence.asked(slot);
         }
-        let was_gone = self.gone.has(slot) || slots.get(slot).is_some_and(|slot| slot.dead);
+        let was_gone = self.gone.has(slot) || slots.get(slot).is_some_and(|polled| polled.turn.dead);
         if !was_gone {
             self.silence.missed(slot);
         }
@@ -277,16 +280,16 @@ impl Agenda {
 
     /// Everybody who is not dead may be deaf.
     #[inline(never)]
-    pub fn doubt(&mut self, slots: &[Slot]) {
+    pub fn doubt(&mut self, slots: &[Polled]) {
         self.silence.doubt(self.living(slots));
     }
 
     /// These are due at once.
     #[inline(never)]
-    pub fn hurry(&mut self, those: Bits, slots: &mut [Slot], at: Micros) {
+    pub fn schedule_now(&mut self, those: Bits, slots: &mut [Polled], at: Micros) {
         for index in those.iter() {
-            if let Some(slot) = slots.get_mut(index) {
-                slot.due = slot.due.min(at);
+            if let Some(polled) = slots.get_mut(index) {
+                polled.turn.due = polled.turn.due.min(at);
             }
         }
         self.look_again();
@@ -294,56 +297,48 @@ impl Agenda {
 
     /// The bus is faulty as a whole, or is so no more. Whoever was dead may be back: all begin anew.
     #[inline(never)]
-    pub fn set_faulty(&mut self, faulty: bool, slots: &mut [Slot], at: Micros) {
+    pub fn set_faulty(&mut self, faulty: bool, slots: &mut [Polled], at: Micros) {
         self.faulty = faulty;
         self.troubled = false;
         if faulty {
             self.gone = self.mine.without(self.living(slots));
         }
         for index in self.mine.iter() {
-            if let Some(slot) = slots.get_mut(index) {
-                (slot.dead, slot.silent, slot.pause_ms, slot.tried) = (false, 0, 0, 0);
-                slot.lose_track();
+            if let Some(polled) = slots.get_mut(index) {
+                polled.turn.revive();
+                polled.lose_track();
             }
         }
-        self.hurry(self.mine, slots, at);
+        self.schedule_now(self.mine, slots, at);
         if !faulty {
             self.doubt(slots);
         }
     }
 
     /// A reading of the slot ended at `at`, in silence or not.
-    pub fn note_silence(&mut self, slot: &mut Slot, asked: &Asked, silent: bool, at: Micros) {
-        let was_dead = slot.dead;
-        slot.silent = if silent { slot.silent.saturating_add(1) } else { 0 };
+    pub fn note_silence(&mut self, polled: &mut Polled, asked: &Asked, silent: bool, at: Micros) {
+        let was_dead = polled.turn.dead;
+        polled.turn.silent = if silent { polled.turn.silent.saturating_add(1) } else { 0 };
         if silent {
-            slot.doubt_identity();
+            polled.slot.doubt_identity();
         }
-        let gone = slot.measured().is_none_or(|read| at.since(read) >= GONE_AFTER);
-        slot.dead = !self.faulty && gone && slot.silent >= DEAD_AFTER;
-        if !slot.dead {
-            slot.pause_ms = 0;
+        let gone = polled.slot.measured().is_none_or(|read| at.since(read) >= GONE_AFTER);
+        polled.turn.dead = !self.faulty && gone && polled.turn.silent >= DEAD_AFTER;
+        if !polled.turn.dead {
+            polled.turn.pause_ms = 0;
             return;
         }
-        slot.lose_track();
+        polled.lose_track();
         if was_dead {
             let others = self.probe_share.saturating_sub(1);
             self.probe_took = at.since(asked.since);
             self.probe_at = at + self.probe_took.times(others);
-            let grown = slot.pause_ms.saturating_add(slot.pause_ms / PAUSE_GROWS).saturating_add(1);
-            slot.pause_ms = grown.min(LONGEST_PAUSE_MS);
-            slot.due = slot.due.max(at + Micros::from_millis(slot.pause_ms.into()));
+            let grown =
+                polled.turn.pause_ms.saturating_add(polled.turn.pause_ms / PAUSE_GROWS).saturating_add(1);
+            polled.turn.pause_ms = grown.min(LONGEST_PAUSE_MS);
+            polled.turn.due = polled.turn.due.max(at + Micros::from_millis(polled.turn.pause_ms.into()));
         } else {
             self.silence.died(at);
         }
-    }
-}
-
-/// When the slot wants to be asked; a retry goes first.
-fn due(slot: &Slot, now: Micros) -> Micros {
-    match slot.confirm_at(CONFIRM_AFTER, now) {
-        _ if slot.tried > 0 => Micros::ZERO,
-        Some(confirm_at) => confirm_at.min(slot.due),
-        None => slot.due,
     }
 }

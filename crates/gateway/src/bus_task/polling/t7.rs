@@ -9,11 +9,11 @@
 use clino_bus::{Micros, T7};
 use clino_codec::t7::{Address, Answer, DecodeError, Field, Opcode, Request, Response};
 
-use super::{Identity, Poll};
-use crate::agenda::Asked;
+use super::Poll;
 use crate::config::Ask;
-use crate::health::is_one_g;
-use crate::slot::{Sample, Slot};
+use crate::schedule::Turn;
+use crate::schedule::queue::Asked;
+use crate::slot::{Identity, Sample, Slot, is_one_g};
 use crate::{Bus, SlotConfig, Source, Status};
 
 /// End of the product type of a single-axis device: `T7-1`, and `X4-1` in the guide's example (section 2.7.1).
@@ -86,7 +86,7 @@ impl Poll for T7 {
     }
 
     /// It measures all the time.
-    fn note(_: &mut Slot, _: &Sample, _: &Asked, _: Micros) -> bool {
+    fn note(_: &mut Turn, _: &SlotConfig, _: &Sample, _: &Asked, _: Micros) -> bool {
         true
     }
 

@@ -6,10 +6,8 @@
 
 use clino_codec::angle::Angle;
 
-use super::step;
-
-/// Most angles a window keeps.
-pub(crate) const MOST_SAMPLES: usize = 8;
+use super::maths::step;
+use crate::config::MOST_SAMPLES;
 
 /// The last few angles of a slot.
 #[derive(Clone, Copy, Debug, Default)]

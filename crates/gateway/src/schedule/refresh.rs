@@ -32,7 +32,7 @@ const BLIND: Micros = Micros(490_000);
 
 /// What is known of a module's next angle.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Phase {
+pub(crate) struct RefreshTracker {
     /// It appears after this,
     from: Stamp,
     /// and so much later at the latest, in µs.
@@ -45,7 +45,7 @@ pub(crate) struct Phase {
     locked: bool,
 }
 
-impl Phase {
+impl RefreshTracker {
     /// An angle was read with a request that was out at `asked` and whose answer ended at `at`. Returns whether it was not
     /// read before; an angle that equals its predecessor counts as new when a refresh has certainly passed.
     pub fn read(&mut self, code: i32, asked: Micros, at: Micros) -> bool {
@@ -62,7 +62,7 @@ impl Phase {
         } else {
             (from.max(asked), by, self.locked)
         };
-        *self = Phase {
+        *self = RefreshTracker {
             from: Stamp::of(from),
             width: u32::try_from(by.since(from).0).unwrap_or(u32::MAX),
             code,

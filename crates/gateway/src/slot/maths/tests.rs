@@ -1,6 +1,9 @@
 //! The maths against an oracle that knows the unwrapped angles: `i128`, and floating point for the vector mean.
 
+use super::super::filter::Window;
+use super::super::motion::Motion;
 use super::*;
+use crate::config::MOST_SAMPLES;
 use clino_bus::Micros;
 use clino_codec::angle::Range;
 use proptest::prelude::*;

@@ -15,48 +15,48 @@ fn mdeg(mdeg: i32) -> Angle {
 
 /// A slot behind a gate.
 struct Slot {
-    gate: Gate,
+    gate: Plausibility,
     last: Option<(Angle, Micros)>,
 }
 
 impl Slot {
     fn new() -> Slot {
-        Slot { gate: Gate::NEW, last: None }
+        Slot { gate: Plausibility::NEW, last: None }
     }
 
-    fn take(&mut self, value: Angle, ms: u64) -> Verdict {
+    fn take(&mut self, value: Angle, ms: u64) -> Acceptance {
         let at = Micros(ms * 1_000);
-        let verdict = self.gate.judge(value, at, self.last, &DEMANDS);
-        if verdict == Verdict::Publish {
+        let acceptance = self.gate.judge(value, at, self.last, &DEMANDS);
+        if acceptance == Acceptance::Publish {
             self.last = Some((value, at));
         }
-        verdict
+        acceptance
     }
 }
 
 #[test]
 fn the_first_value_is_held_until_one_agrees() {
     let mut slot = Slot::new();
-    assert_eq!(slot.take(mdeg(10_000), 0), Verdict::Hold);
+    assert_eq!(slot.take(mdeg(10_000), 0), Acceptance::Hold);
     assert!(slot.gate.hurries());
     // 0.05° and 20 ms at 100°/s: 2.05°.
-    assert_eq!(slot.take(mdeg(12_051), 20), Verdict::Suspect);
+    assert_eq!(slot.take(mdeg(12_051), 20), Acceptance::Suspect);
     assert!(!slot.gate.hurries(), "once out of turn is enough");
-    assert_eq!(slot.take(mdeg(14_101), 40), Verdict::Publish);
-    assert_eq!(slot.take(mdeg(14_200), 60), Verdict::Publish);
+    assert_eq!(slot.take(mdeg(14_101), 40), Acceptance::Publish);
+    assert_eq!(slot.take(mdeg(14_200), 60), Acceptance::Publish);
 }
 
 #[test]
 fn a_jump_is_held_and_motion_is_not() {
     let mut slot = Slot::new();
     slot.take(mdeg(179_900), 0);
-    assert_eq!(slot.take(mdeg(179_900), 20), Verdict::Publish);
+    assert_eq!(slot.take(mdeg(179_900), 20), Acceptance::Publish);
     // Across the seam, at the limit.
-    assert_eq!(slot.take(mdeg(-178_050), 40), Verdict::Publish);
-    assert_eq!(slot.take(mdeg(-175_999), 60), Verdict::Hold);
+    assert_eq!(slot.take(mdeg(-178_050), 40), Acceptance::Publish);
+    assert_eq!(slot.take(mdeg(-175_999), 60), Acceptance::Hold);
     // A jump that was none: the value is where it was.
-    assert_eq!(slot.take(mdeg(-178_050), 80), Verdict::Suspect);
-    assert_eq!(slot.take(mdeg(-178_050), 100), Verdict::Publish);
+    assert_eq!(slot.take(mdeg(-178_050), 80), Acceptance::Suspect);
+    assert_eq!(slot.take(mdeg(-178_050), 100), Acceptance::Publish);
 }
 
 #[test]
@@ -64,32 +64,32 @@ fn after_damage_a_value_needs_a_witness() {
     let mut slot = Slot::new();
     slot.take(mdeg(1), 0);
     slot.take(mdeg(1), 20);
-    slot.gate.shake();
-    assert_eq!(slot.take(mdeg(1), 40), Verdict::Hold);
+    slot.gate.distrust();
+    assert_eq!(slot.take(mdeg(1), 40), Acceptance::Hold);
     // More damage does not make the candidate worse.
-    slot.gate.shake();
-    assert_eq!(slot.take(mdeg(1), 60), Verdict::Publish);
-    assert_eq!(slot.take(mdeg(1), 80), Verdict::Publish);
+    slot.gate.distrust();
+    assert_eq!(slot.take(mdeg(1), 60), Acceptance::Publish);
+    assert_eq!(slot.take(mdeg(1), 80), Acceptance::Publish);
 }
 
 #[test]
 fn an_old_candidate_confirms_nothing() {
     let mut slot = Slot::new();
     slot.take(mdeg(1), 0);
-    assert_eq!(slot.take(mdeg(1), 1_001), Verdict::Hold);
+    assert_eq!(slot.take(mdeg(1), 1_001), Acceptance::Hold);
     slot.gate.forget();
-    assert_eq!(slot.take(mdeg(1), 1_021), Verdict::Hold);
-    assert_eq!(slot.take(mdeg(1), 1_041), Verdict::Publish);
+    assert_eq!(slot.take(mdeg(1), 1_021), Acceptance::Hold);
+    assert_eq!(slot.take(mdeg(1), 1_041), Acceptance::Publish);
 }
 
 #[test]
 fn without_a_limit_nothing_is_a_jump() {
     let any = Demands { max_rate: 0, ..DEMANDS };
-    let mut gate = Gate::NEW;
-    assert_eq!(gate.judge(mdeg(0), Micros(0), None, &any), Verdict::Hold);
-    assert_eq!(gate.judge(mdeg(0), Micros(20_000), None, &any), Verdict::Publish);
+    let mut gate = Plausibility::NEW;
+    assert_eq!(gate.judge(mdeg(0), Micros(0), None, &any), Acceptance::Hold);
+    assert_eq!(gate.judge(mdeg(0), Micros(20_000), None, &any), Acceptance::Publish);
     let last = Some((mdeg(0), Micros(20_000)));
-    assert_eq!(gate.judge(mdeg(-180_000), Micros(20_001), last, &any), Verdict::Publish);
+    assert_eq!(gate.judge(mdeg(-180_000), Micros(20_001), last, &any), Acceptance::Publish);
 }
 
 /// Zero is no limit, and so never stricter than one: whatever a slot with a limit publishes, one without does.
@@ -97,14 +97,14 @@ fn without_a_limit_nothing_is_a_jump() {
 fn without_a_limit_a_sensor_that_turns_fast_is_published() {
     for rate in [0, 400_000, 3_600_000] {
         let demands = Demands { max_rate: rate, ..DEMANDS };
-        let (mut gate, mut last, mut published) = (Gate::NEW, None, 0);
+        let (mut gate, mut last, mut published) = (Plausibility::NEW, None, 0);
         for n in 0..100_u64 {
             // 300°/s, asked every 20 ms; damaged once.
             let (at, value) = (Micros(n * 20_000), mdeg(n as i32 * 6_000 % 360_000 - 180_000));
             if n == 50 {
-                gate.shake();
+                gate.distrust();
             }
-            if gate.judge(value, at, last, &demands) == Verdict::Publish {
+            if gate.judge(value, at, last, &demands) == Acceptance::Publish {
                 (last, published) = (Some((value, at)), published + 1);
             }
         }
@@ -112,9 +112,9 @@ fn without_a_limit_a_sensor_that_turns_fast_is_published() {
     }
     // Too old a candidate confirms nothing, limit or not.
     let any = Demands { max_rate: 0, ..DEMANDS };
-    let mut gate = Gate::NEW;
+    let mut gate = Plausibility::NEW;
     gate.judge(mdeg(1), Micros(0), None, &any);
-    assert_eq!(gate.judge(mdeg(1), Micros(1_000_001), None, &any), Verdict::Hold);
+    assert_eq!(gate.judge(mdeg(1), Micros(1_000_001), None, &any), Acceptance::Hold);
 }
 
 /// A second value that is far too late for its candidate is one that needs another, however long the wait was: past 35.8 min
@@ -125,10 +125,10 @@ fn a_candidate_of_long_ago_confirms_nothing() {
     let demands = Demands { life: LONGEST_STALE, ..DEMANDS };
     for wait in [1 << 31, 1 << 32, 1_000 << 32, 365 * 86_400_000_000_u64] {
         for wait in [wait - 1, wait, wait + 1, wait + 20_000] {
-            let mut gate = Gate::NEW;
+            let mut gate = Plausibility::NEW;
             gate.judge(mdeg(5), Micros(1_000), None, &demands);
             let within = wait <= 3_600_000_000;
-            let expected = if within { Verdict::Publish } else { Verdict::Hold };
+            let expected = if within { Acceptance::Publish } else { Acceptance::Hold };
             assert_eq!(
                 gate.judge(mdeg(5), Micros(1_000 + wait), None, &demands),
                 expected,
@@ -142,9 +142,9 @@ fn a_candidate_of_long_ago_confirms_nothing() {
 #[test]
 fn values_that_agree_after_forty_minutes_are_no_suspects() {
     let demands = Demands { life: LONGEST_STALE, ..DEMANDS };
-    let mut gate = Gate::NEW;
-    assert_eq!(gate.judge(mdeg(10_000), Micros(0), None, &demands), Verdict::Hold);
-    assert_eq!(gate.judge(mdeg(10_100), Micros(2_400_000_000), None, &demands), Verdict::Publish);
+    let mut gate = Plausibility::NEW;
+    assert_eq!(gate.judge(mdeg(10_000), Micros(0), None, &demands), Acceptance::Hold);
+    assert_eq!(gate.judge(mdeg(10_100), Micros(2_400_000_000), None, &demands), Acceptance::Publish);
 }
 
 proptest! {
@@ -159,12 +159,12 @@ proptest! {
         };
         let mut slot = Slot::new();
         let (mut now, mut before, mut last) = (0, None, None);
-        for (value, wait, shake) in values {
+        for (value, wait, distrust) in values {
             now += wait;
-            if shake {
-                slot.gate.shake();
+            if distrust {
+                slot.gate.distrust();
             }
-            if slot.take(mdeg(value), now) == Verdict::Publish {
+            if slot.take(mdeg(value), now) == Acceptance::Publish {
                 let witness = [before, last].into_iter().flatten().any(|(other, then)| close(value, other, now - then));
                 prop_assert!(witness, "{value} at {now} ms");
                 last = Some((value, now));

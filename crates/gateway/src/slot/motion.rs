@@ -7,7 +7,7 @@
 use clino_bus::Micros;
 use clino_codec::angle::{Angle, Range};
 
-use super::step;
+use super::maths::step;
 use crate::stamp::Stamp;
 use crate::value::Published;
 

@@ -11,6 +11,7 @@ use super::*;
 use crate::task::isu::Task as OfIsu;
 use crate::task::t7::Task as OfT7;
 use crate::{Asker, Bus, BusChange, Gateway, Settings, SlotConfig};
+use crate::{INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM};
 
 fn gateway(restraint: Restraint) -> Gateway {
     let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());

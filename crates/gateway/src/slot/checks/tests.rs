@@ -1,6 +1,7 @@
 //! Signals and when they speak.
 
 use super::*;
+use crate::Health;
 use std::vec::Vec;
 
 fn accelerations(g: [f64; 3]) -> [Acceleration; 3] {

@@ -7,18 +7,11 @@ use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom::Change as Eeprom;
 use clino_commissioning::{Change, Report};
 
-use super::Slot;
-use crate::task::{Claim, News, isu, t7};
+use super::{Claim, News, isu, t7};
 use crate::{SlotConfig, Source};
 
-impl Slot {
-    /// How the slot is to be set after a task that has ended like this, if otherwise than now.
-    pub fn follow(&self, claim: Claim, news: &News) -> Option<SlotConfig> {
-        followed(&self.config, claim, news)
-    }
-}
-
-fn followed(config: &SlotConfig, claim: Claim, news: &News) -> Option<SlotConfig> {
+/// How a slot is to be set after a task that has ended like this, if otherwise than now.
+pub(crate) fn followed(config: &SlotConfig, claim: Claim, news: &News) -> Option<SlotConfig> {
     let source = match (*news, config.source) {
         (
             News::T7(t7::News::Address(Report { change: Change::Changed { from, to }, .. })),

@@ -3,11 +3,11 @@
 //! A sensor that is zeroed, reversed, moved or reset says other numbers from some instant on, and so does a bus at another
 //! bit rate. What was kept of the numbers before (filter, turns, rate, confirmation, refresh) is worth nothing then, in every
 //! slot that reads the node: several may read the axes of one T7, and a PWM input is the other output of the ISU that its
-//! partner reads. [`readers`] finds them, [`Slot::restart`] forgets.
+//! partner reads. [`readers`] finds them, [`Polled::restart`] forgets.
 //!
 //! When exactly a node begins to say its new numbers is not known: the write may be lost, its answer may be lost, an ISU says
 //! its last angle until the next refresh. So from the request that may change it, until the task that has sent it has ended
-//! and the node has had time ([`Poll::SETTLES`](crate::polling::Poll)), the node's numbers are not used ([`Settling`]).
+//! and the node has had time ([`Poll::SETTLES`](Poll)), the node's numbers are not used ([`Settling`]).
 //!
 //! ```text
 //!   task   ──── write ─ answer, or none ───── read back ── end
@@ -20,8 +20,8 @@
 
 use clino_bus::Micros;
 
+use super::Polled;
 use crate::bits::Bits;
-use crate::slot::Slot;
 use crate::{Bus, Source};
 
 /// Nodes of one bus, a bit each by address; no protocol has more than 128.
@@ -61,15 +61,15 @@ impl Nodes {
 
 /// The slots whose numbers come from these nodes: those that read them, and the PWM inputs whose partner does.
 #[inline(never)]
-pub(crate) fn readers(slots: &[Slot], bus: Bus, nodes: Nodes) -> Bits {
+pub(crate) fn readers(slots: &[Polled], bus: Bus, nodes: Nodes) -> Bits {
     let reads = |source: &Source| {
         source.node().is_some_and(|(on, address)| on == bus && Nodes::at(on, address).meet(nodes))
     };
     let mut readers = Bits::EMPTY;
-    for (index, slot) in slots.iter().enumerate() {
+    for (index, Polled { slot, .. }) in slots.iter().enumerate() {
         let source = match (slot.config.source, slot.config.partner) {
             (Source::Pwm { .. }, Some(partner)) => {
-                slots.get(usize::from(partner)).map(|slot| slot.config.source)
+                slots.get(usize::from(partner)).map(|polled| polled.slot.config.source)
             }
             (source, _) => Some(source),
         };

@@ -10,12 +10,12 @@
 //! slot has no limit of its rate, any two do, if the first is not too old. Silence is no line error: nothing was heard that
 //! could be wrong.
 //!
-//! [`CONFIRM_AFTER`]: crate::agenda::CONFIRM_AFTER
+//! [`CONFIRM_AFTER`]: crate::schedule::queue::CONFIRM_AFTER
 
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
 
-use crate::maths::step;
+use super::maths::step;
 use crate::stamp::Stamp;
 
 /// The rate of a slot that may move as fast as it likes.
@@ -25,7 +25,7 @@ const PER_MDEG_PER_S: u64 = 1_000;
 
 /// What to do with a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Verdict {
+pub(crate) enum Acceptance {
     /// It is the slot's value.
     Publish,
     /// The next one has to agree with it.
@@ -63,14 +63,14 @@ enum State {
     /// The next value needs no witness unless it jumps.
     Trusting,
     /// The next value needs a witness.
-    Shaken,
+    Distrusting,
     /// The candidate waits for its witness.
     Waiting,
 }
 
 /// The gate of one slot.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Gate {
+pub(crate) struct Plausibility {
     state: State,
     /// The witness has not been asked for out of turn yet.
     hurry: bool,
@@ -78,10 +78,14 @@ pub(crate) struct Gate {
     at: Stamp,
 }
 
-impl Gate {
+impl Plausibility {
     /// Nothing was read yet, or nothing for long.
-    pub const NEW: Gate =
-        Gate { state: State::Shaken, hurry: false, candidate: Angle::ZERO, at: Stamp::of(Micros::ZERO) };
+    pub const NEW: Plausibility = Plausibility {
+        state: State::Distrusting,
+        hurry: false,
+        candidate: Angle::ZERO,
+        at: Stamp::of(Micros::ZERO),
+    };
 
     /// The witness did not come: it is not asked for out of turn again.
     pub fn relax(&mut self) {
@@ -92,14 +96,14 @@ impl Gate {
     pub fn forget(&mut self) {
         self.hurry = false;
         if self.state == State::Waiting {
-            self.state = State::Shaken;
+            self.state = State::Distrusting;
         }
     }
 
     /// Something was wrong with what was heard.
-    pub fn shake(&mut self) {
+    pub fn distrust(&mut self) {
         if self.state == State::Trusting {
-            self.state = State::Shaken;
+            self.state = State::Distrusting;
         }
     }
 
@@ -120,21 +124,21 @@ impl Gate {
         at: Micros,
         last: Option<(Angle, Micros)>,
         demands: &Demands,
-    ) -> Verdict {
+    ) -> Acceptance {
         let waited = self.at.age(at);
-        let verdict = match self.state {
-            State::Waiting if demands.agree(self.candidate, value, waited) => Verdict::Publish,
-            State::Waiting if waited <= demands.life => Verdict::Suspect,
-            State::Waiting | State::Shaken => Verdict::Hold,
+        let acceptance = match self.state {
+            State::Waiting if demands.agree(self.candidate, value, waited) => Acceptance::Publish,
+            State::Waiting if waited <= demands.life => Acceptance::Suspect,
+            State::Waiting | State::Distrusting => Acceptance::Hold,
             State::Trusting => match last {
-                Some((angle, then)) if demands.allow(angle, value, at.since(then)) => Verdict::Publish,
-                _ => Verdict::Hold,
+                Some((angle, then)) if demands.allow(angle, value, at.since(then)) => Acceptance::Publish,
+                _ => Acceptance::Hold,
             },
         };
         (self.candidate, self.at) = (value, Stamp::of(at));
-        self.hurry = verdict == Verdict::Hold;
-        self.state = if verdict == Verdict::Publish { State::Trusting } else { State::Waiting };
-        verdict
+        self.hurry = acceptance == Acceptance::Hold;
+        self.state = if acceptance == Acceptance::Publish { State::Trusting } else { State::Waiting };
+        acceptance
     }
 }
 

@@ -10,12 +10,6 @@ use clino_codec::angle::Angle;
 
 use crate::config::Direction;
 
-mod filter;
-mod motion;
-
-pub(crate) use filter::{MOST_SAMPLES, Window};
-pub(crate) use motion::Motion;
-
 /// The turn from one angle to another, the shorter way: −180° up to, not including, 180°, in µ°.
 #[inline(never)]
 pub(crate) fn step(from: Angle, to: Angle) -> i32 {

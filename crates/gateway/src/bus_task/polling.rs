@@ -1,4 +1,4 @@
-//! The polling of one bus: what a slot is asked, and what comes of it. Whose turn it is says `agenda.rs`.
+//! The polling of one bus: what a slot is asked, and what comes of it. Which slot is next says `schedule/queue.rs`.
 //!
 //! An answer is taken in two steps: [`Polling::end`] while the bus waits for the next request, [`Polling::take`] when that
 //! is on its way. A reading that failed is tried again, if that can be done soon.
@@ -8,10 +8,11 @@ use core::marker::PhantomData;
 use clino_bus::{Fault, Master, Micros, Protocol, Refusal, Retry};
 use clino_codec::layers::Layer;
 
-use crate::agenda::{Agenda, Asked};
-use crate::counters::bump32;
-use crate::outage::{BusHealth, Consequence, Watch};
-use crate::slot::{Sample, Slot};
+use crate::counters::{bump16, bump32};
+use crate::schedule::outage::{BusHealth, Consequence, Watch};
+use crate::schedule::queue::{Asked, Queue};
+use crate::schedule::{Polled, Turn};
+use crate::slot::{Identity, Sample, Slot};
 use crate::trace::{Purpose, Verdict};
 use crate::{Bus, SlotConfig, Span, Status};
 
@@ -42,7 +43,7 @@ pub(crate) trait Poll: Protocol {
     /// What a refused answer says about the slot.
     fn refused(error: &Self::DecodeError) -> Status;
     /// A good reading ended at `at`: returns whether the sensor has measured anew, and may change when the slot is due.
-    fn note(slot: &mut Slot, sample: &Sample, asked: &Asked, at: Micros) -> bool;
+    fn note(turn: &mut Turn, config: &SlotConfig, sample: &Sample, asked: &Asked, at: Micros) -> bool;
     /// Address and command in a request.
     fn named(frame: &[u8]) -> (u8, u8);
 }
@@ -50,17 +51,8 @@ pub(crate) trait Poll: Protocol {
 /// What an answer has said: a value, why there is none, or nothing about the value.
 pub(crate) type Said = Result<Option<Sample>, Status>;
 
-/// What a sensor says of itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Identity {
-    /// It measures one axis only.
-    SingleAxis,
-    /// It measures all its axes.
-    MultiAxis,
-}
-
 pub(crate) struct Polling<P: Poll> {
-    agenda: Agenda,
+    queue: Queue,
     watch: Watch,
     protocol: PhantomData<P>,
 }
@@ -69,8 +61,8 @@ impl<P: Poll> Polling<P> {
     /// The polling of no slot.
     #[inline(always)]
     pub fn idle() -> Self {
-        let agenda = Agenda::new(P::PROBE_SHARE, P::SILENCE);
-        Polling { agenda, watch: Watch::default(), protocol: PhantomData }
+        let queue = Queue::new(P::PROBE_SHARE, P::SILENCE);
+        Polling { queue, watch: Watch::default(), protocol: PhantomData }
     }
 
     /// How the bus as a whole is doing.
@@ -84,11 +76,11 @@ impl<P: Poll> Polling<P> {
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
-    pub fn forget(&mut self, index: usize, slot: &Slot) {
-        self.agenda.forget(index, is_mine::<P>(slot));
+    pub fn forget(&mut self, index: usize, config: &SlotConfig) {
+        self.queue.forget(index, config.bus() == Some(P::BUS));
         self.watch.forget(index);
-        if self.agenda.is_empty() {
-            self.agenda.set_faulty(false, &mut [], Micros::ZERO);
+        if self.queue.is_empty() {
+            self.queue.set_faulty(false, &mut [], Micros::ZERO);
             self.watch.retire();
         }
     }
@@ -96,34 +88,34 @@ impl<P: Poll> Polling<P> {
     /// The bus has another bit rate: the nodes may have taken what was sent until `since` for anything. Nobody is asked
     /// until all hear again.
     pub fn keep_silent(&mut self, since: Micros) {
-        self.agenda.keep_silent(since);
+        self.queue.keep_silent(since);
     }
 
     /// Nobody is asked before this.
     pub fn silent_until(&self) -> Micros {
-        self.agenda.silent_until()
+        self.queue.silent_until()
     }
 
     /// Somebody on the bus has answered.
-    pub fn heard(&mut self, master: &Master<P>, at: Micros, slots: &mut [Slot]) {
+    pub fn heard(&mut self, master: &Master<P>, at: Micros, slots: &mut [Polled]) {
         if self.watch.answered(master.counters()) {
-            self.agenda.set_faulty(false, slots, at);
+            self.queue.set_faulty(false, slots, at);
         }
     }
 
     /// Something has happened that may change what is to be asked, and when.
     pub fn look_again(&mut self) {
-        self.agenda.look_again();
+        self.queue.look_again();
     }
 
     /// When [`Polling::next`] has something to begin, if ever.
     pub fn poll_at(&self) -> Option<Micros> {
-        self.agenda.poll_at()
+        self.queue.poll_at()
     }
 
     /// Our last stop bit was out at `at`; there is time to see who is next.
-    pub fn look_ahead(&mut self, at: Micros, slots: &[Slot]) {
-        self.agenda.look_ahead(at, slots);
+    pub fn look_ahead(&mut self, at: Micros, slots: &[Polled]) {
+        self.queue.look_ahead(at, slots);
     }
 
     /// Begins the next exchange that is due, if one is; returns the frame to submit to the line, and why. To be called
@@ -132,14 +124,15 @@ impl<P: Poll> Polling<P> {
         &mut self,
         master: &mut Master<P>,
         now: Micros,
-        slots: &mut [Slot],
+        slots: &mut [Polled],
     ) -> Option<(P::Frame, Purpose)> {
-        let index = self.agenda.next(now, slots, &|slot| ask_at(master, slot))?;
-        let slot = slots.get_mut(index)?;
-        let (address, request) = request::<P>(slot)?;
-        let purpose = purpose(slot);
-        if purpose != Purpose::Retry && slot.due <= now {
-            slot.book_next(now);
+        let index = self.queue.next(now, slots, &|polled| ask_at(master, &polled.slot))?;
+        let polled = slots.get_mut(index)?;
+        let (address, request) = P::request(&polled.slot)?;
+        let purpose = polled.purpose();
+        let Polled { slot, turn } = polled;
+        if purpose != Purpose::Retry && turn.due <= now && turn.book_next(slot.config.period(), now) {
+            bump16(&mut slot.counters.skipped);
         }
         let frame = match purpose {
             Purpose::Retry => master.begin_retry(address, &request, now),
@@ -154,7 +147,7 @@ impl<P: Poll> Polling<P> {
             bump32(&mut slot.counters.retries);
         }
         let rest = (P::size(&P::expected(address, &request)) as u64).saturating_sub(1);
-        self.agenda.begin(Asked { slot: index, since: now, purpose, released: now, rest_characters: rest });
+        self.queue.begin(Asked { slot: index, since: now, purpose, released: now, rest_characters: rest });
         Some((frame, purpose))
     }
 
@@ -164,13 +157,13 @@ impl<P: Poll> Polling<P> {
         master: &Master<P>,
         answer: &P::Answer,
         at: Micros,
-        slots: &mut [Slot],
+        slots: &mut [Polled],
     ) -> Option<(Asked, Said)> {
         self.heard(master, at, slots);
-        let asked = self.agenda.end()?;
-        self.agenda.note_answer(asked.slot);
-        let slot = slots.get_mut(asked.slot)?;
-        slot.tried = 0;
+        let asked = self.queue.end()?;
+        self.queue.note_answer(asked.slot);
+        let Polled { slot, turn } = slots.get_mut(asked.slot)?;
+        turn.tried = 0;
         slot.relax();
         let said = match P::identity(answer) {
             Some(identity) => slot.identify(identity).map(|()| None),
@@ -188,25 +181,26 @@ impl<P: Poll> Polling<P> {
         said: Said,
         used: bool,
         at: Micros,
-        slots: &mut [Slot],
+        slots: &mut [Polled],
     ) -> Option<usize> {
-        let slot = slots.get_mut(asked.slot)?;
-        let due = slot.due;
+        let polled = slots.get_mut(asked.slot)?;
+        let due = polled.turn.due;
         let rest = master.timing().serial.characters(asked.rest_characters);
-        slot.note_answer(at.since(asked.released + rest), asked.purpose, said.is_ok());
-        self.agenda.note_silence(slot, asked, false, at);
+        polled.slot.note_answer(at.since(asked.released + rest), asked.purpose, said.is_ok());
+        self.queue.note_silence(polled, asked, false, at);
+        let Polled { slot, turn } = polled;
         if !used {
             return None;
         }
         // Its value is next.
         let Some(result) = said.transpose() else {
-            slot.due = slot.due.min(at);
+            turn.due = turn.due.min(at);
             self.look_again();
             return None;
         };
-        let fresh = result.as_ref().is_ok_and(|sample| P::note(slot, sample, asked, at));
+        let fresh = result.as_ref().is_ok_and(|sample| P::note(turn, &slot.config, sample, asked, at));
         let changed = slot.settle(result, at, fresh, P::RESOLUTION);
-        if slot.due != due || slot.is_to_confirm() {
+        if turn.due != due || slot.is_to_confirm() {
             self.look_again();
         }
         changed.then_some(asked.slot)
@@ -218,25 +212,25 @@ impl<P: Poll> Polling<P> {
         master: &Master<P>,
         fault: &Fault<P::DecodeError>,
         at: Micros,
-        slots: &mut [Slot],
+        slots: &mut [Polled],
     ) -> Option<usize> {
-        let asked = self.agenda.end_badly()?;
-        if failed(slots.get_mut(asked.slot)?, fault) {
-            self.agenda.note_trouble(at);
+        let asked = self.queue.end_badly()?;
+        if failed(&mut slots.get_mut(asked.slot)?.slot, fault) {
+            self.queue.note_trouble(at);
         }
         let verdict = Verdict::of_fault(fault);
         match verdict {
             Verdict::Value => self.heard(master, at, slots),
             _ => self.note_vain(master, asked.slot, verdict, at, slots),
         }
-        let slot = slots.get_mut(asked.slot)?;
-        if !self.watch.is_faulty() && is_retried(master, slot, fault, at) {
+        let polled = slots.get_mut(asked.slot)?;
+        if !self.watch.is_faulty() && is_retried(master, polled, fault, at) {
             return None;
         }
-        slot.tried = 0;
+        polled.turn.tried = 0;
         let status = status_of::<P>(fault);
-        self.agenda.note_silence(slot, &asked, status == Status::NoAnswer, at);
-        slot.settle(Err(status), at, false, P::RESOLUTION).then_some(asked.slot)
+        self.queue.note_silence(polled, &asked, status == Status::NoAnswer, at);
+        polled.slot.settle(Err(status), at, false, P::RESOLUTION).then_some(asked.slot)
     }
 
     /// A slot was asked in vain.
@@ -246,47 +240,38 @@ impl<P: Poll> Polling<P> {
         slot: usize,
         verdict: Verdict,
         at: Micros,
-        slots: &mut [Slot],
+        slots: &mut [Polled],
     ) {
         if verdict == Verdict::NoAnswer {
-            self.agenda.note_no_answer(slot, slots);
+            self.queue.note_no_answer(slot, slots);
         }
-        let living = self.agenda.living(slots);
+        let living = self.queue.living(slots);
         match self.watch.failed(slot, verdict, master.counters(), living, at) {
             Consequence::None => {}
-            Consequence::Ask(those) => self.agenda.hurry(those, slots, at),
-            Consequence::Faulty => self.agenda.set_faulty(true, slots, at),
+            Consequence::Ask(those) => self.queue.schedule_now(those, slots, at),
+            Consequence::Faulty => self.queue.set_faulty(true, slots, at),
         }
-    }
-}
-
-/// Why a slot is asked.
-fn purpose(slot: &Slot) -> Purpose {
-    match slot.tried {
-        0 if slot.dead => Purpose::Probe,
-        0 if slot.is_to_confirm() => Purpose::Confirmation,
-        0 => Purpose::Reading,
-        _ => Purpose::Retry,
     }
 }
 
 /// Whether the reading that failed is tried again; then it has not ended yet.
 fn is_retried<P: Poll>(
     master: &Master<P>,
-    slot: &mut Slot,
+    polled: &mut Polled,
     fault: &Fault<P::DecodeError>,
     at: Micros,
 ) -> bool {
-    let retry = if slot.dead { Retry::NEVER } else { Retry::times(slot.config.retries) };
-    slot.tried = slot.tried.saturating_add(1);
-    let again = request::<P>(slot).and_then(|(address, request)| {
-        let after = retry.after::<P>(slot.tried, &request, fault, at)?;
+    let Polled { slot, turn } = polled;
+    let retry = if turn.dead { Retry::NEVER } else { Retry::times(slot.config.retries) };
+    turn.tried = turn.tried.saturating_add(1);
+    let again = P::request(slot).and_then(|(address, request)| {
+        let after = retry.after::<P>(turn.tried, &request, fault, at)?;
         Some(master.ask_at(address, &request)?.max(after))
     });
     // A retry that would be late for half of the next reading's period is left to that reading. A slot without a period has
     // no next reading to be late for.
     let half = Micros((slot.config.period.as_micros() / 2).into());
-    again.is_some_and(|again| slot.config.period == Span::ZERO || again <= slot.due + half)
+    again.is_some_and(|again| slot.config.period == Span::ZERO || again <= turn.due + half)
 }
 
 /// There was no good answer. Returns whether something is wrong with the line.
@@ -301,19 +286,10 @@ fn failed<E: Refusal>(slot: &mut Slot, fault: &Fault<E>) -> bool {
     damaged || matches!(fault, Fault::LineBusy)
 }
 
-/// What the slot is asked next.
-fn request<P: Poll>(slot: &Slot) -> Option<(P::Address, P::Request)> {
-    P::request(slot)
-}
-
 /// When the master can ask for it.
 fn ask_at<P: Poll>(master: &Master<P>, slot: &Slot) -> Option<Micros> {
-    let (address, request) = request::<P>(slot)?;
+    let (address, request) = P::request(slot)?;
     master.ask_at(address, &request)
-}
-
-fn is_mine<P: Poll>(slot: &Slot) -> bool {
-    slot.config.bus() == Some(P::BUS)
 }
 
 fn status_of<P: Poll>(fault: &Fault<P::DecodeError>) -> Status {

@@ -12,35 +12,31 @@
 //! - A task that has changed the bit rate for good leaves that rate, and nothing else, in the settings.
 
 use clino_bus::{Event, Master, Micros, Outcome, Serial, Timing, earliest};
-use clino_commissioning::{Commissionable, Progress};
+use clino_commissioning::Progress;
 
-use crate::Bus;
-use crate::agenda::Asked;
 use crate::bits::Bits;
-use crate::counters::bump16;
-use crate::gateway::{Action, Asker};
-use crate::meaning::{Nodes, Settling, readers};
-use crate::outage::BusHealth;
-use crate::polling::{Poll, Polling, Said};
+use crate::counters::{SlotCounters, bump16};
+use crate::event::{Action, Asker};
+use crate::schedule::Polled;
+use crate::schedule::outage::BusHealth;
+use crate::schedule::queue::Asked;
+use crate::schedule::settling::{Nodes, Settling, readers};
 use crate::settings::{BusChange, BusSettings};
-use crate::slot::Slot;
-use crate::task::{Claim, Lead, Led, News};
+use crate::task::{Claim, Lead, News, Tasks};
 use crate::trace::{Entry, Purpose, Verdict};
+use crate::{Bus, SlotConfig};
+
+mod polling;
+
+use polling::{Poll, Polling, Said};
 
 /// A task changes the bit rate once and asks; more often in a row is a mistake of the task.
 const RATES_AT_ONCE: usize = 4;
 
-/// A protocol with tasks of its own.
-pub(crate) trait Serve: Poll + Commissionable {
-    type Task: Copy;
-    type Work;
-    /// Begins a task on a line that runs like this, in its place; or says how it has ended at once.
-    fn begin(task: &Self::Task, serial: Serial, place: &mut Option<Self::Work>) -> Result<(), News>;
-    /// What nobody else may change until the task has ended.
-    fn claim(task: &Self::Task) -> Claim;
-    fn led(work: &mut Self::Work) -> &mut dyn Led<Self>;
-    fn led_ref(work: &Self::Work) -> &dyn Led<Self>;
-}
+/// A protocol that is polled and has tasks.
+pub(crate) trait Serve: Poll + Tasks {}
+
+impl<P: Poll + Tasks> Serve for P {}
 
 /// An exchange has ended.
 pub(crate) struct Ended {
@@ -58,7 +54,7 @@ struct Answered {
     entry: Entry,
 }
 
-pub(crate) struct Traffic<P: Serve> {
+pub(crate) struct BusTask<P: Serve> {
     master: Master<P>,
     polling: Polling<P>,
     /// The exchange in hand.
@@ -87,11 +83,11 @@ pub(crate) struct Traffic<P: Serve> {
     restarted: Bits,
 }
 
-impl<P: Serve> Traffic<P> {
+impl<P: Serve> BusTask<P> {
     /// A bus that reads nothing.
     #[inline(always)]
     pub fn idle(timing: Timing) -> Self {
-        Traffic {
+        BusTask {
             master: Master::new(timing),
             polling: Polling::idle(),
             begun: Entry::begun(Micros::ZERO, P::BUS, (0, 0), Purpose::Task),
@@ -197,12 +193,12 @@ impl<P: Serve> Traffic<P> {
     /// The numbers of these nodes mean something else from now on, by `until` at the latest: what was kept of them is
     /// forgotten, and what is asked before that is not used.
     #[inline(never)]
-    pub fn meaning_changed(&mut self, nodes: Nodes, until: Micros, now: Micros, slots: &mut [Slot]) {
+    pub fn meaning_changed(&mut self, nodes: Nodes, until: Micros, now: Micros, slots: &mut [Polled]) {
         self.settling.add(nodes, until, now);
         let readers = readers(slots, P::BUS, nodes);
         for index in readers.iter() {
-            if let Some(slot) = slots.get_mut(index) {
-                slot.restart();
+            if let Some(polled) = slots.get_mut(index) {
+                polled.restart();
             }
         }
         self.restarted = self.restarted.or(readers);
@@ -230,13 +226,13 @@ impl<P: Serve> Traffic<P> {
     }
 
     /// The slot means something else now: what is still to come for it is nobody's.
-    pub fn forget(&mut self, index: usize, slot: &Slot) {
+    pub fn forget(&mut self, index: usize, config: &SlotConfig) {
         self.answer.take_if(|answer| answer.asked.slot == index);
-        self.polling.forget(index, slot);
+        self.polling.forget(index, config);
     }
 
     /// Takes an event of the line. Returns the exchange that it has ended.
-    pub fn on(&mut self, event: Event, slots: &mut [Slot]) -> Option<Ended> {
+    pub fn on(&mut self, event: Event, slots: &mut [Polled]) -> Option<Ended> {
         let outcome = self.master.on(event);
         if let Event::Released { at } = event {
             self.polling.look_ahead(at, slots);
@@ -250,7 +246,7 @@ impl<P: Serve> Traffic<P> {
     pub fn poll(
         &mut self,
         now: Micros,
-        slots: &mut [Slot],
+        slots: &mut [Polled],
         mut port: impl FnMut(Action<'_>),
     ) -> Option<Ended> {
         let over = self.end(now, slots);
@@ -262,27 +258,27 @@ impl<P: Serve> Traffic<P> {
         }
         let answered = self.take(slots);
         if let Some(node) = self.master.take_late() {
-            count(slots, P::BUS, node, |slot| &mut slot.counters.late);
+            count(slots, P::BUS, node, |counters| &mut counters.late);
         }
         answered.or(over)
     }
 
     /// The exchange in hand may be over.
     #[inline(never)]
-    fn end(&mut self, now: Micros, slots: &mut [Slot]) -> Option<Ended> {
+    fn end(&mut self, now: Micros, slots: &mut [Polled]) -> Option<Ended> {
         let outcome = self.master.poll(now);
         self.settle(outcome.as_ref()?, slots)
     }
 
     /// Takes what a reading that went well has said.
     #[inline(never)]
-    fn take(&mut self, slots: &mut [Slot]) -> Option<Ended> {
+    fn take(&mut self, slots: &mut [Polled]) -> Option<Ended> {
         let Answered { asked, said, at, entry } = self.answer.take()?;
-        let node = slots.get(asked.slot).and_then(|slot| slot.config.source.node());
+        let node = slots.get(asked.slot).and_then(|polled| polled.slot.config.source.node());
         let address = node.map_or(0, |(_, address)| address);
         let serial = said.as_ref().ok().and_then(|sample| sample.as_ref()?.serial);
-        if let Some((slot, serial)) = slots.get_mut(asked.slot).zip(serial)
-            && slot.is_replaced_by(serial)
+        if let Some((polled, serial)) = slots.get_mut(asked.slot).zip(serial)
+            && polled.slot.is_replaced_by(serial)
         {
             self.meaning_changed(Nodes::at(P::BUS, address), Micros::ZERO, at, slots);
         }
@@ -292,7 +288,7 @@ impl<P: Serve> Traffic<P> {
 
     /// Whoever's turn it is may begin an exchange.
     #[inline(never)]
-    fn begin_next(&mut self, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
+    fn begin_next(&mut self, now: Micros, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) {
         if core::mem::take(&mut self.pending) {
             let serial = self.master.timing().serial;
             let wanted = if self.work.is_some() { serial } else { self.settings.timing.serial };
@@ -334,7 +330,7 @@ impl<P: Serve> Traffic<P> {
 
     /// Asks for the slot that is due, if one is; says whether it has.
     #[inline(never)]
-    fn ask(&mut self, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) -> bool {
+    fn ask(&mut self, now: Micros, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
         let Some((frame, purpose)) = self.polling.next(&mut self.master, now, slots) else { return false };
         self.send(frame.as_ref(), purpose, now, port);
         true
@@ -345,7 +341,7 @@ impl<P: Serve> Traffic<P> {
         self.begun = Entry::begun(now, P::BUS, P::named(frame), purpose);
     }
 
-    /// When [`Traffic::poll`] has something to do, if ever.
+    /// When [`BusTask::poll`] has something to do, if ever.
     pub fn poll_at(&self) -> Option<Micros> {
         let master = self.master.poll_at();
         if self.master.is_asking() {
@@ -367,7 +363,7 @@ impl<P: Serve> Traffic<P> {
     }
 
     #[inline(never)]
-    fn settle(&mut self, outcome: &Outcome<P>, slots: &mut [Slot]) -> Option<Ended> {
+    fn settle(&mut self, outcome: &Outcome<P>, slots: &mut [Polled]) -> Option<Ended> {
         let entry = self.begun.ended(outcome.at, Verdict::of(&outcome.result));
         let slot = match (&mut self.work, &outcome.result) {
             (Some(work), result) if P::led_ref(work).is_asking() => {
@@ -391,7 +387,7 @@ impl<P: Serve> Traffic<P> {
 
     /// Leads the task on; says whether it has begun an exchange.
     #[inline(never)]
-    fn lead(&mut self, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) -> bool {
+    fn lead(&mut self, now: Micros, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
         if self.news.is_some() {
             return false;
         }
@@ -403,7 +399,7 @@ impl<P: Serve> Traffic<P> {
                 Lead::Send(ref frame) => {
                     if self.master.counters().writes != writes {
                         let (address, _) = P::named(frame.as_ref());
-                        count(slots, P::BUS, address, |slot| &mut slot.counters.writes);
+                        count(slots, P::BUS, address, |counters| &mut counters.writes);
                     }
                     let (address, command) = P::named(frame.as_ref());
                     if P::alters(command) {
@@ -429,7 +425,7 @@ impl<P: Serve> Traffic<P> {
 
     /// The task's next request may change the node at this address.
     #[inline(never)]
-    fn alter(&mut self, address: u8, now: Micros, slots: &mut [Slot]) {
+    fn alter(&mut self, address: u8, now: Micros, slots: &mut [Polled]) {
         let destination = match self.claim() {
             Claim::Addresses(bus, [_, to]) => Nodes::at(bus, to),
             _ => Nodes::NONE,
@@ -450,7 +446,7 @@ impl<P: Serve> Traffic<P> {
 
     /// The bus runs as it is set, at this bit rate.
     #[inline(never)]
-    fn run(&mut self, serial: Serial, now: Micros, slots: &mut [Slot], port: &mut impl FnMut(Action<'_>)) {
+    fn run(&mut self, serial: Serial, now: Micros, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) {
         if serial != self.master.timing().serial {
             // Others may answer at another bit rate.
             self.meaning_changed(Nodes::ALL, now, now, slots);
@@ -462,8 +458,10 @@ impl<P: Serve> Traffic<P> {
 }
 
 /// Counts something for all slots that read the node at `address`.
-fn count(slots: &mut [Slot], bus: Bus, address: u8, counter: impl Fn(&mut Slot) -> &mut u16) {
-    for slot in slots.iter_mut().filter(|slot| slot.config.source.node() == Some((bus, address))) {
-        bump16(counter(slot));
+fn count(slots: &mut [Polled], bus: Bus, address: u8, counter: impl Fn(&mut SlotCounters) -> &mut u16) {
+    for Polled { slot, .. } in slots {
+        if slot.config.source.node() == Some((bus, address)) {
+            bump16(counter(&mut slot.counters));
+        }
     }
 }

@@ -32,7 +32,7 @@ fn everybody_who_reads_a_node_is_found() {
         t7(126, t7::Axis::Two),
         pwm(Some(47)),
     ];
-    let slots: Vec<Slot> = table.into_iter().map(Slot::new).collect();
+    let slots: Vec<Polled> = table.into_iter().map(Polled::new).collect();
     let found = |bus, nodes| readers(&slots, bus, nodes).iter().collect::<Vec<_>>();
     assert_eq!(found(Bus::T7, Nodes::at(Bus::T7, 3)), [0, 1, 9]);
     assert_eq!(found(Bus::T7, Nodes::at(Bus::T7, 4)), [2, 7, 9], "and the input that is compared with it");

@@ -1,0 +1,125 @@
+//! What the scheduler keeps about a slot: when it is due, how its tries went, whether its node is taken for dead.
+
+use clino_bus::Micros;
+
+use super::refresh::RefreshTracker;
+use crate::config::SlotConfig;
+use crate::counters::SlotCounters;
+use crate::slot::Slot;
+use crate::trace::Purpose;
+use crate::value::Status;
+
+/// A slot's turns on its bus.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Turn {
+    /// When the next reading is due.
+    pub due: Micros,
+    /// Tries of the reading in hand that have failed.
+    pub tried: u8,
+    /// Readings in a row to which there was no answer.
+    pub silent: u8,
+    /// The node is taken for dead.
+    pub dead: bool,
+    /// Least time to the next probe of a dead node, in milliseconds.
+    pub pause_ms: u16,
+    /// When an ISU has its next angle.
+    pub refresh: RefreshTracker,
+}
+
+impl Turn {
+    /// Books the next reading one period after this one was due: no drift. A reading that comes so late that
+    /// the next one is due already is not made up for. Returns whether one was left out like that.
+    pub fn book_next(&mut self, period: Micros, now: Micros) -> bool {
+        let next = self.due + period;
+        if next > now || period == Micros::ZERO {
+            self.due = next.max(now);
+            return false;
+        }
+        let skipped = self.due > Micros::ZERO;
+        self.due = now + period;
+        skipped
+    }
+
+    /// The sensor has other numbers now: its refresh is not known; what is known of its answers stays.
+    fn restart(&mut self) {
+        self.refresh = RefreshTracker::default();
+    }
+
+    /// The node gets all its tries again, dead or not.
+    pub fn revive(&mut self) {
+        (self.dead, self.silent, self.pause_ms, self.tried) = (false, 0, 0, 0);
+    }
+}
+
+/// A slot and its turns.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Polled {
+    pub slot: Slot,
+    pub turn: Turn,
+}
+
+/// What is known of a slot besides its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Detail {
+    /// What happened to its requests.
+    pub counters: SlotCounters,
+    /// How the last reading that failed did; `None` if none has.
+    pub last_error: Option<Status>,
+    /// It does not answer, and is asked less often.
+    pub is_dead: bool,
+    /// A value has come that a second one has to confirm.
+    pub awaits_confirmation: bool,
+}
+
+impl Polled {
+    pub fn new(config: SlotConfig) -> Polled {
+        Polled { slot: Slot::new(config), turn: Turn::default() }
+    }
+
+    /// From now on the slot means this: nothing was read yet, and it is due at once.
+    pub fn set(&mut self, config: SlotConfig) {
+        self.slot.set(config);
+        self.turn = Turn::default();
+    }
+
+    /// The sensor's number means something else now: what was kept of it is forgotten.
+    pub fn restart(&mut self) {
+        self.slot.restart();
+        self.turn.restart();
+    }
+
+    /// No answer has come for long: what was heard before confirms nothing and foretells nothing.
+    pub fn lose_track(&mut self) {
+        self.slot.lose_track();
+        self.turn.refresh = RefreshTracker::default();
+    }
+
+    /// When the slot wants to be asked; a retry goes first, a value that is to be confirmed `confirm_after` it came.
+    pub fn due(&self, confirm_after: Micros, now: Micros) -> Micros {
+        match self.slot.confirm_at(confirm_after, now) {
+            _ if self.turn.tried > 0 => Micros::ZERO,
+            Some(confirm_at) => confirm_at.min(self.turn.due),
+            None => self.turn.due,
+        }
+    }
+
+    /// Why the slot is asked now.
+    pub fn purpose(&self) -> Purpose {
+        match self.turn.tried {
+            0 if self.turn.dead => Purpose::Probe,
+            0 if self.slot.is_to_confirm() => Purpose::Confirmation,
+            0 => Purpose::Reading,
+            _ => Purpose::Retry,
+        }
+    }
+
+    /// What is known besides the value.
+    pub fn detail(&self) -> Detail {
+        Detail {
+            counters: self.slot.counters,
+            last_error: self.slot.last_error(),
+            is_dead: self.turn.dead,
+            awaits_confirmation: self.slot.is_to_confirm(),
+        }
+    }
+}
