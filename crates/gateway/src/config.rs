@@ -8,9 +8,11 @@ use clino_codec::{isu, t7};
 
 pub use clino_codec::t7::Direction;
 
+mod alarm;
 mod name;
 mod span;
 
+pub use alarm::{AlarmConfig, Limits};
 pub use name::Name;
 pub(crate) use name::are_characters;
 pub use span::Span;
@@ -285,6 +287,8 @@ pub struct SlotConfig {
     pub name: Name,
     /// An angle that is further from the last one than this allows is a jump, in 0.001°/s; zero allows any.
     pub max_rate: u32,
+    /// What its alarms watch.
+    pub alarm: AlarmConfig,
 }
 
 /// What a single-axis T7 measures (T7 guide section 1).
@@ -342,6 +346,7 @@ impl SlotConfig {
         soft_zero: Angle::ZERO,
         name: Name::NONE,
         max_rate: 0,
+        alarm: AlarmConfig::OFF,
     };
 
     /// A slot that reads this as it usually is read.

@@ -558,6 +558,7 @@ fn every_other_address() {
         0x1800..0x1820,
         0x1840..0x1860,
         0x1900..0x1C00,
+        0x1C00..0x1F00,
         0x1F00..0x1F10,
     ];
     let mut named = vec![false; 0x1_0000];

@@ -29,7 +29,7 @@ fn load(flash: &mut Flash) -> Result<Loaded, LoadError<PowerLost>> {
 #[test]
 fn a_record_that_is_too_long_is_replaced() {
     let mut flash = Flash::new();
-    assert!(put(&[3; 3_000], &mut flash));
+    assert!(put(&[3; 6_000], &mut flash));
     assert_eq!(load(&mut flash), Err(LoadError::Library));
     serves(&mut flash);
 }

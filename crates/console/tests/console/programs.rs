@@ -99,7 +99,7 @@ fn what_is_wrong_is_said_with_its_limit() {
             concat!(
                 r#"{"error":{"kind":"bad_argument","value":"speed","expected":"kind, address, axis, enabled, "#,
                 r#"ask, period, timeout, retries, stale, stale_auto, report, confirm, filter, samples, zero, "#,
-                r#"direction, range, rate, partner, tolerance or name"}}"#
+                r#"direction, range, rate, partner, tolerance, alarm, high, low, hysteresis, delay, latch, alarm_rate, no_value or name"}}"#
             ),
         ),
         (

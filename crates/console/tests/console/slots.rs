@@ -72,7 +72,8 @@ fn how_a_slot_is_set_is_told() {
             r#"{"config":0,"kind":"t7","address":5,"axis":2,"enabled":true,"ask":"angle","period_ms":20,"#,
             r#""timeout_ms":0,"retries":1,"stale_ms":60,"stale_auto":true,"report_ms":100,"confirm":true,"filter":"mean","samples":4,"#,
             r#""zero_deg":12.345,"direction":"normal","range":"bidirectional","rate_deg_s":180,"partner":null,"#,
-            r#""tolerance":0.100,"name":""}"#,
+            r#""tolerance":0.100,"alarm":"off","high_deg":0,"low_deg":0,"hysteresis_deg":0,"delay_s":0,"latch":false,"#,
+            r#""alarm_rate_deg_s":0,"no_value_s":0,"name":""}"#,
             "\r\n"
         )
     );

@@ -14,7 +14,9 @@ use clino_codec::angle::{Angle, Range};
 use clino_codec::t7;
 
 use super::setting::{Form, Given, NO_SLOT, Named, Setting, change, names};
-use crate::config::{Ask, Direction, Filter, Kind, PWM_PERIOD, SINGLE_AXIS, SlotConfig, Source, Span};
+use crate::config::{
+    Ask, Direction, Filter, Kind, Limits, PWM_PERIOD, SINGLE_AXIS, SlotConfig, Source, Span,
+};
 use crate::refusal::{Number, Refusal};
 
 /// The settings' numbers in the stored record. A number is never given to another setting.
@@ -42,6 +44,14 @@ pub mod id {
     pub const STALE_AUTO: u8 = 20;
     /// Four characters each.
     pub const NAME: [u8; 4] = [21, 22, 23, 24];
+    pub const ALARM: u8 = 25;
+    pub const HIGH: u8 = 26;
+    pub const LOW: u8 = 27;
+    pub const HYSTERESIS: u8 = 28;
+    pub const DELAY: u8 = 29;
+    pub const LATCH: u8 = 30;
+    pub const ALARM_RATE: u8 = 31;
+    pub const NO_VALUE: u8 = 32;
 }
 
 /// Longest period: twenty minutes.
@@ -59,6 +69,10 @@ const MOST_RETRIES: i64 = 10;
 const TURN: i64 = 360_000_000;
 /// A hundred turns a second: no inclinometer follows, 0.001°/s.
 const LARGEST_RATE: i64 = 36_000_000;
+/// A turn: no angle is published beyond it, 0.001°.
+const TURN_MDEG: i64 = 360_000;
+/// Longest delay of an alarm, and longest time without a value that is none: an hour, 0.1 s.
+const LONGEST_DELAY: i64 = 36_000;
 /// The highest address of all kinds: a T7 as it leaves the factory.
 const HIGHEST_ADDRESS: i64 = 127;
 
@@ -68,6 +82,10 @@ const T7_LATENCY: Span = Span::from_millis(2);
 const ISU_LATENCY: Span = Span::from_millis(1);
 
 const fn ms(least: i64, most: i64) -> Form {
+    thousandths(least, most)
+}
+
+const fn thousandths(least: i64, most: i64) -> Form {
     Form::Number { least, most, decimals: 3 }
 }
 
@@ -95,7 +113,7 @@ const fn name(
 }
 
 /// The table, for those who read it while they are compiled.
-pub const TABLE: [Setting<SlotConfig>; 24] = [
+pub const TABLE: [Setting<SlotConfig>; 32] = [
     Setting {
         id: id::KIND,
         name: "kind",
@@ -296,6 +314,86 @@ pub const TABLE: [Setting<SlotConfig>; 24] = [
         with: &[],
         text: "PWM: difference to its partner, deg; T7 asked for everything: deviation from 1 g, g",
     },
+    Setting {
+        id: id::ALARM,
+        name: "alarm",
+        unit: "",
+        form: Form::Choice(Limits::NAMES),
+        get: |c| c.alarm.limits as i64,
+        set: |c, v| c.alarm.limits = Limits::from_code(v),
+        with: &["high", "low"],
+        text: "which limits of the angle raise an alarm",
+    },
+    Setting {
+        id: id::HIGH,
+        name: "high",
+        unit: "deg",
+        form: thousandths(-TURN_MDEG, TURN_MDEG),
+        get: |c| c.alarm.high.into(),
+        set: |c, v| c.alarm.high = v as i32,
+        with: &["low"],
+        text: "an angle above this raises the alarm high",
+    },
+    Setting {
+        id: id::LOW,
+        name: "low",
+        unit: "deg",
+        form: thousandths(-TURN_MDEG, TURN_MDEG),
+        get: |c| c.alarm.low.into(),
+        set: |c, v| c.alarm.low = v as i32,
+        with: &["high"],
+        text: "an angle below this raises the alarm low",
+    },
+    Setting {
+        id: id::HYSTERESIS,
+        name: "hysteresis",
+        unit: "deg",
+        form: thousandths(0, TURN_MDEG),
+        get: |c| c.alarm.hysteresis.into(),
+        set: |c, v| c.alarm.hysteresis = v as u32,
+        with: &[],
+        text: "how far the angle returns behind its limit before the alarm ends",
+    },
+    Setting {
+        id: id::DELAY,
+        name: "delay",
+        unit: "s",
+        form: Form::Number { least: 0, most: LONGEST_DELAY, decimals: 1 },
+        get: |c| c.alarm.delay.into(),
+        set: |c, v| c.alarm.delay = v as u16,
+        with: &[],
+        text: "an angle or a rate beyond its limit for less than this raises no alarm",
+    },
+    Setting {
+        id: id::LATCH,
+        name: "latch",
+        unit: "",
+        form: Form::Flag,
+        get: |c| c.alarm.latching.into(),
+        set: |c, v| c.alarm.latching = v != 0,
+        with: &[],
+        text: "1: an alarm stays until it is acknowledged; 0: it ends with its cause",
+    },
+    Setting {
+        id: id::ALARM_RATE,
+        name: "alarm_rate",
+        unit: "deg/s",
+        form: thousandths(0, LARGEST_RATE),
+        get: |c| c.alarm.rate.into(),
+        set: |c, v| c.alarm.rate = v as u32,
+        with: &[],
+        text: "a faster turn, either way, raises the alarm rate; 0: none does",
+    },
+    Setting {
+        id: id::NO_VALUE,
+        name: "no_value",
+        unit: "s",
+        form: Form::Number { least: 0, most: LONGEST_DELAY, decimals: 1 },
+        get: |c| c.alarm.no_value.into(),
+        set: |c, v| c.alarm.no_value = v as u16,
+        with: &[],
+        text: "no right and fresh angle for longer than this raises the alarm no_value; 0: never",
+    },
     name(id::NAME[0], "name", |c| c.name.part(0).into(), |c, v| c.name.set_part(0, v as u32)),
     name(id::NAME[1], "name_2", |c| c.name.part(1).into(), |c, v| c.name.set_part(1, v as u32)),
     name(id::NAME[2], "name_3", |c| c.name.part(2).into(), |c, v| c.name.set_part(2, v as u32)),
@@ -303,10 +401,10 @@ pub const TABLE: [Setting<SlotConfig>; 24] = [
 ];
 
 /// The table.
-pub static SETTINGS: [Setting<SlotConfig>; 24] = TABLE;
+pub static SETTINGS: [Setting<SlotConfig>; 32] = TABLE;
 
 /// The names of the table's settings, in its order; a text stands for its parts.
-pub static NAMES: [&str; 21] = names(&TABLE);
+pub static NAMES: [&str; 29] = names(&TABLE);
 
 /// The setting with this number.
 pub fn setting(id: u8) -> Option<&'static Setting<SlotConfig>> {
@@ -406,6 +504,11 @@ pub fn check(config: &SlotConfig) -> Result<(), Refusal> {
     }
     if !config.name.is_valid() {
         return Err(Refusal::Excluded("name"));
+    }
+    if let (Limits::Both, Some(high), Some(low)) = (config.alarm.limits, setting(id::HIGH), setting(id::LOW))
+        && config.alarm.high < config.alarm.low
+    {
+        return Err(Refusal::Shorter { number: high.number(config), least: low.number(config) });
     }
     if config.timeout > Span::ZERO {
         fits(config, id::TIMEOUT, config.timeout, span("latency", latency(config.source.kind())))?;

@@ -274,3 +274,23 @@ fn names_are_printable() {
     assert!(changed(&SlotConfig::OFF, &[(id::NAME[1], 0x4141_4141)]).is_err(), "behind the end");
     assert!(!Form::Characters.allows(0x4100_4100));
 }
+
+#[test]
+fn limits_of_an_alarm_fit_each_other_only_where_both_count() {
+    let now = usual(Kind::T7, 5);
+    let set = |limits, high, low| changed(&now, &[(id::ALARM, limits), (id::HIGH, high), (id::LOW, low)]);
+    let refused = set(3, -5_000, 5_000);
+    assert!(matches!(refused, Err(Refusal::Shorter { number, .. }) if number.name == "high"), "{refused:?}");
+    // One limit alone may lie anywhere, and both in one point are a band without width.
+    for (limits, high, low) in [(0, -5_000, 5_000), (1, -5_000, 5_000), (2, -5_000, 5_000), (3, 5_000, 5_000)]
+    {
+        let config = set(limits, high, low).unwrap();
+        assert_eq!((i64::from(config.alarm.high), i64::from(config.alarm.low)), (high, low));
+    }
+    for (id, most) in
+        [(id::HIGH, 360_000), (id::LOW, 360_000), (id::HYSTERESIS, 360_000), (id::DELAY, 36_000)]
+    {
+        assert!(changed(&now, &[(id, most)]).is_ok());
+        assert!(matches!(changed(&now, &[(id, most + 1)]), Err(Refusal::Range { .. })), "{id}");
+    }
+}

@@ -158,6 +158,15 @@ pub const BLOCKS: &[Block] = &[
         text: "What people call a slot. To be written whole, or from its beginning on.",
     },
     Block {
+        name: "slot alarm settings",
+        prefix: "slot",
+        base: 0x1C00,
+        stride: 0x10,
+        count: COUNT,
+        entries: SLOT_ALARMS,
+        text: "What the alarms of a slot watch.",
+    },
+    Block {
         name: "command",
         prefix: "",
         base: 0x1F00,
@@ -454,6 +463,17 @@ const SLOT_NAMES: &[Entry] = &[
     name(2, slot::id::NAME[1]),
     name(4, slot::id::NAME[2]),
     name(6, slot::id::NAME[3]),
+];
+
+const SLOT_ALARMS: &[Entry] = &[
+    setting(0, Form::U16, slot::id::ALARM, 1),
+    setting(1, Form::U16, slot::id::LATCH, 1),
+    setting(2, Form::I32, slot::id::HIGH, 1).unit("mdeg"),
+    setting(4, Form::I32, slot::id::LOW, 1).unit("mdeg"),
+    setting(6, Form::U32, slot::id::HYSTERESIS, 1).unit("mdeg"),
+    setting(8, Form::U16, slot::id::DELAY, 1).unit("0.1 s"),
+    setting(9, Form::U16, slot::id::NO_VALUE, 1).unit("0.1 s"),
+    setting(10, Form::U32, slot::id::ALARM_RATE, 1).unit("mdeg/s"),
 ];
 
 /// Registers in thousandths of the setting's own unit: milliseconds of microseconds, millidegrees of micro-degrees.

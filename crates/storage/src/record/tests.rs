@@ -6,7 +6,7 @@ use clino_bus::line::EchoMode;
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
-use clino_gateway::config::{Ask, Direction, Filter, Kind as SourceKind, Name};
+use clino_gateway::config::{AlarmConfig, Ask, Direction, Filter, Kind as SourceKind, Limits, Name};
 use clino_gateway::order::Refusal;
 use clino_gateway::settings::Number;
 use clino_gateway::{PwmInput, Settings, Source, Span};
@@ -83,7 +83,14 @@ fn slots() -> impl Strategy<Value = SlotConfig> {
     let timeout = prop_oneof![Just(0_u32), 2_000_u32..=500_000];
     let numbers = (any::<u16>(), 0_u32..=1_200_000_000, timeout, 0_u32..=3_600_000_000);
     let more = (0_u32..=3_600_000_000, -360_000_000..=360_000_000, 0_u32..=36_000_000, any::<bool>());
-    (switches, numbers, more, "[ !#-~]{0,16}").prop_map(|(switches, numbers, more, name)| {
+    let angle = || -360_000_i32..=360_000;
+    let watched = (angle(), angle(), 0_u32..=360_000, 0_u32..=36_000_000, 0_u16..=36_000, 0_u16..=36_000);
+    let alarm = (watched, 0_i64..4, any::<bool>()).prop_map(|(watched, limits, latching)| {
+        let (high, low, hysteresis, rate, delay, no_value) = watched;
+        let limits = Limits::from_code(limits);
+        AlarmConfig { high, low, hysteresis, rate, delay, no_value, limits, latching }
+    });
+    (switches, numbers, more, "[ !#-~]{0,16}", alarm).prop_map(|(switches, numbers, more, name, alarm)| {
         let (source, switches, retries, (filter, samples), partner, axis) = switches;
         let [enabled, everything, confirm, reversed, positive] = switches;
         let (tolerance, period, timeout, stale) = numbers;
@@ -112,11 +119,14 @@ fn slots() -> impl Strategy<Value = SlotConfig> {
             soft_zero: Angle::from_udeg(soft_zero),
             name: Name::new(&name).unwrap(),
             max_rate,
+            alarm,
         };
         match settings::slot::check(&config) {
             Ok(()) => config,
-            // Too short for the period.
-            Err(_) => SlotConfig { stale: Span::ZERO, ..config },
+            // Too short for the period, or a high limit below the low one.
+            Err(_) => {
+                SlotConfig { stale: Span::ZERO, alarm: AlarmConfig { high: alarm.low, ..alarm }, ..config }
+            }
         }
     })
 }
@@ -324,6 +334,16 @@ fn longest_slot() -> SlotConfig {
         soft_zero: Angle::from_udeg(-360_000_000),
         name: Name::new("~~~~~~~~~~~~~~~~").unwrap(),
         max_rate: 36_000_000,
+        alarm: AlarmConfig {
+            high: 360_000,
+            low: -360_000,
+            hysteresis: 360_000,
+            rate: 36_000_000,
+            delay: 36_000,
+            no_value: 36_000,
+            limits: Limits::Both,
+            latching: true,
+        },
     }
 }
 

@@ -3,7 +3,7 @@
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
-use clino_gateway::config::{Ask, Direction, Filter, Name};
+use clino_gateway::config::{AlarmConfig, Ask, Direction, Filter, Limits, Name};
 use clino_gateway::{MAX_SLOTS, PwmInput, Settings, SlotConfig, Source, Span};
 
 /// What is stored, and what is compared.
@@ -67,6 +67,16 @@ pub fn longest(n: u32) -> Configuration {
         soft_zero: Angle::from_udeg(-360_000_000 + n as i32),
         name: Name::new("~~~~~~~~~~~~~~~~").unwrap(),
         max_rate: 36_000_000 - n,
+        alarm: AlarmConfig {
+            high: 359_999,
+            low: -360_000,
+            hysteresis: 360_000,
+            rate: 36_000_000,
+            delay: 36_000,
+            no_value: 36_000,
+            limits: Limits::Both,
+            latching: true,
+        },
     };
     all.settings.slots = [slot; MAX_SLOTS];
     for (bus, post) in [(&mut all.settings.t7, 2_000), (&mut all.settings.isu, 1_000)] {
