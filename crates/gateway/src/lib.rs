@@ -19,6 +19,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod alarm;
 mod bits;
 mod bus_task;
 pub mod config;
@@ -44,6 +45,7 @@ pub mod task;
 pub mod trace;
 mod value;
 
+pub use alarm::{ALARMS, Alarm, AlarmDetail, AlarmState, Alarms};
 pub use config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source, Span};
 pub use consequence::Consequence;
 pub use counters::SlotCounters;

@@ -10,7 +10,7 @@ use clino_bus::{DriverEnable, Micros};
 use clino_codec::angle::Angle;
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::t7::Axis;
-use clino_gateway::config::{Ask, Direction, Filter, Kind, Name};
+use clino_gateway::config::{AlarmConfig, Ask, Direction, Filter, Kind, Limits, Name};
 use clino_gateway::{
     Bus, Capture, Gateway, Published, PwmInput, Settings, SlotConfig, Snapshot, Source, Span, Status,
 };
@@ -115,6 +115,16 @@ fn plant() -> Bench {
     table[1].name = Name::new("Boom 1").unwrap();
     table[3] = timed(SlotConfig::usual(Source::of(Kind::T7, 33, Axis::One)));
     table[4] = SlotConfig { filter: Filter::Median, samples: 5, ..table[4] };
+    table[5].alarm = AlarmConfig {
+        high: 12_345,
+        low: -54_321,
+        hysteresis: 70_000,
+        rate: 100_001,
+        delay: 36_000,
+        no_value: 299,
+        limits: Limits::Both,
+        latching: true,
+    };
     // Stale 40 ms after its last value.
     (table[5].period, table[5].stale) = (Span::from_millis(10), Span::from_millis(34));
     table[7] = SlotConfig::usual(Source::of(Kind::Isu, 3, Axis::Two));
@@ -373,6 +383,14 @@ fn slot_number(slot: usize, name: &str, host: &Real) -> Option<u32> {
             }
         }
         "tolerance" => config.tolerance.into(),
+        "alarm" => config.alarm.limits as u32,
+        "latch" => config.alarm.latching.into(),
+        "high" => config.alarm.high.cast_unsigned(),
+        "low" => config.alarm.low.cast_unsigned(),
+        "hysteresis" => config.alarm.hysteresis,
+        "delay" => config.alarm.delay.into(),
+        "no_value" => config.alarm.no_value.into(),
+        "alarm_rate" => config.alarm.rate,
         // "Boom 1", in slot 1.
         "name" => {
             if slot == 1 {

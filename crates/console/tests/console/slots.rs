@@ -86,7 +86,10 @@ fn how_a_slot_is_set_is_told() {
     let pwm = desk.type_in("show 2\r");
     assert!(pwm.contains(r#""kind":"pwm","address":2,"#) && pwm.contains(r#""period_ms":33.333,"#), "{pwm}");
     // 0.56°
-    assert!(pwm.ends_with("\"tolerance\":0.560,\"name\":\"\"}\r\n"), "{pwm}");
+    assert!(
+        pwm.contains("\"tolerance\":0.560,") && pwm.ends_with("\"no_value_s\":0,\"name\":\"\"}\r\n"),
+        "{pwm}"
+    );
 }
 
 #[test]

@@ -72,4 +72,9 @@ impl AlarmConfig {
         limits: Limits::Off,
         latching: false,
     };
+
+    /// Whether anything is watched.
+    pub const fn is_on(&self) -> bool {
+        !matches!(self.limits, Limits::Off) || self.rate > 0 || self.no_value > 0
+    }
 }

@@ -88,6 +88,14 @@ fn ids_never_change() {
         (20, "stale_auto"),
         (21, "name"),
         (24, "name_4"),
+        (25, "alarm"),
+        (26, "high"),
+        (27, "low"),
+        (28, "hysteresis"),
+        (29, "delay"),
+        (30, "latch"),
+        (31, "alarm_rate"),
+        (32, "no_value"),
     ] {
         assert!(ids("slot").contains(&pair), "{pair:?}");
     }
