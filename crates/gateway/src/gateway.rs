@@ -1,13 +1,14 @@
 //! The façade: the slots, the two polled buses and the PWM inputs, behind one `poll`. It hands on; what happens to an event is
 //! decided in `bus_task.rs`, `pwm.rs`, `schedule.rs` and `slot.rs`.
 
-use clino_bus::{Counters, Event, Isu, Micros, T7, Timing};
+use clino_bus::{Counters, Event, Isu, Micros, T7, Timing, earliest};
 use clino_commissioning::Progress;
 use heapless::Vec;
 
+use crate::alarm::{Alarm, AlarmDetail};
 use crate::bits::Bits;
 use crate::bus_task::{BusTask, Ended};
-use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig};
+use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 use crate::counters::SlotCounters;
 use crate::degraded::Restraint;
 use crate::event::{Action, Asker, Capture};
@@ -38,7 +39,14 @@ pub struct Gateway {
     fingerprint: u32,
     restraint: Restraint,
     console: ConsoleSettings,
+    /// Slots whose alarm *no_value* is on.
+    watched: Bits,
+    /// When they are looked at next.
+    watch_at: Micros,
 }
+
+/// From one look at the slots that may have had no value for too long to the next: the settings count in tenths of a second.
+const WATCH_EVERY: Micros = Micros::from_millis(100);
 
 /// What tells the fingerprints of things apart; buses have 0 and 1.
 const SLOT_SEED: u8 = 2;
@@ -129,6 +137,20 @@ impl Gateway {
         if accepted { Ok(()) } else { Err(Refusal::Busy) }
     }
 
+    /// What waits for an acknowledgement of an alarm has it, of one slot or of all.
+    pub fn acknowledge(&mut self, slot: Option<u8>) {
+        for (index, polled) in self.slots.iter_mut().enumerate() {
+            if slot.is_none_or(|slot| usize::from(slot) == index) && polled.slot.acknowledge() {
+                self.changed.set(index, true);
+            }
+        }
+    }
+
+    /// What is known of an alarm of a slot at `now`; `None` while it is quiet, and beyond the last slot.
+    pub fn alarm(&self, slot: usize, alarm: Alarm, now: Micros) -> Option<AlarmDetail> {
+        self.slots.get(slot)?.slot.alarm(alarm, now)
+    }
+
     /// Changes what is named of a slot, whole or not at all. What is not named is read and kept in the same moment.
     ///
     /// # Errors
@@ -193,6 +215,8 @@ impl Gateway {
         for bus in Bus::ALL {
             on!(mut self, bus, task => task.forget(index, &polled.slot.config));
         }
+        let config = &polled.slot.config;
+        self.watched.set(index, config.enabled && config.source != Source::Off && config.alarm.no_value > 0);
         self.changed.set(index, true);
         let changed = self.pwm.forget(index, &mut self.slots);
         self.changed = self.changed.or(changed);
@@ -208,11 +232,26 @@ impl Gateway {
         let ended = on!(mut self, bus, task => task.poll(now, &mut self.slots, port));
         self.note(ended);
         self.conclude(bus);
+        self.watch(now);
+    }
+
+    /// Looks whether a slot has had no value for too long.
+    fn watch(&mut self, now: Micros) {
+        if self.watched.is_empty() || now < self.watch_at {
+            return;
+        }
+        self.watch_at = now + WATCH_EVERY;
+        for index in self.watched.iter() {
+            if self.slots.get_mut(index).is_some_and(|polled| polled.slot.watch(now)) {
+                self.changed.set(index, true);
+            }
+        }
     }
 
     /// When [`Gateway::poll`] has something to do on `bus`, if ever.
     pub fn poll_at(&self, bus: Bus) -> Option<Micros> {
-        on!(self, bus, task => task.poll_at())
+        let watch = (bus == Bus::T7 && !self.watched.is_empty()).then_some(self.watch_at);
+        earliest(on!(self, bus, task => task.poll_at()), watch)
     }
 
     /// A reading that has changed since it was last returned here, or published.

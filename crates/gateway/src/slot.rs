@@ -6,6 +6,7 @@
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
 
+use crate::alarm::{Alarm, AlarmDetail, Watch};
 use crate::config::{Filter, SINGLE_AXIS};
 use crate::counters::{SlotCounters, bump16, bump32};
 use crate::health::Health;
@@ -80,6 +81,7 @@ pub(crate) struct Slot {
     sequence: u32,
     window: Window,
     motion: Motion,
+    alarm: Watch,
 }
 
 /// What a slot says before it is read.
@@ -126,20 +128,26 @@ impl Slot {
             sequence: 0,
             window: Window::default(),
             motion: Motion::default(),
+            alarm: Watch::default(),
         }
     }
 
     /// From now on the slot means this: nothing was read yet. What was counted goes on, unless it was another sensor's.
     pub fn set(&mut self, config: SlotConfig) {
         let same = config.source == self.config.source;
-        let counters = if same { self.counters } else { SlotCounters::default() };
-        *self = Slot { sequence: self.sequence.wrapping_add(1), counters, ..Slot::new(config) };
+        let (counters, mut alarm) = match same {
+            true => (self.counters, self.alarm),
+            false => (SlotCounters::default(), Watch::default()),
+        };
+        alarm.reset(&config.alarm);
+        *self = Slot { sequence: self.sequence.wrapping_add(1), counters, alarm, ..Slot::new(config) };
     }
 
     /// The sensor's number means something else now: what was kept of it is forgotten, and nothing was read yet. What was
     /// counted goes on, and so does what is known of the node's answers.
     pub fn restart(&mut self) {
-        let Slot { counters, link, last_error, measured, serial, .. } = *self;
+        let Slot { counters, link, last_error, measured, serial, mut alarm, .. } = *self;
+        alarm.restart(&self.config.alarm);
         let status = match self.status {
             Status::Ok | Status::Suspect => Status::NeverRead,
             other => other,
@@ -156,6 +164,7 @@ impl Slot {
             serial,
             status,
             sequence,
+            alarm,
             ..Slot::new(self.config)
         };
     }
@@ -297,12 +306,25 @@ impl Slot {
 
     /// Makes the angle of the last value, if that has not been done.
     pub fn digest(&mut self) {
-        if !core::mem::take(&mut self.pending) || !self.fresh {
+        if !core::mem::take(&mut self.pending) {
             return;
         }
+        let gap = self.gap;
+        if self.fresh {
+            self.gap = false;
+            self.move_on(gap);
+        }
+        let watched = &self.config.alarm;
+        if watched.is_on() {
+            let angle = self.motion.published(self.config.range).mdeg();
+            self.alarm.take(watched, angle, self.motion.rate, self.measured, gap);
+        }
+    }
+
+    /// The last value is a new one: it goes through the filter, and the slot moves there.
+    fn move_on(&mut self, gap: bool) {
         let config = &self.config;
         let angle = oriented(self.raw, config.soft_zero, config.direction);
-        let gap = core::mem::take(&mut self.gap);
         if gap {
             self.window.clear();
         }
@@ -325,6 +347,21 @@ impl Slot {
     /// Whether there was no good value for so long that the last one is stale.
     pub fn is_stale(&self, now: Micros) -> bool {
         self.measured().is_none_or(|at| now.since(at) > self.config.stale_after().into())
+    }
+
+    /// Time passes: returns whether the alarm *no_value* is raised.
+    pub fn watch(&mut self, now: Micros) -> bool {
+        self.is_stale(now) && self.alarm.miss(&self.config.alarm, self.measured(), now)
+    }
+
+    /// What waits for an acknowledgement has it. Returns whether something did.
+    pub fn acknowledge(&mut self) -> bool {
+        self.alarm.acknowledge()
+    }
+
+    /// What is known of an alarm; `None` while it is quiet.
+    pub fn alarm(&self, alarm: Alarm, now: Micros) -> Option<AlarmDetail> {
+        self.alarm.detail(alarm, now)
     }
 
     /// When the last good value came.
