@@ -136,7 +136,8 @@ impl Slot {
     pub fn set(&mut self, config: SlotConfig) {
         let same = config.source == self.config.source;
         let (counters, mut alarm) = match same {
-            true => (self.counters, self.alarm),
+            true if config.enabled => (self.counters, self.alarm),
+            true => (self.counters, Watch::default()),
             false => (SlotCounters::default(), Watch::default()),
         };
         alarm.reset(&config.alarm);
@@ -380,6 +381,7 @@ impl Slot {
             enabled: self.config.enabled,
             sequence: self.sequence,
             health: self.health,
+            alarms: self.alarm.alarms(),
             fresh: self.fresh,
             status: self.status,
             raw: self.raw,

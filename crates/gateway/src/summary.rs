@@ -6,6 +6,7 @@
 
 use clino_bus::Micros;
 
+use crate::alarm::Alarms;
 use crate::config::{Bus, MAX_SLOTS, Source};
 use crate::health::Health;
 use crate::schedule::outage::BusFault;
@@ -46,9 +47,11 @@ impl Signals {
     pub const HEALTH: Signals = Signals(1 << 11);
     /// A commissioning task is under way, or has ended and not been heard of yet.
     pub const TASK: Signals = Signals(1 << 12);
+    /// An alarm of a slot is active, or waits for its acknowledgement.
+    pub const ALARM: Signals = Signals(1 << 13);
 
     /// All of them, by bit, with the names used in every interface and their meanings.
-    pub const ALL: [(Signals, &str, &str); 13] = [
+    pub const ALL: [(Signals, &str, &str); 14] = [
         (Signals::T7_BUS_DEAD, "t7_bus_dead", "no enabled slot of the T7 bus answers"),
         (Signals::ISU_BUS_DEAD, "isu_bus_dead", "no enabled slot of the ISU bus answers"),
         (
@@ -82,6 +85,7 @@ impl Signals {
             "a slot that is switched on gives a signal beside its value; see its *flags*",
         ),
         (Signals::TASK, "task", "a task sets up sensors of a bus, or has ended and was not heard of yet"),
+        (Signals::ALARM, "alarm", "an alarm of a slot is active, or waits for its acknowledgement"),
     ];
 
     /// As bits.
@@ -152,6 +156,8 @@ pub struct Standing {
     pub status: Status,
     /// Signals beside the value.
     pub health: Health,
+    /// The state of its alarms.
+    pub alarms: Alarms,
     /// Time since its last good value, if there was one.
     pub age: Option<Micros>,
 }
@@ -165,6 +171,8 @@ pub struct Summary {
     pub online: u64,
     /// A bit for each slot whose angle is right and fresh.
     pub valid: u64,
+    /// A bit for each slot with an alarm that is active or waits for its acknowledgement.
+    pub alarms: u64,
     /// Slots that are switched on.
     pub enabled: u8,
     /// The greatest age of these; [`NEVER`] if one has none.
@@ -186,7 +194,7 @@ struct Tally {
 impl Tally {
     #[inline(never)]
     fn count(&mut self, index: usize, standing: &Standing, parts: &Parts) {
-        let Standing { source, status, health, age } = *standing;
+        let Standing { source, status, health, alarms, age } = *standing;
         if status == Status::Disabled {
             return;
         }
@@ -202,6 +210,7 @@ impl Tally {
         summary.enabled = summary.enabled.saturating_add(1);
         summary.online |= if online { bit } else { 0 };
         summary.valid |= if status == Status::Ok { bit } else { 0 };
+        summary.alarms |= if alarms.is_quiet() { 0 } else { bit };
         summary.oldest = summary.oldest.max(age.unwrap_or(NEVER));
         self.health |= health != Health::WELL;
         if let Some((enabled, answering)) = bus.and_then(|bus| self.on.get_mut(bus as usize)) {
@@ -229,6 +238,7 @@ impl Tally {
             (Signals::SLOT_FAULT, self.summary.good() < self.summary.enabled.into()),
             (Signals::HEALTH, self.health),
             (Signals::TASK, t7.task || isu.task),
+            (Signals::ALARM, self.summary.alarms != 0),
         ];
         told.into_iter().fold(Signals(0), |all, (signal, on)| all.and(signal.when(on)))
     }

@@ -3,6 +3,7 @@
 use clino_bus::Micros;
 use clino_codec::angle::Angle;
 
+use crate::alarm::Alarms;
 use crate::health::Health;
 use crate::{Source, Span};
 
@@ -160,6 +161,8 @@ pub struct Reading {
     pub sequence: u32,
     /// Signals of the cross-checks.
     pub health: Health,
+    /// The state of its alarms.
+    pub alarms: Alarms,
     pub(crate) fresh: bool,
     pub(crate) status: Status,
     pub(crate) raw: Angle,
@@ -180,6 +183,8 @@ pub struct Glance {
     pub status: Status,
     /// Counts the outcomes.
     pub sequence: u32,
+    /// The state of its alarms.
+    pub alarms: Alarms,
     pub(crate) period: Span,
     pub(crate) report_every: Span,
 }
@@ -187,8 +192,8 @@ pub struct Glance {
 impl Reading {
     /// The least of it, as of `now`.
     pub fn glance(&self, now: Micros) -> Glance {
-        let Reading { sequence, period, report_every, .. } = *self;
-        Glance { status: self.status(now), sequence, period, report_every }
+        let Reading { sequence, alarms, period, report_every, .. } = *self;
+        Glance { status: self.status(now), sequence, alarms, period, report_every }
     }
 
     /// What the value is worth at `now`: an *ok* that has grown too old is *stale*.

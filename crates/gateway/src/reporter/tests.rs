@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::Reading;
+use crate::alarm::Alarms;
 use crate::config::{PwmInput, Source, Span};
 use crate::health::Health;
 use clino_codec::angle::Angle;
@@ -16,6 +17,7 @@ fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Read
         status: Status::Ok,
         enabled: true,
         health: Health::WELL,
+        alarms: Alarms::QUIET,
         fresh: true,
         raw: Angle::ZERO,
         angle: crate::Published::default(),

@@ -5,6 +5,7 @@ use std::thread;
 use std::vec::Vec;
 
 use super::*;
+use crate::alarm::Alarms;
 use crate::config::{PwmInput, Source, Span};
 use crate::{Health, Status};
 use clino_bus::Micros;
@@ -26,6 +27,7 @@ fn reading(slot: u8, n: u32) -> Reading {
         enabled: n.is_multiple_of(2),
         sequence: n,
         health: Health::from_bits(n as u8),
+        alarms: Alarms::from_bits((n >> 2) as u8),
         fresh: n.is_multiple_of(3),
         status: Status::ALL[n as usize % Status::ALL.len()],
         raw: Angle::from_udeg(-(n as i32)),
@@ -76,8 +78,9 @@ fn a_value_is_that_of_the_reading() {
             let expected = Value { status: whole.status(now), angle: whole.angle(now), age: whole.age(now) };
             assert_eq!(value, expected, "{n} {late}");
             assert_eq!(view.glance(0, now), Some(whole.glance(now)), "{n} {late}");
-            let Reading { source, health, .. } = whole;
-            let standing = Standing { source, status: whole.status(now), health, age: whole.age(now) };
+            let Reading { source, health, alarms, .. } = whole;
+            let standing =
+                Standing { source, status: whole.status(now), health, alarms, age: whole.age(now) };
             assert_eq!(view.standing(0, now), Some(standing), "{n} {late}");
         }
     }

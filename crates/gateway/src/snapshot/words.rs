@@ -2,7 +2,7 @@
 //! those of two readings before it finds out.
 //!
 //! ```text
-//!  0  status | flags << 8 | health << 16 | address << 24      6  temperature
+//!  0  status | flags << 8 | health << 16 | address << 24      6  temperature | alarms << 16
 //!  1  sequence                                             7, 8  time of the last good value, low half first
 //!  2  angle of the sensor, µ°                                 9  stale after, µs
 //!  3  angle, 0.001°                                           10  period, µs
@@ -16,6 +16,7 @@ use clino_bus::Micros;
 use clino_codec::angle::Angle;
 use clino_codec::t7;
 
+use crate::alarm::Alarms;
 use crate::config::{Kind, Source, Span};
 use crate::health::Health;
 use crate::snapshot::Value;
@@ -34,6 +35,8 @@ const PART: u8 = 6;
 const TWO_BITS: u8 = 0b11;
 /// In place of an axis.
 const INCOMPLETE: u8 = 3;
+/// Where the alarms are in the word of the temperature.
+const ALARMS: u32 = 16;
 
 pub(super) fn words(reading: &Reading) -> [u32; WORDS] {
     let source = reading.source;
@@ -57,7 +60,8 @@ pub(super) fn words(reading: &Reading) -> [u32; WORDS] {
         reading.angle.mdeg().cast_unsigned(),
         reading.rate.cast_unsigned(),
         reading.turns.cast_unsigned(),
-        u32::from(reading.temperature.unwrap_or(0).cast_unsigned()),
+        u32::from(reading.temperature.unwrap_or(0).cast_unsigned())
+            | u32::from(reading.alarms.bits()) << ALARMS,
         measured as u32,
         (measured >> u32::BITS) as u32,
         reading.stale_after.as_micros(),
@@ -72,6 +76,7 @@ pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
     let has = |flag| flags & flag != 0;
     let measured = Micros(u64::from(high) << u32::BITS | u64::from(low));
     Reading {
+        alarms: alarms(temperature),
         slot,
         source: source(flags >> KIND & TWO_BITS, flags >> PART & TWO_BITS, address),
         enabled: has(ENABLED),
@@ -99,18 +104,19 @@ pub(super) fn value(words: &[AtomicU32; WORDS], now: Micros) -> Value {
 }
 
 pub(super) fn standing(words: &[AtomicU32; WORDS], now: Micros) -> Standing {
-    let [first, ..] = words;
+    let [first, _, _, _, _, _, sixth, ..] = words;
     let [_, flags, health, address] = load(first).to_le_bytes();
     let (status, age) = worth(words, now);
     let source = source(flags >> KIND & TWO_BITS, flags >> PART & TWO_BITS, address);
-    Standing { source, status, health: Health::from_bits(health), age }
+    Standing { source, status, health: Health::from_bits(health), alarms: alarms(load(sixth)), age }
 }
 
 pub(super) fn glance(words: &[AtomicU32; WORDS], now: Micros) -> Glance {
-    let [_, sequence, _, _, _, _, _, _, _, _, period, report] = words;
+    let [_, sequence, _, _, _, _, sixth, _, _, _, period, report] = words;
     Glance {
         status: worth(words, now).0,
         sequence: load(sequence),
+        alarms: alarms(load(sixth)),
         period: Span::from_micros(load(period)),
         report_every: Span::from_micros(load(report)),
     }
@@ -131,6 +137,11 @@ fn worth(words: &[AtomicU32; WORDS], now: Micros) -> (Status, Option<Micros>) {
         (other, _) => other,
     };
     (status, age)
+}
+
+/// The state of the alarms, in the word of the temperature.
+fn alarms(word: u32) -> Alarms {
+    Alarms::from_bits((word >> ALARMS) as u8)
 }
 
 fn load(word: &AtomicU32) -> u32 {

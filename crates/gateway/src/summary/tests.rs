@@ -2,6 +2,7 @@
 //! fault, restated here.
 
 use super::*;
+use crate::alarm::Alarms;
 use crate::config::PwmInput;
 use clino_codec::{isu, t7};
 use proptest::prelude::*;
@@ -26,9 +27,16 @@ fn standing(well: bool) -> impl Strategy<Value = Standing> {
         prop::sample::select(Status::ALL.to_vec()).boxed()
     };
     let health = if well { Just(0_u8).boxed() } else { (0_u8..8).boxed() };
-    (source(), status, health, prop::option::of(0_u64..1 << 50)).prop_map(|(source, status, health, age)| {
-        Standing { source, status, health: Health::from_bits(health), age: age.map(Micros) }
-    })
+    let alarms = if well { Just(0_u8).boxed() } else { any::<u8>().boxed() };
+    (source(), status, health, alarms, prop::option::of(0_u64..1 << 50)).prop_map(
+        |(source, status, health, alarms, age)| Standing {
+            source,
+            status,
+            health: Health::from_bits(health),
+            alarms: Alarms::from_bits(alarms),
+            age: age.map(Micros),
+        },
+    )
 }
 
 fn fault() -> impl Strategy<Value = Option<BusFault>> {
@@ -144,11 +152,33 @@ fn the_bits_are_those_of_the_map() {
 #[test]
 fn a_pair_that_is_stuck_low_is_told() {
     let isu = Source::Isu { address: isu::Address::new(1).unwrap() };
-    let slot =
-        Standing { source: isu, status: Status::BadAnswer, health: Health::WELL, age: Some(Micros(5)) };
+    let slot = Standing {
+        source: isu,
+        status: Status::BadAnswer,
+        health: Health::WELL,
+        alarms: Alarms::QUIET,
+        age: Some(Micros(5)),
+    };
     let broken = BusPart { fault: Some(BusFault::Break), ..QUIET };
     let summary = of(&[slot], &Parts { isu: broken, ..Parts::default() });
     let names: Vec<_> = summary.signals.names().collect();
     assert_eq!(names, ["isu_bus_dead", "isu_bus_fault", "slot_fault"]);
     assert_eq!((summary.online, summary.valid, summary.enabled), (0, 0, 1));
+}
+
+/// An alarm that waits for its acknowledgement is one, too; that of a slot that is off is none.
+#[test]
+fn alarms_are_summed_up_by_slot() {
+    let source = Source::Pwm { input: PwmInput::Pwm1 };
+    let slot = |status, bits| Standing {
+        source,
+        status,
+        health: Health::WELL,
+        alarms: Alarms::from_bits(bits),
+        age: Some(Micros(5)),
+    };
+    let slots =
+        [slot(Status::Ok, 0), slot(Status::Ok, 0x11), slot(Status::Ok, 0x80), slot(Status::Disabled, 0x11)];
+    let summary = of(&slots, &Parts::default());
+    assert_eq!((summary.alarms, summary.signals.names().collect::<Vec<_>>()), (0b0110, ["alarm"].to_vec()));
 }
