@@ -12,7 +12,7 @@ mod alarm;
 mod name;
 mod span;
 
-pub use alarm::{AlarmConfig, Limits};
+pub use alarm::{AlarmConfig, AlarmLimits};
 pub use name::Name;
 pub(crate) use name::are_characters;
 pub use span::Span;

@@ -184,7 +184,12 @@ impl Entry {
             Item::Gateway(item) => matches!(item, GatewayItem::OldestAge),
             Item::Detail(item) => matches!(
                 item,
-                DetailItem::Temperature | DetailItem::Raw | DetailItem::Unwrapped | DetailItem::LastError
+                DetailItem::Temperature
+                    | DetailItem::Raw
+                    | DetailItem::Unwrapped
+                    | DetailItem::LastError
+                    | DetailItem::AlarmAge(_)
+                    | DetailItem::AlarmExtreme(_)
             ),
             Item::Start(item) => !matches!(
                 item,

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use clino_gateway::config::Kind;
 use clino_gateway::summary::Signals;
 use clino_gateway::task::Reason;
-use clino_gateway::{BusFault, Status};
+use clino_gateway::{Alarm, BusFault, Status};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::map::{
     BLOCKS, Block, BusItem, CommandItem, DetailItem, Entry, Form, GatewayItem, Item, ReadingItem, StartItem,
@@ -145,6 +145,21 @@ fn codes_are_distinct() {
     assert!(distinct(Clock::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Duty::ALL.iter().map(|&duty| duty as u16).collect()));
     assert!(distinct(slot_bits::ALL.iter().map(|row| row.0).collect()));
+}
+
+/// Active alarms in the low bits, unacknowledged ones above them.
+fn alarm_bits() -> [(u16, &'static str, String); 8] {
+    let names = ["high", "low", "rate", "no_value"];
+    let waiting =
+        ["high_unacknowledged", "low_unacknowledged", "rate_unacknowledged", "no_value_unacknowledged"];
+    std::array::from_fn(|bit| {
+        let (alarm, name, text) = Alarm::ALL[bit % 4];
+        assert_eq!((alarm as usize, name), (bit % 4, names[bit % 4]));
+        match bit {
+            0..4 => (1 << bit, name, text.into()),
+            _ => (1 << bit, waiting[bit % 4], format!("*{name}* is not acknowledged")),
+        }
+    })
 }
 
 #[test]
@@ -315,6 +330,9 @@ fn values(entry: &Entry) -> String {
             codes(rows.into())
         }
         Item::Detail(DetailItem::Kind) => codes(Kind::ALL.map(|kind| (kind as u32, kind.name())).into()),
+        Item::Detail(DetailItem::Alarms) => {
+            bits(alarm_bits().into_iter().map(|(bit, name, _)| (bit, name)).collect())
+        }
         Item::Detail(DetailItem::Flags) => bits(slot_bits::ALL.map(|(bit, name, _)| (bit, name)).into()),
         Item::Gateway(GatewayItem::Status) => {
             bits(Signals::ALL.map(|(bit, name, _)| (bit.bits(), name)).into())
@@ -483,6 +501,10 @@ fn sections() -> BTreeMap<&'static str, String> {
         bits(&Signals::ALL.map(|(signal, name, text)| (signal.bits(), name, text))),
     );
     sections.insert("flags", bits(&slot_bits::ALL));
+    sections.insert(
+        "alarms",
+        bits(&alarm_bits().each_ref().map(|(bit, name, text)| (*bit, *name, text.as_str()))),
+    );
     let head = String::from("| code | name | target | value | arm key | what |\n|---|---|---|---|---|---|\n");
     let commands = Command::ALL.iter().fold(head, |table, command| {
         let row = command.description();

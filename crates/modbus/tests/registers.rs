@@ -10,7 +10,7 @@ use clino_bus::{DriverEnable, Micros};
 use clino_codec::angle::Angle;
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::t7::Axis;
-use clino_gateway::config::{AlarmConfig, Ask, Direction, Filter, Kind, Limits, Name};
+use clino_gateway::config::{AlarmConfig, AlarmLimits, Ask, Direction, Filter, Kind, Name};
 use clino_gateway::{
     Bus, Capture, Gateway, Published, PwmInput, Settings, SlotConfig, Snapshot, Source, Span, Status,
 };
@@ -122,7 +122,7 @@ fn plant() -> Bench {
         rate: 100_001,
         delay: 36_000,
         no_value: 299,
-        limits: Limits::Both,
+        limits: AlarmLimits::Both,
         latching: true,
     };
     // Stale 40 ms after its last value.
@@ -255,6 +255,7 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "valid_0_31" => !(1 << 3 | 1 << 5 | 1 << 7 | 1 << 9 | 1 << 11),
         // Slot 40 is off.
         "online_32_47" | "valid_32_47" => 0xFFFF & !(1 << 8),
+        "alarm_0_31" | "alarm_32_47" => 0,
         "slots_enabled" => 46,
         "slots_ok" => 42,
         "oldest_age" => return None,
@@ -323,6 +324,9 @@ fn slot_number(slot: usize, name: &str, host: &Real) -> Option<u32> {
         "retries" => counters.retries,
         "timeouts" => counters.no_answer,
         "checksum" | "length" | "late" | "nv_writes" | "response_last" | "response_max" => 0,
+        "alarms" => 0,
+        "high_age" | "low_age" | "rate_age" | "no_value_age" => return None,
+        "high_extreme" | "low_extreme" | "rate_extreme" => return None,
         "kind" | "set_kind" => match slot {
             3 | 9 => 1,
             7 => 2,
@@ -578,6 +582,7 @@ fn every_other_address() {
         0x1900..0x1C00,
         0x1C00..0x1F00,
         0x1F00..0x1F10,
+        0x2000..0x2600,
     ];
     let mut named = vec![false; 0x1_0000];
     for line in lines() {

@@ -78,6 +78,7 @@ impl Host for Rest {
             source: reading.source,
             status: reading.status(self.now),
             health: reading.health,
+            alarms: reading.alarms,
             age: reading.age(self.now),
         };
         Summary::of(|slot| self.readings.get(&slot).map(standing), &parts)

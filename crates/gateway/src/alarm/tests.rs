@@ -2,7 +2,7 @@
 //! `gateway/tests/alarms.rs`.
 
 use super::*;
-use crate::config::Limits;
+use crate::config::AlarmLimits;
 use proptest::prelude::*;
 use std::vec::Vec;
 
@@ -10,8 +10,13 @@ use std::vec::Vec;
 const STEP: u64 = 20_000;
 
 /// Both limits at ±10°, 1° of hysteresis.
-const BOTH: AlarmConfig =
-    AlarmConfig { high: 10_000, low: -10_000, hysteresis: 1_000, limits: Limits::Both, ..AlarmConfig::OFF };
+const BOTH: AlarmConfig = AlarmConfig {
+    high: 10_000,
+    low: -10_000,
+    hysteresis: 1_000,
+    limits: AlarmLimits::Both,
+    ..AlarmConfig::OFF
+};
 
 struct Bench {
     watch: Watch,
@@ -56,10 +61,10 @@ fn a_limit_is_passed_and_the_alarm_ends_behind_the_hysteresis() {
 #[test]
 fn only_the_limits_that_count_raise() {
     for (limits, high, low) in [
-        (Limits::Off, false, false),
-        (Limits::High, true, false),
-        (Limits::Low, false, true),
-        (Limits::Both, true, true),
+        (AlarmLimits::Off, false, false),
+        (AlarmLimits::High, true, false),
+        (AlarmLimits::Low, false, true),
+        (AlarmLimits::Both, true, true),
     ] {
         let raised = |angle, alarm| {
             let mut bench = Bench::new(AlarmConfig { limits, ..BOTH });
@@ -185,7 +190,7 @@ proptest! {
         delay in 0_u16..4,
         hysteresis in 0_u32..6,
     ) {
-        let config = AlarmConfig { high: 10, low: -10, hysteresis, delay, limits: Limits::Both, ..AlarmConfig::OFF };
+        let config = AlarmConfig { high: 10, low: -10, hysteresis, delay, limits: AlarmLimits::Both, ..AlarmConfig::OFF };
         let mut bench = Bench::new(config);
         let (mut active, mut holds_since): (bool, Option<usize>) = (false, None);
         for (index, &angle) in angles.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 /// Which limits of the angle raise an alarm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Limits {
+pub enum AlarmLimits {
     /// None.
     #[default]
     Off,
@@ -14,28 +14,28 @@ pub enum Limits {
     Both,
 }
 
-impl Limits {
+impl AlarmLimits {
     /// The names used in every text interface, by their codes.
     pub const NAMES: &'static [&'static str] = &["off", "high", "low", "both"];
 
-    /// The limits with this code; [`Limits::Off`] if there are none.
-    pub const fn from_code(code: i64) -> Limits {
+    /// The limits with this code; [`AlarmLimits::Off`] if there are none.
+    pub const fn from_code(code: i64) -> AlarmLimits {
         match code {
-            1 => Limits::High,
-            2 => Limits::Low,
-            3 => Limits::Both,
-            _ => Limits::Off,
+            1 => AlarmLimits::High,
+            2 => AlarmLimits::Low,
+            3 => AlarmLimits::Both,
+            _ => AlarmLimits::Off,
         }
     }
 
     /// Whether the high limit is among them.
     pub const fn has_high(self) -> bool {
-        matches!(self, Limits::High | Limits::Both)
+        matches!(self, AlarmLimits::High | AlarmLimits::Both)
     }
 
     /// Whether the low limit is among them.
     pub const fn has_low(self) -> bool {
-        matches!(self, Limits::Low | Limits::Both)
+        matches!(self, AlarmLimits::Low | AlarmLimits::Both)
     }
 }
 
@@ -55,7 +55,7 @@ pub struct AlarmConfig {
     /// No right and fresh angle for longer than this raises the alarm *no_value*, in 0.1 s; zero: never.
     pub no_value: u16,
     /// Which limits count.
-    pub limits: Limits,
+    pub limits: AlarmLimits,
     /// An alarm stays until it is acknowledged.
     pub latching: bool,
 }
@@ -69,12 +69,12 @@ impl AlarmConfig {
         rate: 0,
         delay: 0,
         no_value: 0,
-        limits: Limits::Off,
+        limits: AlarmLimits::Off,
         latching: false,
     };
 
     /// Whether anything is watched.
     pub const fn is_on(&self) -> bool {
-        !matches!(self.limits, Limits::Off) || self.rate > 0 || self.no_value > 0
+        !matches!(self.limits, AlarmLimits::Off) || self.rate > 0 || self.no_value > 0
     }
 }

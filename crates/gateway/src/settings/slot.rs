@@ -15,7 +15,7 @@ use clino_codec::t7;
 
 use super::setting::{Form, Given, NO_SLOT, Named, Setting, change, names};
 use crate::config::{
-    Ask, Direction, Filter, Kind, Limits, PWM_PERIOD, SINGLE_AXIS, SlotConfig, Source, Span,
+    AlarmLimits, Ask, Direction, Filter, Kind, PWM_PERIOD, SINGLE_AXIS, SlotConfig, Source, Span,
 };
 use crate::refusal::{Number, Refusal};
 
@@ -318,9 +318,9 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         id: id::ALARM,
         name: "alarm",
         unit: "",
-        form: Form::Choice(Limits::NAMES),
+        form: Form::Choice(AlarmLimits::NAMES),
         get: |c| c.alarm.limits as i64,
-        set: |c, v| c.alarm.limits = Limits::from_code(v),
+        set: |c, v| c.alarm.limits = AlarmLimits::from_code(v),
         with: &["high", "low"],
         text: "which limits of the angle raise an alarm",
     },
@@ -505,7 +505,8 @@ pub fn check(config: &SlotConfig) -> Result<(), Refusal> {
     if !config.name.is_valid() {
         return Err(Refusal::Excluded("name"));
     }
-    if let (Limits::Both, Some(high), Some(low)) = (config.alarm.limits, setting(id::HIGH), setting(id::LOW))
+    if let (AlarmLimits::Both, Some(high), Some(low)) =
+        (config.alarm.limits, setting(id::HIGH), setting(id::LOW))
         && config.alarm.high < config.alarm.low
     {
         return Err(Refusal::Shorter { number: high.number(config), least: low.number(config) });

@@ -115,13 +115,14 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
                 u32::from(u16::from_be_bytes([major, minor]))
             }
             GatewayItem::Patch => u32::from(self.binding.site.version().2),
-            GatewayItem::Uptime => (self.binding.now.0 / MICROS_PER_SECOND) as u32,
+            GatewayItem::Uptime => seconds(self.binding.now),
             GatewayItem::Status => u32::from(self.summary().signals.bits()),
             GatewayItem::Sequence => u32::from(self.binding.view.generation() as u16),
             GatewayItem::Online => bits(self.summary().online),
             GatewayItem::Valid => bits(self.summary().valid),
             GatewayItem::Enabled => u32::from(self.summary().enabled),
             GatewayItem::Good => self.summary().good(),
+            GatewayItem::Alarms => bits(self.summary().alarms),
             GatewayItem::OldestAge => return age(Some(self.summary().oldest)),
         })
     }
@@ -140,13 +141,22 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             // Nothing is counted of a slot that nothing is known of.
             let is_none = matches!(
                 item,
-                DetailItem::Temperature | DetailItem::Raw | DetailItem::Unwrapped | DetailItem::LastError
+                DetailItem::Temperature
+                    | DetailItem::Raw
+                    | DetailItem::Unwrapped
+                    | DetailItem::LastError
+                    | DetailItem::AlarmAge(_)
+                    | DetailItem::AlarmExtreme(_)
             );
             return (!is_none).then_some(0);
         };
         let now = self.binding.now;
         let counters = &detail.counters;
         let short = |count: u32| u32::from(count as u16);
+        let alarm = |alarm| {
+            let look = |gateway: &mut clino_gateway::Gateway| gateway.alarm(slot, alarm, now);
+            self.binding.site.gateway(look).flatten()
+        };
         Some(match item {
             DetailItem::Flags => u32::from(flags(&reading, &detail, now)),
             DetailItem::Temperature => return reading.temperature().map(|value| value as u16 as u32),
@@ -154,6 +164,9 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             DetailItem::Raw => return reading.raw(now).map(|raw| Published::of_sensor(raw).mdeg() as u32),
             DetailItem::Unwrapped => return reading.unwrapped(now).map(|mdeg| mdeg as u32),
             DetailItem::LastError => return detail.last_error.map(|status| status.code().into()),
+            DetailItem::Alarms => reading.alarms.bits().into(),
+            DetailItem::AlarmAge(of) => return alarm(of).map(|alarm| seconds(alarm.age)),
+            DetailItem::AlarmExtreme(of) => return alarm(of)?.extreme.map(i32::cast_unsigned),
             DetailItem::Kind => reading.source.kind() as u32,
             DetailItem::Address => reading.source.address().into(),
             DetailItem::Requests => counters.requests,
@@ -287,4 +300,9 @@ fn response(time: Micros) -> u32 {
 /// 32 bits of microseconds; more is told as the most.
 fn micros(time: Micros) -> u32 {
     u32::try_from(time.0).unwrap_or(u32::MAX)
+}
+
+/// Whole seconds.
+fn seconds(span: Micros) -> u32 {
+    (span.0 / MICROS_PER_SECOND) as u32
 }

@@ -1,5 +1,7 @@
 //! What the registers of the map can be, by where it comes from.
 
+use clino_gateway::Alarm;
+
 /// What a register of the map is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Item {
@@ -62,6 +64,8 @@ pub enum GatewayItem {
     Good,
     /// The oldest value of a slot that is switched on.
     OldestAge,
+    /// A bit for every slot with an alarm.
+    Alarms,
 }
 
 /// Of the value of a slot.
@@ -118,6 +122,12 @@ pub enum DetailItem {
     Kind,
     /// Address.
     Address,
+    /// States of the alarms.
+    Alarms,
+    /// Since when one is raised.
+    AlarmAge(Alarm),
+    /// The value furthest beyond its limit.
+    AlarmExtreme(Alarm),
 }
 
 /// Of what happened on a bus.

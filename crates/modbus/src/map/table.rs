@@ -1,7 +1,7 @@
 //! The table. Addresses as on the wire.
 
 use clino_gateway::settings::{self, Setting, slot};
-use clino_gateway::{Bus, BusSettings};
+use clino_gateway::{Alarm, Bus, BusSettings};
 use clino_recovery::PLACE;
 
 use super::{
@@ -175,6 +175,15 @@ pub const BLOCKS: &[Block] = &[
         entries: COMMAND,
         text: "Something to be done. A write begins with the command register; what it leaves out counts as zero.",
     },
+    Block {
+        name: "slot alarms",
+        prefix: "slot",
+        base: 0x2000,
+        stride: 0x20,
+        count: COUNT,
+        entries: SLOT_ALARM_STATES,
+        text: "The alarms of a slot.",
+    },
 ];
 
 const fn gateway(
@@ -236,6 +245,15 @@ const GATEWAY: &[Entry] = &[
         "ms",
         "greatest age of the slots that are switched on; see *age*",
     ),
+    gateway(
+        28,
+        Form::U32,
+        G::Alarms,
+        "alarm_0_31",
+        "bits",
+        "bit n: an alarm of slot n is active or unacknowledged",
+    ),
+    gateway(30, Form::U32, G::Alarms, "alarm_32_47", "bits", "bit n: the same of slot 32 + n").times(32, 1),
 ];
 
 const fn reading(
@@ -474,6 +492,38 @@ const SLOT_ALARMS: &[Entry] = &[
     setting(8, Form::U16, slot::id::DELAY, 1).unit("0.1 s"),
     setting(9, Form::U16, slot::id::NO_VALUE, 1).unit("0.1 s"),
     setting(10, Form::U32, slot::id::ALARM_RATE, 1).unit("mdeg/s"),
+];
+
+const SLOT_ALARM_STATES: &[Entry] = &[
+    detail(0, Form::U16, D::Alarms, "alarms", "bits", "states, see *alarms of a slot*"),
+    detail(2, Form::U32, D::AlarmAge(Alarm::High), "high_age", "s", "since *high* was raised first"),
+    detail(4, Form::U32, D::AlarmAge(Alarm::Low), "low_age", "s", "since *low* was raised first"),
+    detail(6, Form::U32, D::AlarmAge(Alarm::Rate), "rate_age", "s", "since *rate* was raised first"),
+    detail(
+        8,
+        Form::U32,
+        D::AlarmAge(Alarm::NoValue),
+        "no_value_age",
+        "s",
+        "since *no_value* was raised first",
+    ),
+    detail(
+        10,
+        Form::I32,
+        D::AlarmExtreme(Alarm::High),
+        "high_extreme",
+        "mdeg",
+        "highest angle of this alarm",
+    ),
+    detail(12, Form::I32, D::AlarmExtreme(Alarm::Low), "low_extreme", "mdeg", "lowest angle of this alarm"),
+    detail(
+        14,
+        Form::I32,
+        D::AlarmExtreme(Alarm::Rate),
+        "rate_extreme",
+        "mdeg/s",
+        "fastest rate of this alarm",
+    ),
 ];
 
 /// Registers in thousandths of the setting's own unit: milliseconds of microseconds, millidegrees of micro-degrees.

@@ -6,7 +6,7 @@ use clino_bus::line::EchoMode;
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
-use clino_gateway::config::{AlarmConfig, Ask, Direction, Filter, Kind as SourceKind, Limits, Name};
+use clino_gateway::config::{AlarmConfig, AlarmLimits, Ask, Direction, Filter, Kind as SourceKind, Name};
 use clino_gateway::order::Refusal;
 use clino_gateway::settings::Number;
 use clino_gateway::{PwmInput, Settings, Source, Span};
@@ -87,7 +87,7 @@ fn slots() -> impl Strategy<Value = SlotConfig> {
     let watched = (angle(), angle(), 0_u32..=360_000, 0_u32..=36_000_000, 0_u16..=36_000, 0_u16..=36_000);
     let alarm = (watched, 0_i64..4, any::<bool>()).prop_map(|(watched, limits, latching)| {
         let (high, low, hysteresis, rate, delay, no_value) = watched;
-        let limits = Limits::from_code(limits);
+        let limits = AlarmLimits::from_code(limits);
         AlarmConfig { high, low, hysteresis, rate, delay, no_value, limits, latching }
     });
     (switches, numbers, more, "[ !#-~]{0,16}", alarm).prop_map(|(switches, numbers, more, name, alarm)| {
@@ -341,7 +341,7 @@ fn longest_slot() -> SlotConfig {
             rate: 36_000_000,
             delay: 36_000,
             no_value: 36_000,
-            limits: Limits::Both,
+            limits: AlarmLimits::Both,
             latching: true,
         },
     }

@@ -3,7 +3,7 @@
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
-use clino_gateway::config::{AlarmConfig, Ask, Direction, Filter, Limits, Name};
+use clino_gateway::config::{AlarmConfig, AlarmLimits, Ask, Direction, Filter, Name};
 use clino_gateway::{MAX_SLOTS, PwmInput, Settings, SlotConfig, Source, Span};
 
 /// What is stored, and what is compared.
@@ -74,7 +74,7 @@ pub fn longest(n: u32) -> Configuration {
             rate: 36_000_000,
             delay: 36_000,
             no_value: 36_000,
-            limits: Limits::Both,
+            limits: AlarmLimits::Both,
             latching: true,
         },
     };
