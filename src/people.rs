@@ -8,7 +8,7 @@ use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{Alarm, AlarmDetail, Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 use clino_modbus::binding::Wish;
 use clino_recovery::Start;
@@ -71,6 +71,11 @@ impl Host for Gateway {
 
     fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
         look(|gateway| gateway.slot_counters(slot).copied())
+    }
+
+    fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail> {
+        let now = clock::now();
+        look(|gateway| gateway.alarm(slot, alarm, now))
     }
 
     fn trace(&self, age: usize) -> Option<Entry> {

@@ -9,7 +9,9 @@ use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, BusHealth, BusSettings, Glance, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{
+    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Glance, Reading, SlotConfig, SlotCounters,
+};
 use clino_modbus::Settings;
 use clino_recovery::Start;
 
@@ -36,6 +38,9 @@ pub trait Host {
 
     /// What happened to a slot since it was set; `None` beyond the last slot.
     fn slot_counters(&self, slot: usize) -> Option<SlotCounters>;
+
+    /// What is known of an alarm of a slot; `None` while it is quiet.
+    fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail>;
 
     /// One of the last transactions; 0 is the newest. `None` beyond the oldest that is kept.
     fn trace(&self, age: usize) -> Option<Entry>;

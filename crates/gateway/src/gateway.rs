@@ -127,6 +127,10 @@ impl Gateway {
                 self.console = console;
                 true
             }
+            Order::Acknowledge(slot) => {
+                self.acknowledge(slot);
+                true
+            }
             Order::T7(task) => self.t7.accept(&task, asker),
             Order::Isu(task) => self.isu.accept(&task, asker),
             Order::Cancel(bus) => {
@@ -138,7 +142,7 @@ impl Gateway {
     }
 
     /// What waits for an acknowledgement of an alarm has it, of one slot or of all.
-    pub fn acknowledge(&mut self, slot: Option<u8>) {
+    fn acknowledge(&mut self, slot: Option<u8>) {
         for (index, polled) in self.slots.iter_mut().enumerate() {
             if slot.is_none_or(|slot| usize::from(slot) == index) && polled.slot.acknowledge() {
                 self.changed.set(index, true);

@@ -31,6 +31,8 @@ pub enum Order {
     },
     /// From now on the console behaves like this.
     Console(ConsoleSettings),
+    /// The alarms of this slot, or of all, are acknowledged.
+    Acknowledge(Option<u8>),
     /// A task on the T7 bus.
     T7(task::t7::Task),
     /// A task on the ISU bus.
@@ -53,6 +55,7 @@ impl Order {
             Order::Console(console) => settings::console::check(console),
             Order::T7(task) => task::t7::Work::check(task).map_err(Refusal::T7),
             Order::Isu(task) => task::isu::Work::check(task).map_err(Refusal::Isu),
+            Order::Acknowledge(slot) => slot.map_or(Ok(()), slot_number),
             Order::Cancel(_) => Ok(()),
         }
     }
@@ -75,7 +78,11 @@ impl Order {
         match self {
             Order::T7(task) => !matches!(task, task::t7::Task::Identify(_) | task::t7::Task::Sweep(_)),
             Order::Isu(task) => !matches!(task, task::isu::Task::Identify(_) | task::isu::Task::Reset(_)),
-            Order::Slot { .. } | Order::Bus { .. } | Order::Console(_) | Order::Cancel(_) => false,
+            Order::Slot { .. }
+            | Order::Bus { .. }
+            | Order::Console(_)
+            | Order::Acknowledge(_)
+            | Order::Cancel(_) => false,
         }
     }
 }

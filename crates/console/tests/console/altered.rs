@@ -102,6 +102,10 @@ impl Host for Notes {
         self.rest.summary()
     }
 
+    fn alarm(&self, slot: usize, alarm: clino_gateway::Alarm) -> Option<clino_gateway::AlarmDetail> {
+        self.rest.alarm(slot, alarm)
+    }
+
     fn trace(&self, _: usize) -> Option<Entry> {
         None
     }

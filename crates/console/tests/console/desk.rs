@@ -92,6 +92,10 @@ impl Host for Rest {
         self.gateway.slot_counters(slot).copied()
     }
 
+    fn alarm(&self, slot: usize, alarm: clino_gateway::Alarm) -> Option<clino_gateway::AlarmDetail> {
+        self.gateway.alarm(slot, alarm, self.now)
+    }
+
     fn trace(&self, age: usize) -> Option<Entry> {
         self.gateway.trace().iter().nth(age).copied()
     }
