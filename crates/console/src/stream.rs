@@ -74,7 +74,11 @@ impl Stream {
             return true;
         }
         let next = self.reporter.next(|slot| host.glance(slot, now), now);
-        if let Some(reading) = next.and_then(|slot| host.reading(slot)) {
+        if let Some((report, reading)) = next.and_then(|report| Some((report, host.reading(report.slot)?))) {
+            if let (Some(alarm), false) = (report.alarm, reply.is_for_people()) {
+                _ = json::alarm(reply.out, alarm, host.alarm(report.slot, alarm), &reading, now);
+                return true;
+            }
             if reply.is_for_people() {
                 self.write_over(host, reply, &reading);
                 return true;

@@ -6,6 +6,7 @@
 //! {"line":"t7","forced":0,"busy":0,"junk":0,"framing":0,"noise":0,"overrun":0}
 //! {"times":"t7","response_us":2083,"response_max_us":2083,"de_release_max_ns":1279,"de_high_max_us":261}
 //! {"bus_fault":"t7","fault":null,"faults":0,"in_vain":0}
+//! {"alarm":"high","slot":0,"state":"active","age_ms":20,"extreme":12.345,"unit":"deg","angle_deg":12.340}
 //! ```
 //!
 //! `angle_deg` is in degrees with three decimals and is a number only while `status` is `ok`; `age_ms` is the
@@ -20,6 +21,7 @@ pub use clino_bus::DriverEnable;
 use clino_bus::line::{self, EchoMode};
 use clino_bus::{Counters, Micros};
 
+use crate::alarm::{Alarm, AlarmDetail, AlarmState};
 use crate::config::{Bus, Kind, PwmInput, Source};
 use crate::schedule::outage::{BusFault, BusHealth};
 use crate::value::Reading;
@@ -51,6 +53,49 @@ pub fn reading(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Resu
         write!(out, "{}\"{name}\"", if place == 0 { "" } else { "," })?;
     }
     writeln!(out, "],\"seq\":{}}}", reading.sequence)
+}
+
+/// Writes the state of an alarm of a slot, which reads this. `detail` is `None` while the alarm is quiet.
+pub fn alarm(
+    out: &mut dyn Write,
+    alarm: Alarm,
+    detail: Option<AlarmDetail>,
+    reading: &Reading,
+    now: Micros,
+) -> fmt::Result {
+    let state = detail.map_or(AlarmState::Quiet, |detail| detail.state).name();
+    write!(
+        out,
+        "{{\"alarm\":\"{}\",\"slot\":{},\"state\":\"{state}\",\"age_ms\":",
+        alarm.name(),
+        reading.slot
+    )?;
+    match detail {
+        Some(AlarmDetail { age, .. }) => write!(out, "{}", age.as_millis())?,
+        None => out.write_str("null")?,
+    }
+    out.write_str(",\"extreme\":")?;
+    match detail.and_then(|detail| detail.extreme) {
+        Some(extreme) => thousandths(out, extreme)?,
+        None => out.write_str("null")?,
+    }
+    out.write_str(match alarm {
+        Alarm::High | Alarm::Low => ",\"unit\":\"deg\"",
+        Alarm::Rate => ",\"unit\":\"deg/s\"",
+        Alarm::NoValue => ",\"unit\":null",
+    })?;
+    out.write_str(",\"angle_deg\":")?;
+    match reading.angle(now) {
+        Some(angle) => write!(out, "{angle}")?,
+        None => out.write_str("null")?,
+    }
+    out.write_str("}\n")
+}
+
+/// Writes a number that counts thousandths, with three decimals.
+fn thousandths(out: &mut dyn Write, value: i32) -> fmt::Result {
+    let (sign, count) = (if value < 0 { "-" } else { "" }, value.unsigned_abs());
+    write!(out, "{sign}{}.{:03}", count / 1_000, count % 1_000)
 }
 
 /// Which of a bus's statistics lines. Several short lines, so that a reading never waits for a long one.

@@ -2,11 +2,12 @@
 //!
 //! A slot is printed when it has an outcome that was not printed yet and its reporting interval has passed. Among
 //! several, the one with the earliest deadline goes first: a slot whose lines are wanted often is printed ahead of one
-//! that is wanted seldom, and none starves. A change of status goes ahead of everything. What is not printed in time is
+//! that is wanted seldom, and none starves. A change of status or of an alarm goes ahead of everything. What is not printed in time is
 //! replaced by its successor: a slow console shows fewer readings, never old ones.
 
 use clino_bus::Micros;
 
+use crate::alarm::{Alarm, Alarms};
 use crate::config::MAX_SLOTS;
 use crate::value::{Glance, Status};
 
@@ -14,7 +15,17 @@ use crate::value::{Glance, Status};
 struct Printed {
     sequence: u32,
     status: Option<Status>,
+    alarms: Alarms,
     at: Micros,
+}
+
+/// What is printed next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// Number of the slot.
+    pub slot: usize,
+    /// The alarm whose state has changed; `None` if the reading is printed.
+    pub alarm: Option<Alarm>,
 }
 
 /// Chooses the next reading to print.
@@ -28,9 +39,9 @@ impl Reporter {
         Reporter { printed: [Printed::default(); MAX_SLOTS] }
     }
 
-    /// The number of the slot to be printed now, if any; it counts as printed. `look` looks at a slot as of `now`, and returns `None`
+    /// The slot to be printed now, if any; it counts as printed. A change of an alarm goes first, one alarm at a time. `look` looks at a slot as of `now`, and returns `None`
     /// from the first slot on that there is not.
-    pub fn next(&mut self, look: impl Fn(usize) -> Option<Glance>, now: Micros) -> Option<usize> {
+    pub fn next(&mut self, look: impl Fn(usize) -> Option<Glance>, now: Micros) -> Option<Report> {
         let mut most_urgent: Option<(Micros, usize, Glance)> = None;
         for (slot, printed) in self.printed.iter().enumerate() {
             let Some(glance) = look(slot) else { break };
@@ -40,11 +51,14 @@ impl Reporter {
                 most_urgent = Some((deadline, slot, glance));
             }
         }
-        let (_, slot, Glance { sequence, status, .. }) = most_urgent?;
-        if let Some(printed) = self.printed.get_mut(slot) {
-            *printed = Printed { sequence, status: Some(status), at: now };
+        let (_, slot, Glance { sequence, status, alarms, .. }) = most_urgent?;
+        let printed = self.printed.get_mut(slot)?;
+        let alarm = printed.alarms.first_change(alarms);
+        match alarm {
+            Some(alarm) => printed.alarms = printed.alarms.with(alarm, alarms),
+            None => *printed = Printed { sequence, status: Some(status), at: now, ..*printed },
         }
-        Some(slot)
+        Some(Report { slot, alarm })
     }
 }
 
@@ -57,6 +71,9 @@ impl Default for Reporter {
 /// By when the reading should be printed, if it should: at once when its status has changed, else within one more
 /// interval after its interval has passed.
 fn deadline(glance: &Glance, printed: &Printed, now: Micros) -> Option<Micros> {
+    if glance.alarms != printed.alarms {
+        return Some(Micros::ZERO);
+    }
     let status = glance.status;
     if printed.status != Some(status) {
         let says_nothing = match status {

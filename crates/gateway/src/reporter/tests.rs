@@ -34,7 +34,7 @@ fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Read
 fn next(reporter: &mut Reporter, readings: &[Reading], now_ms: u32) -> Option<u8> {
     let now = Micros::from_millis(now_ms);
     let next = reporter.next(|slot| readings.get(slot).map(|reading| reading.glance(now)), now);
-    next.and_then(|slot| readings.get(slot)).map(|reading| reading.slot)
+    next.and_then(|report| readings.get(report.slot)).map(|reading| reading.slot)
 }
 
 #[test]
@@ -111,4 +111,25 @@ fn the_slot_wanted_more_often_goes_first_and_none_starves() {
     for slot in 1..4 {
         assert!(longest(slot) <= 100 + 4 * 9, "slot {slot}: {}", longest(slot));
     }
+}
+
+/// A change of alarms is told at once, one alarm at a time, and the reading keeps its turn.
+#[test]
+fn each_alarm_that_changes_is_printed_once_and_first() {
+    let mut reporter = Reporter::new();
+    let mut readings = [reading(0, 1, 0, 1_000), reading(1, 1, 0, 1_000)];
+    let mut look = |readings: &[Reading], now_ms| {
+        let now = Micros::from_millis(now_ms);
+        let report = reporter.next(|slot| readings.get(slot).map(|reading| reading.glance(now)), now);
+        report.map(|report| (report.slot, report.alarm))
+    };
+    assert_eq!([look(&readings, 1), look(&readings, 1)], [Some((0, None)), Some((1, None))]);
+    // High and rate are active, both unacknowledged.
+    readings[1].alarms = Alarms::from_bits(0b0101_0101);
+    let told = [look(&readings, 2), look(&readings, 2), look(&readings, 2)];
+    assert_eq!(told, [Some((1, Some(Alarm::High))), Some((1, Some(Alarm::Rate))), None]);
+    // High is acknowledged, rate has ended and latches.
+    readings[1].alarms = Alarms::from_bits(0b0100_0001);
+    let told = [look(&readings, 3), look(&readings, 3), look(&readings, 3)];
+    assert_eq!(told, [Some((1, Some(Alarm::High))), Some((1, Some(Alarm::Rate))), None]);
 }
