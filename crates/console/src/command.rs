@@ -17,6 +17,8 @@ pub enum Verb {
     T7,
     Isu,
     Cancel,
+    Alarms,
+    Acknowledge,
     Counters,
     Trace,
     Load,
@@ -45,7 +47,7 @@ const fn command(verb: Verb, name: &'static str, usage: &'static str, help: &'st
 }
 
 /// Everything that can be typed.
-static COMMANDS: [Command; 23] = [
+static COMMANDS: [Command; 25] = [
     command(Verb::List, "list", "", "the last value of every slot in use"),
     command(Verb::Read, "read", "SLOT", "all that is known of the value of a slot"),
     command(Verb::Watch, "watch", "", "values as they come, until Enter or Ctrl-C"),
@@ -84,6 +86,8 @@ static COMMANDS: [Command; 23] = [
         "set up and repair ISUs; reset, null, address and repair start the module again: no angle for up to 5 s",
     ),
     command(Verb::Cancel, "cancel", "", "stop what t7 and isu have begun, at the next safe point"),
+    command(Verb::Alarms, "alarms", "", "alarms that are active or wait for their acknowledgement"),
+    command(Verb::Acknowledge, "acknowledge", "[SLOT]", "acknowledge the alarms of a slot, or of all"),
     command(Verb::Counters, "counters", "[SLOT]", "what happened since reset"),
     command(Verb::Trace, "trace", "[N]", "the last transactions, newest first"),
     command(Verb::Export, "export", "", "the commands that make this configuration"),

@@ -9,7 +9,7 @@ use crate::pending::{Next, Pending};
 use crate::presence::Presence;
 use crate::reply::{Audience, Reply};
 use crate::typed::{self, Typed};
-use crate::{buses, export, past, slots, system, tasks};
+use crate::{alarms, buses, export, past, slots, system, tasks};
 
 /// Carries out the line that was typed. What it leads to stands in `next`, which is too large to be handed up.
 #[inline(never)]
@@ -51,6 +51,8 @@ fn carry_out<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Outcome {
         Verb::Cancel => tasks::cancel(job),
         Verb::Counters => past::counters(job),
         Verb::Trace => past::trace(job),
+        Verb::Alarms => alarms::alarms(job),
+        Verb::Acknowledge => alarms::acknowledge(job),
         Verb::Load => buses::load(job),
         Verb::Export => export::export(job),
         Verb::Modbus => system::modbus(job),

@@ -32,6 +32,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod alarms;
 mod buses;
 mod causes;
 mod command;

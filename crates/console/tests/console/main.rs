@@ -1,6 +1,7 @@
 //! What is typed, and what comes back.
 
 mod ahead;
+mod alarms;
 mod altered;
 mod desk;
 mod echo;
