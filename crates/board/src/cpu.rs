@@ -33,7 +33,6 @@ use crate::crystal;
 use crate::incident::Chronicle;
 use crate::plant::{Bait, Plant};
 use crate::timeline::{Actor, Timeline, lock};
-use clocks::Timer;
 use reset::ResetLine;
 use rsemu::core::Result;
 use rsemu::core::device::{Device, MachineReset};
@@ -44,7 +43,7 @@ use rsemu::cpu::arm::v7m::ArmV7m;
 use rsemu::dev::stm32::Clocks;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
-use work::Work;
+use work::{Timer, Work};
 
 pub(crate) use clocks::rate;
 pub(crate) use device::{CLASS_NAME, class, schema};

@@ -1,22 +1,10 @@
 //! The clocks that the core's cycles are counted against: the clock tree, and the timers on the APB1 timer clock.
 
-use std::sync::Arc;
-
-use rsemu::core::device::Device;
-use rsemu::core::sched::LazyHandle;
 use rsemu::dev::stm32::{ClockOutput, Clocks};
 
-use super::work::Work;
+use super::work::{Timer, Work};
 use super::{Cpu, NEVER};
 use crate::timeline::Rate;
-
-/// A stock timer whose events the core must not run past.
-pub(super) struct Timer {
-    pub device: Arc<dyn Device>,
-    pub handle: LazyHandle,
-    /// Its tick at the start of the round.
-    pub base: u64,
-}
 
 impl Cpu {
     /// Takes over a new clock tree, in force from core cycle `cycle` on.

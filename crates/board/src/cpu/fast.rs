@@ -14,6 +14,7 @@ mod execute;
 mod lowering;
 mod memory;
 mod op;
+mod state;
 #[cfg(test)]
 mod tests;
 mod transfer;
@@ -27,8 +28,8 @@ use rsemu::cpu::arm::v7m::sys::{Exception, Sys, ccr, fsr};
 use rsemu::cpu::arm::v7m::{ArmV7m, Regs, xpsr};
 
 use code::Code;
-use execute::State;
 use memory::Memory;
+use state::State;
 
 /// Bit of CONTROL: the process stack is in use.
 const CONTROL_SPSEL: u32 = 1 << 1;

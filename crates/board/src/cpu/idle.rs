@@ -23,6 +23,16 @@ pub(super) enum Idle {
     Stuck,
 }
 
+impl Work {
+    /// Counts cycles that the core has spent like this.
+    pub fn count(&mut self, idle: Idle, cycles: u64) {
+        match idle {
+            Idle::Asleep => self.stats.asleep_cycles += cycles,
+            Idle::No | Idle::Stuck => self.stats.awake_cycles += cycles,
+        }
+    }
+}
+
 impl Cpu {
     /// What the core is doing after a step.
     pub(super) fn idleness(&self, work: &mut Work, at: u64) -> Idle {

@@ -5,7 +5,6 @@ use rsemu::core::space::MemAttrs;
 use rsemu::core::value::Width;
 use rsemu::cpu::arm::v7m::{ArmV7m, xpsr};
 
-use super::work::Work;
 use super::{Cpu, NEVER};
 use crate::incident::Event;
 use crate::plant::{Bait, Plant, What};
@@ -45,16 +44,16 @@ impl Planting {
 
 impl Cpu {
     /// The cycle from which on a fault is to be planted.
-    pub(super) fn next_planting(&self, work: &Work) -> u64 {
-        work.planting.next().map_or(NEVER, |ns| self.timeline.cycle_from(ns))
+    pub(super) fn next_planting(&self, planting: &Planting) -> u64 {
+        planting.next().map_or(NEVER, |ns| self.timeline.cycle_from(ns))
     }
 
     /// Plants what is due at `at`, if its level is about to execute an instruction. Returns whether anything was.
-    pub(super) fn plant(&self, work: &mut Work, at: u64) -> bool {
+    pub(super) fn plant(&self, planting: &mut Planting, at: u64) -> bool {
         let now = self.timeline.ns_at(at);
         let core = &self.core;
         let fits = |order: &Order| order.due.is_some_and(|due| due <= now) && is_at(core, &order.plant);
-        let Some(order) = work.planting.orders.iter_mut().find(|order| fits(order)) else { return false };
+        let Some(order) = planting.orders.iter_mut().find(|order| fits(order)) else { return false };
         let Plant { what, level, .. } = order.plant;
         let pc = core.pc();
         match order.bait.reset {

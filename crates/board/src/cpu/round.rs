@@ -33,7 +33,7 @@ impl Cpu {
         }
         let mut acting = self.next_act(work, at);
         let mut timing = work.next_timer_event(anchor);
-        let mut planting = self.next_planting(work);
+        let mut planting = self.next_planting(&work.planting);
         let mut looks = Looks { left: LOOK_EVERY, stood: None };
         let mut idle = Idle::No;
 
@@ -57,10 +57,11 @@ impl Cpu {
                 looks.stood = None;
             }
             if looks.left == LOOK_EVERY
-                && let Some(until) = self.stalled_until(work, at)
+                && let Some(flash) = &mut work.flash
+                && let Some(until) = self.stalled_until(flash, &mut work.stats, at)
             {
                 // One cycle at least, in case an event lies where the core stands.
-                at += self.stall(work, at, until.min(end).min(acting).min(timing).max(at + 1));
+                at += self.stall(&mut work.stats, at, until.min(end).min(acting).min(timing).max(at + 1));
                 timing = work.next_timer_event(anchor);
                 looks.stood = None;
                 if self.must_leave(work, at) {
@@ -78,8 +79,8 @@ impl Cpu {
                 }
                 continue;
             }
-            if at >= planting && self.plant(work, at) {
-                planting = self.next_planting(work);
+            if at >= planting && self.plant(&mut work.planting, at) {
+                planting = self.next_planting(&work.planting);
             }
             let limit = end.min(acting).min(timing).min(planting);
             let run = if idle == Idle::No && at < limit {

@@ -8,7 +8,7 @@
 //! to eight instructions are executed before the stall is noticed.
 
 use super::Cpu;
-use super::work::Work;
+use super::status::CpuStats;
 use crate::flash::{self, Sectors};
 use clino_sim::node::Ns;
 use rsemu::core::device::Device;
@@ -70,16 +70,15 @@ impl BusyFlash {
 
 impl Cpu {
     /// The cycle up to which flash stalls the core, if it does. Counts the steps that begin.
-    pub(super) fn stalled_until(&self, work: &mut Work, at: u64) -> Option<u64> {
-        let flash = work.flash.as_mut()?;
+    pub(super) fn stalled_until(&self, flash: &mut BusyFlash, stats: &mut CpuStats, at: u64) -> Option<u64> {
         let Some(ends) = flash.busy_until() else {
             flash.ends = None;
             return None;
         };
         if flash.ends.replace(ends) != Some(ends) {
-            work.stats.flash_steps += 1;
+            stats.flash_steps += 1;
             match flash.cut {
-                Cut::At { step, seed } if step == work.stats.flash_steps => {
+                Cut::At { step, seed } if step == stats.flash_steps => {
                     flash.cut = Cut::Done;
                     self.tear(flash, ends, seed);
                 }
@@ -100,9 +99,9 @@ impl Cpu {
     }
 
     /// Lets time pass without the core; returns the cycles.
-    pub(super) fn stall(&self, work: &mut Work, at: u64, until: u64) -> u64 {
+    pub(super) fn stall(&self, stats: &mut CpuStats, at: u64, until: u64) -> u64 {
         let cycles = until - at;
-        work.stats.stalled_cycles += cycles;
+        stats.stalled_cycles += cycles;
         self.core.with_sys(|sys| {
             if sys.tick_systick(cycles) && sys.syst_csr & SYSTICK_INTERRUPT != 0 {
                 sys.set_pending(Exception::SYSTICK, true);

@@ -3,14 +3,22 @@
 use std::sync::Arc;
 
 use clino_sim::node::Ns;
+use rsemu::core::device::Device;
+use rsemu::core::sched::LazyHandle;
 
-use super::clocks::Timer;
 use super::fast::Fast;
-use super::idle::Idle;
 use super::plant::Planting;
 use super::{BusyFlash, CpuStats};
 use crate::crystal;
 use crate::timeline::Actor;
+
+/// A stock timer whose events the core must not run past.
+pub(super) struct Timer {
+    pub device: Arc<dyn Device>,
+    pub handle: LazyHandle,
+    /// Its tick at the start of the round.
+    pub base: u64,
+}
 
 /// What one round of execution works on.
 #[derive(Default)]
@@ -39,13 +47,6 @@ pub(super) struct Work {
 }
 
 impl Work {
-    pub fn count(&mut self, idle: Idle, cycles: u64) {
-        match idle {
-            Idle::Asleep => self.stats.asleep_cycles += cycles,
-            Idle::No | Idle::Stuck => self.stats.awake_cycles += cycles,
-        }
-    }
-
     /// Where the emulator's devices stand: it is another number once they have been caught up.
     pub fn devices_stand_at(&self) -> Option<u64> {
         self.flash.as_ref().map(|flash| flash.device().current_tick())

@@ -2,9 +2,9 @@
 
 use rsemu::core::value::Width;
 
-use super::execute::{Cycles, Refused, State, go, interworking};
 use super::memory::Memory;
 use super::op::{self, Kind, Op, PC};
+use super::state::{Cycles, Refused, State, go, interworking};
 
 impl State {
     pub fn table_branch(&mut self, op: Op, memory: &Memory, next: &mut u32) -> Cycles {
