@@ -32,6 +32,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod audience;
 mod buses;
 mod causes;
 mod command;
@@ -43,6 +44,7 @@ mod execute;
 mod export;
 mod history;
 mod host;
+mod identity;
 mod job;
 mod keys;
 mod line;
@@ -51,12 +53,14 @@ mod news;
 mod number;
 mod past;
 mod pending;
+mod plain;
 mod presence;
 mod received;
 mod reply;
 mod settings;
 mod shell;
 mod slots;
+mod split;
 mod stream;
 mod system;
 mod table;
