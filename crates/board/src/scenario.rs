@@ -6,6 +6,7 @@
 mod build;
 mod check;
 mod hex;
+mod planned;
 mod schema;
 #[cfg(test)]
 mod tests;
@@ -19,7 +20,6 @@ use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
 
 use crate::HostPorts;
-use crate::gaps::Gap;
 use crate::impairment::ImpairedLine;
 use crate::modbus::Framing;
 use crate::oscillators::Oscillators;
@@ -28,6 +28,9 @@ use crate::pwm::PwmWaveform;
 use clino_segment::Segment;
 use clino_segment::wire::Wire;
 
+use planned::in_order;
+
+pub use planned::Planned;
 pub(crate) use units::duration;
 pub use units::{BadTime, Time};
 
@@ -116,25 +119,6 @@ pub struct Bench {
     pub pwm: [Box<dyn PwmWaveform>; 2],
     /// The truth about every sensor in it.
     pub truths: Vec<Truth>,
-}
-
-/// Something that is sent to the gateway.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Planned<'a, T: ?Sized> {
-    /// When.
-    pub at: Ns,
-    /// What.
-    pub what: &'a T,
-    /// Pauses in it.
-    pub gaps: Vec<Gap>,
-}
-
-fn in_order<'a, T: ?Sized + 'a>(
-    planned: impl Iterator<Item = Planned<'a, T>>,
-) -> impl Iterator<Item = Planned<'a, T>> {
-    let mut planned: Vec<_> = planned.collect();
-    planned.sort_by_key(|planned| planned.at);
-    planned.into_iter()
 }
 
 /// A scenario that can be run.
