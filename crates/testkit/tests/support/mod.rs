@@ -22,13 +22,13 @@ use clino_gateway::{
     Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput, Reading, Settings, SlotConfig, Snapshot,
     Source, Status,
 };
-use clino_rig::{Port, sensor};
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, Station};
 use clino_sim::isu::{ChecksumScope, Content, Eeprom, Isu};
 use clino_sim::motion::Motion;
 use clino_sim::node::Node;
 use clino_sim::t7::{Identity, Model, T7};
+use clino_testkit::rig::{Port, sensor};
 
 pub const SECOND: u64 = 1_000_000;
 pub const SLOTS: usize = 7;

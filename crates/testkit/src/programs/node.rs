@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::done;
+use super::done;
 
 /// A Node.js that has the packages.
 pub struct Node {

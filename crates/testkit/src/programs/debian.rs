@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::done;
+use super::done;
 
 /// Has `apt-get` download the packages, and takes them apart below `root`: with the system's lists of packages if it has
 /// them, else with fresh ones of our own.

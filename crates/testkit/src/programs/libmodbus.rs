@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{debian, done};
+use super::{debian, done};
 
 /// The library, and what a compiler needs of it.
 const PACKAGES: [&str; 2] = ["libmodbus-dev", "libmodbus5"];

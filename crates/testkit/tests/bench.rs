@@ -3,10 +3,10 @@
 use clino_bus::{Isu, Serial, T7, Timing};
 use clino_codec::t7::Axis;
 use clino_codec::{isu, t7};
-use clino_rig::{Bench, sensor};
 use clino_segment::log::{Event, Fate, Talker};
 use clino_segment::{Noise, Settings, chance::Chance};
 use clino_sim::motion::Motion;
+use clino_testkit::rig::{Bench, sensor};
 
 const DEGREE: i64 = 1_000_000;
 

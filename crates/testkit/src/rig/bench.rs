@@ -4,7 +4,7 @@ use clino_bus::{Master, Micros, Outcome, Protocol, Timing, earliest, line};
 use clino_segment::{Faults, Settings, Station};
 use clino_sim::node::Node;
 
-use crate::Port;
+use super::Port;
 
 /// A master with its port.
 pub struct Bench<P: Protocol> {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{alone, done};
+use super::{alone, done};
 
 /// A Python that has the packages.
 pub struct Python {

@@ -6,10 +6,10 @@
 use clino_bus::{Isu, Micros, Protocol, Serial, T7, Timing};
 use clino_codec::t7::Axis;
 use clino_codec::{isu, t7};
-use clino_rig::{Bench, sensor};
 use clino_segment::{Noise, Settings, Station, chance::Chance};
 use clino_sim::isu::{ChecksumScope, Content, Eeprom};
 use clino_sim::motion::Motion;
+use clino_testkit::rig::{Bench, sensor};
 
 const ASKED: usize = 20;
 /// By how much a USART's clock and the sender's may differ (RM0090 section 30.3.5), in parts per million.

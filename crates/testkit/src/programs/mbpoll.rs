@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{alone, debian};
+use super::{alone, debian};
 
 /// It, and the library it is linked to.
 const PACKAGES: [&str; 2] = ["mbpoll", "libmodbus5"];
