@@ -54,10 +54,10 @@ const CHECKS: &[Check] = &[
         alone: true,
         ..script("fuzz", "fuzz/checks/fuzz.sh", "5 s of fuzzing for each part that takes bytes from outside")
     },
-    script("stack", "crates/inspect/checks/stack.sh", "worst-case stack of the firmware image"),
+    script("stack", "xtask/inspect/checks/stack.sh", "worst-case stack of the firmware image"),
     script(
         "panics",
-        "crates/inspect/checks/panics.sh",
+        "xtask/inspect/checks/panics.sh",
         "the panics left in the firmware image are those listed",
     ),
     Check {

@@ -3,6 +3,7 @@
 mod book;
 mod campaign;
 mod check;
+mod circles;
 mod command;
 mod firmware;
 mod flash;
@@ -33,6 +34,7 @@ Usage: cargo xtask <command>
   campaign [NAME ...]
              long runs of what the tests show in short; without a name it lists them, and says
              how to add one
+  circles    whether source files of a crate depend on each other in a circle
   book       the documents as a book, below target/book, with mdBook
   transcripts
              write the console transcripts of the documents anew, from runs of the firmware image
@@ -56,6 +58,7 @@ fn main() -> ExitCode {
         Some("check") => check::run(&rest),
         Some("campaign") => campaign::run(&rest),
         Some("lint") if rest.is_empty() => lint::run(),
+        Some("circles") if rest.is_empty() => circles::run(),
         Some("size") if rest.is_empty() => size::run(),
         Some("book") if rest.is_empty() => book::run(),
         Some("transcripts") if rest.is_empty() => transcripts::run(),

@@ -28,6 +28,7 @@ pub mod line;
 mod master;
 mod protocol;
 mod retry;
+mod serial;
 mod time;
 mod timing;
 
@@ -36,5 +37,6 @@ pub use line::Line;
 pub use master::{Blame, Event, Fault, Master, Outcome};
 pub use protocol::{Isu, Protocol, Refusal, T7};
 pub use retry::Retry;
+pub use serial::Serial;
 pub use time::{Micros, earliest};
-pub use timing::{Serial, Timing};
+pub use timing::Timing;

@@ -6,7 +6,6 @@ use clino_bus::line::{self, EchoMode};
 use clino_bus::{Fault, Isu, Micros, Serial, T7, Timing};
 use clino_codec::t7::{Axis, Request, Response};
 use clino_codec::{isu, t7};
-use clino_rig::{Bench, sensor};
 use clino_segment::chance::Chance;
 use clino_segment::log::{Event, Fate, Talker};
 use clino_segment::{Babble, Faults, Noise, Settings, Station};
@@ -14,6 +13,7 @@ use clino_sim::fault;
 use clino_sim::latency::Latency;
 use clino_sim::motion::Motion;
 use clino_sim::t7::{Identity, Options};
+use clino_testkit::rig::{Bench, sensor};
 
 const DEGREE: i64 = 1_000_000;
 const US: u64 = 1_000;

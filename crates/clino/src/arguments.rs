@@ -1,6 +1,6 @@
 //! The command line as a whole; each protocol's part of it lives with the protocol.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 
 #[cfg(target_os = "linux")]
 use crate::sim;
@@ -36,15 +36,4 @@ pub enum Tool {
     /// Simulated sensors of both makes, served on pseudo-terminals
     #[cfg(target_os = "linux")]
     Sim(sim::Arguments),
-}
-
-/// Where the frames to decode come from.
-#[derive(Args)]
-pub struct Frames {
-    /// One frame, in any customary way: 05 06, 0506, 05:06, 0x05,0x06, \x05\x06, $05, 05h, in brackets, a line of a dump
-    #[arg(required_unless_present = "stdin", conflicts_with = "stdin")]
-    pub hex: Vec<String>,
-    /// Take one frame per line from standard input, and answer each with one line
-    #[arg(long)]
-    pub stdin: bool,
 }

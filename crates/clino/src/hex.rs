@@ -104,5 +104,13 @@ fn ambiguous(what: &str, at: usize) -> Bad {
     Bad::new("ambiguous", what).with("position", at + 1)
 }
 
+/// The bracket or quote at `at` is open at the end of the text.
+fn unclosed(text: &[char], at: usize) -> Bad {
+    let character = text[at].to_string();
+    Bad::new("unclosed", format!("'{character}' is never closed"))
+        .with("character", character.as_str())
+        .with("position", at + 1)
+}
+
 #[cfg(test)]
 mod tests;

@@ -6,9 +6,9 @@
 
 use std::io::{self, BufRead as _, BufReader, BufWriter, Read, Write};
 
+use clap::Args;
 use serde::Serialize;
 
-use crate::arguments::Frames;
 use crate::bad::Bad;
 use crate::outcome::Verdict;
 use crate::report;
@@ -17,6 +17,17 @@ use crate::report;
 const CHUNK: usize = 64 * 1024;
 /// Longest line. The longest frame has 257 bytes, which take at most six characters each (`0xNN, `): there is room.
 const LONGEST_LINE: usize = 4_096;
+
+/// Where the frames to decode come from.
+#[derive(Args)]
+pub struct Frames {
+    /// One frame, in any customary way: 05 06, 0506, 05:06, 0x05,0x06, \x05\x06, $05, 05h, in brackets, a line of a dump
+    #[arg(required_unless_present = "stdin", conflicts_with = "stdin")]
+    pub hex: Vec<String>,
+    /// Take one frame per line from standard input, and answer each with one line
+    #[arg(long)]
+    pub stdin: bool,
+}
 
 /// Says of each frame what `interpret` makes of its text.
 ///

@@ -81,7 +81,7 @@ fn go_to_soft_error() {
     assert_eq!(mode(&sensor), Mode::Normal);
 }
 
-fn bench_of(sensor: &common::isu::Shared) -> clino_rig::Bench<Isu> {
+fn bench_of(sensor: &common::isu::Shared) -> clino_testkit::rig::Bench<Isu> {
     bench::<Isu>(&[sensor])
 }
 

@@ -7,10 +7,10 @@ use clino_bus::{Isu, Micros};
 use clino_codec::isu::eeprom::{Change, ShutoffBit};
 use clino_commissioning::Alone;
 use clino_commissioning::isu::{Module, Program, Repair, ResetNull};
-use clino_rig::Bench;
 use clino_segment::log::{Event, Talker};
 use clino_sim::isu::{Adoption, ChecksumScope, Eeprom, Mode, Options, Supervision};
 use clino_sim::node::Ns;
+use clino_testkit::rig::Bench;
 use common::isu::{
     SCOPES, Shared, address, assert_upper_bits, bench, eeprom, module, options, unplugged, with, words,
 };

@@ -9,11 +9,11 @@ use clino_codec::isu::Address;
 use clino_codec::isu::eeprom::{Change as Eeprom, ChecksumReading, ShutoffBit};
 use clino_commissioning::isu::{Cause, Module, Program, Repair, ResetNull};
 use clino_commissioning::{Alone, Change};
-use clino_rig::Bench;
 use clino_segment::chance::Chance;
 use clino_segment::{Faults, Noise, Probability, Station};
 use clino_sim::isu::{Adoption, ChecksumScope, Mode, Options, Supervision};
 use clino_sim::node::{Burst, Heard, Node, Ns};
+use clino_testkit::rig::Bench;
 use common::isu::{
     SCOPES, Shared, address, assert_upper_bits, at, bench, eeprom, module, options, spoilt, with, words,
 };

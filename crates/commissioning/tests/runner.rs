@@ -8,7 +8,7 @@ use clino_bus::{Micros, T7, earliest};
 use clino_codec::t7::{Axis, Millidegrees, Request, Response};
 use clino_commissioning::t7::{ChangeBaud, Identify, Set, SetZero, Setting};
 use clino_commissioning::{Action, Operation, Runner};
-use clino_rig::Bench;
+use clino_testkit::rig::Bench;
 use common::t7::{address, at, bench, device, store};
 
 /// Polls one node whenever it is its turn, as a gateway does, while an operation runs on another.

@@ -12,10 +12,10 @@ use clino_commissioning::Operation;
 use clino_commissioning::t7::{
     ChangeAddress, ChangeBaud, Failure, Identify, Rates, Set, SetZero, Setting, Sweep,
 };
-use clino_rig::Bench;
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, Probability, Settings};
 use clino_sim::t7 as sim;
+use clino_testkit::rig::Bench;
 use common::spoil::{Fault, Spoil};
 use common::t7::{Shared, address, at, device, on_line, spoilt, station, store, unplugged};
 use common::{MS, idle_for, run};

@@ -15,7 +15,7 @@ use crate::history::History;
 use crate::keys::{Key, Keys};
 use crate::line::{Line, NOT_SAVED, PROMPT, Reason};
 use crate::received::Received;
-use crate::typed::split_before;
+use crate::split::split_before;
 
 /// Most keys of one line. A person does not press as many; a port that sends back what is drawn does.
 const MOST_KEYS: u16 = 1_000;

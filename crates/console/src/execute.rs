@@ -1,5 +1,6 @@
 //! What a line leads to.
 
+use crate::audience::Audience;
 use crate::command::{Command, Verb, describe_all};
 use crate::error::Error;
 use crate::host::Host;
@@ -7,7 +8,7 @@ use crate::job::{Job, Outcome, Told};
 use crate::meter::Meter;
 use crate::pending::{Next, Pending};
 use crate::presence::Presence;
-use crate::reply::{Audience, Reply};
+use crate::reply::Reply;
 use crate::typed::{self, Typed};
 use crate::{alarms, buses, export, past, slots, system, tasks};
 

@@ -13,7 +13,6 @@ use crate::number;
 use crate::pending::{Next, Pending};
 use crate::presence::Presence;
 use crate::reply::Reply;
-use crate::settings::Change;
 use crate::typed::{Opt, Typed};
 use crate::value::Label;
 use crate::words::{Words, place};
@@ -71,15 +70,6 @@ impl<'a> Job<'_, 'a> {
         expected: &'static [&'static str],
     ) -> Result<&'a str, Told> {
         self.typed.next().ok_or_else(|| self.refuse(&Error::MissingOne { what, expected }))
-    }
-
-    /// A setting that is named is not named again.
-    #[inline(never)]
-    pub fn once(&mut self, name: &'static str, change: &Change, id: u8) -> Outcome {
-        match change.of(id) {
-            Some(_) => Err(self.refuse(&Error::Twice(name))),
-            None => Ok(()),
-        }
     }
 
     /// Where a word stands in a list.

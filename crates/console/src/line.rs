@@ -30,7 +30,7 @@
 
 use clino_modbus::crc;
 
-use crate::typed::split_before;
+use crate::split::split_before;
 
 /// Longest line that can be typed or sent, line check included.
 pub const LONGEST_LINE: usize = 80;

@@ -5,12 +5,12 @@ use core::fmt::Write;
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::{Bus, Consequence};
 
+use crate::audience::Audience;
 use crate::consequences;
 use crate::error::Error;
-use crate::host::Host;
+use crate::host::{Host, Saved};
 use crate::meter::BUSES;
-use crate::reply::{Audience, Reply};
-use crate::system;
+use crate::reply::Reply;
 
 /// What a command leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ impl Pending {
                 Ok(()) => return Next::Task(bus),
                 Err(refusal) => Err(Error::Refused(refusal)),
             },
-            Pending::Save => match system::store(host, reply) {
+            Pending::Save => match store(host, reply) {
                 Ok(()) => return Next::Stay,
                 Err(error) => Err(error),
             },
@@ -92,6 +92,17 @@ impl Pending {
         }
         Next::Stay
     }
+}
+
+/// Stores everything that is set.
+fn store(host: &mut dyn Host, reply: &mut Reply<'_>) -> Result<(), Error<'static>> {
+    let saved = host.save().map_err(Error::Storage)?;
+    let stored = match saved {
+        Saved::Written => "written",
+        Saved::Unchanged => "unchanged",
+    };
+    reply.line("saved", "stored", &[stored.into()]);
+    Ok(())
 }
 
 /// Whether there is a task on any bus.

@@ -2,21 +2,14 @@
 //!
 //! The names of an answer are one text, a blank between two: a table of names would take twice the flash.
 
-use core::fmt::{self, Display, Write};
+use core::fmt::{Display, Write};
 
+use crate::audience::Audience;
+use crate::plain::Plain;
 use crate::value::{Label, Value};
 
 /// Columns of the names in a list of values.
 const NAME: usize = 18;
-
-/// Who reads the answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Audience {
-    /// A person at a terminal: echo, prompt, tables.
-    People,
-    /// A program: JSON lines.
-    Programs,
-}
 
 /// Where an answer goes. The port never fails, so nobody is told whether it has.
 pub struct Reply<'o> {
@@ -162,24 +155,5 @@ impl Reply<'_> {
     #[inline(never)]
     pub fn done(&mut self) {
         self.say(if self.is_for_people() { "done\n" } else { "{\"done\":true}\n" });
-    }
-}
-
-/// Text as it may stand in a JSON string: what would have to be escaped is left out. It is a sensor's own text, or
-/// repeats what was typed.
-pub struct Plain<'a, T: ?Sized>(pub &'a T);
-
-impl<T: Display + ?Sized> Display for Plain<'_, T> {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(Filter(out), "{}", self.0)
-    }
-}
-
-struct Filter<'a, 'b>(&'a mut fmt::Formatter<'b>);
-
-impl Write for Filter<'_, '_> {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        let plain = |character: &char| !character.is_control() && !matches!(character, '"' | '\\');
-        text.chars().filter(plain).try_for_each(|character| self.0.write_char(character))
     }
 }

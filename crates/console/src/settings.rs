@@ -6,7 +6,7 @@ use core::fmt;
 use clino_gateway::settings::{self, Form, Given, NO_SLOT, Setting};
 
 use crate::error::Error;
-use crate::job::{Job, Told};
+use crate::job::{Job, Outcome, Told};
 use crate::number;
 use crate::reply::Reply;
 use crate::value::{Label, Value};
@@ -140,6 +140,15 @@ fn separated<T: fmt::Display>(out: &mut fmt::Formatter<'_>, values: &[T]) -> fmt
 }
 
 impl Job<'_, '_> {
+    /// A setting that is named is not named again.
+    #[inline(never)]
+    pub fn once(&mut self, name: &'static str, change: &Change, id: u8) -> Outcome {
+        match change.of(id) {
+            Some(_) => Err(self.refuse(&Error::Twice(name))),
+            None => Ok(()),
+        }
+    }
+
     /// The value that a word means for a setting. What the setting does not allow is refused.
     pub fn value<T>(&mut self, setting: &Setting<T>, word: &str) -> Result<i64, Told> {
         self.typed_value(label(setting), &setting.form, word).and_then(|value| {

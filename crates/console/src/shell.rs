@@ -25,20 +25,21 @@ use clino_gateway::order::Order;
 use clino_gateway::summary::Signals;
 use embedded_io::Write;
 
+use crate::audience::Audience;
 use crate::consequences;
 use crate::editor::{Editor, Event, Manner};
 use crate::error::Error;
 use crate::execute::execute;
 use crate::host::Host;
+use crate::identity;
 use crate::line::{Check, Damage, Reason, Verdict};
 use crate::meter::{BUSES, Meter};
 use crate::news;
 use crate::pending::{Next, Pending};
 use crate::presence::Presence;
 use crate::received::Received;
-use crate::reply::{Audience, Reply};
+use crate::reply::Reply;
 use crate::stream::Stream;
-use crate::system;
 use crate::text::Text;
 
 /// How long a question waits for its answer.
@@ -452,7 +453,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     #[inline(never)]
     fn end_stream(&mut self, back: Audience, host: &dyn Host) {
         if back == Audience::People {
-            self.say(system::greeting(host.start().mode));
+            self.say(identity::greeting(host.start().mode));
         }
         self.speak(back, host);
     }
@@ -469,7 +470,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         self.mode = Mode::Stream { audience: Audience::Programs, back: Audience::People };
         let mut reply = Reply { audience: Audience::Programs, out: &mut Text(&mut self.out) };
         reply.say("\n");
-        let values = [why.name().into(), system::HOW_TO_GET_A_PROMPT.into()];
+        let values = [why.name().into(), identity::HOW_TO_GET_A_PROMPT.into()];
         reply.list("stream", "resumed".into(), "why prompt", &values);
     }
 

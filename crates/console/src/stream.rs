@@ -11,7 +11,7 @@ use clino_gateway::{MAX_SLOTS, Reading, Reporter, Source};
 use crate::host::Host;
 use crate::meter::BUSES;
 use crate::reply::Reply;
-use crate::{system, table};
+use crate::{identity, table};
 
 /// From one block of statistics lines to the next.
 pub const STATISTICS_EVERY: Micros = Micros::from_millis(1_000);
@@ -60,7 +60,7 @@ impl Stream {
     pub fn next(&mut self, host: &dyn Host, reply: &mut Reply<'_>) -> bool {
         let now = host.now();
         if !reply.is_for_people() && !core::mem::replace(&mut self.introduced, true) {
-            system::introduce(reply, host);
+            identity::introduce(reply, host);
             return true;
         }
         if !reply.is_for_people() && now >= self.look_due {

@@ -2,62 +2,21 @@
 
 use clino_gateway::order::Order;
 use clino_gateway::settings::{Setting, console, port};
-use clino_recovery::{Crash, Duty, Mode};
+use clino_recovery::{Crash, Duty};
 
 use crate::error::Error;
-use crate::host::{Host, Saved};
+use crate::identity::{WHO, who};
 use crate::job::{Job, Outcome};
 use crate::pending::{Next, Pending};
 use crate::reply::Reply;
 use crate::settings::{label, value};
 use crate::value::Value;
 
-/// What a person is told who comes to the console, before the prompt.
-pub const fn greeting(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Normal => "\n",
-        Mode::Safe => "\nsafe mode after crashes: no bus is served, see reset-cause\n",
-        Mode::Bare => {
-            "\nbare mode after crashes: no bus is served, nothing stored is read, see reset-cause\n"
-        }
-    }
-}
-
 /// `version`
 pub fn version(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     who(job.host, &mut |values| job.reply.line("clino", WHO, values));
     Ok(())
-}
-
-/// The first line of the stream: who this is, and how to get a prompt.
-pub fn introduce(reply: &mut Reply<'_>, host: &dyn Host) {
-    who(host, &mut |values| {
-        reply.begin_list("stream", "started".into());
-        reply.members(WHO, values);
-        reply.members("prompt", &[HOW_TO_GET_A_PROMPT.into()]);
-        reply.end_list();
-    });
-}
-
-/// What ends the stream, as its first line says.
-pub const HOW_TO_GET_A_PROMPT: &str = "Enter or Ctrl-C";
-
-/// Names of what [`who`] tells.
-const WHO: &str = "version uptime_ms mode clock boots uid";
-
-/// Who this is.
-fn who(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
-    let start = host.start();
-    let values = [
-        host.version().into(),
-        host.now().as_millis().into(),
-        start.mode.name().into(),
-        start.clock.name().into(),
-        start.boots.into(),
-        Value::Words(&start.uid),
-    ];
-    tell(&values);
 }
 
 /// `reset-cause`
@@ -109,17 +68,6 @@ pub fn save(job: &mut Job<'_, '_>) -> Outcome {
     }
     job.end()?;
     *job.next = Next::CarryOut(Pending::Save);
-    Ok(())
-}
-
-/// Stores everything that is set.
-pub fn store(host: &mut dyn Host, reply: &mut Reply<'_>) -> Result<(), Error<'static>> {
-    let saved = host.save().map_err(Error::Storage)?;
-    let stored = match saved {
-        Saved::Written => "written",
-        Saved::Unchanged => "unchanged",
-    };
-    reply.line("saved", "stored", &[stored.into()]);
     Ok(())
 }
 

@@ -5,6 +5,7 @@
 //! marks; between them no character has a meaning of its own.
 
 use crate::error::Error;
+use crate::split::split_before;
 
 /// Most words and options of a line; no command takes more than eleven.
 const MOST: usize = 12;
@@ -151,10 +152,4 @@ fn one_letter(letter: &str) -> Result<char, Error<'_>> {
 /// The name of the command, and what follows it.
 pub fn split(line: &str) -> (&str, &str) {
     split_before(line.trim_ascii(), b' ')
-}
-
-/// What is before the first of these characters, and the rest. (The standard library's own knows all of Unicode.)
-pub fn split_before(line: &str, character: u8) -> (&str, &str) {
-    let before = line.bytes().take_while(|&byte| byte != character).count();
-    line.split_at_checked(before).unwrap_or((line, ""))
 }

@@ -6,7 +6,8 @@ use clino_codec::angle::Angle;
 use clino_gateway::summary::Signals;
 use clino_gateway::{Health, Published};
 
-use crate::reply::{Audience, Plain};
+use crate::audience::Audience;
+use crate::plain::Plain;
 
 /// Thousandths of a degree: what a T7 resolves.
 pub const DECIMALS: usize = 3;

@@ -84,7 +84,7 @@ fn every_duty_is_done() {
 
 /// What was seen of the stack against what `cargo xtask check stack` says.
 fn the_stack_is_no_deeper_than_computed(ran: &Ran) {
-    let table = include_str!("../../../crates/inspect/stack.toml");
+    let table = include_str!("../../../xtask/inspect/stack.toml");
     let annotations = Annotations::parse(table).expect("the table of what is known");
     let image = std::fs::read(elf()).expect("the image");
     let report = Report::of(&image, &annotations).unwrap_or_else(|error| panic!("{error}"));

@@ -1,5 +1,5 @@
 //! Zero, direction and null position changed on the running image: no *ok* angle between the old meaning and the new.
-//! Settings, motions and faults by chance are in `crates/rig/tests/meaning.rs`.
+//! Settings, motions and faults by chance are in `crates/testkit/tests/meaning.rs`.
 
 use clino_host_tests::{Ran, Spoken, run};
 

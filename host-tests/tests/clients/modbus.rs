@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use clino_host_tests::modbus::frame;
-use clino_stock::{Mbpoll, said, skipped};
+use clino_testkit::programs::{Mbpoll, said, skipped};
 
 use super::bench::{angle, truth};
 use super::board::Board;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use clino_stock::{Python, said};
+use clino_testkit::programs::{Python, said};
 
 const PACKAGES: [&str; 2] = ["pymodbus==3.16.1", "pyserial==3.5"];
 

@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use clino_stock::{Libmodbus, Node, Python, said, skipped};
+use clino_testkit::programs::{Libmodbus, Node, Python, said, skipped};
 
 use super::bench::{SPARE_ADDRESS, angle, spare_angle};
 use super::board::Board;

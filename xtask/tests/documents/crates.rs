@@ -8,13 +8,18 @@ use serde_json::Value;
 
 use crate::page::{root, settle};
 
+/// What cargo prints.
+fn cargo(arguments: &[&str]) -> String {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    let output = cargo.args(arguments).arg("--offline").current_dir(root()).output().expect("cargo runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
 /// What each crate of the workspace depends on, tests left out.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let arguments = ["metadata", "--format-version", "1", "--no-deps", "--offline"];
-    let output = Command::new(cargo).args(arguments).current_dir(root()).output().expect("cargo runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]);
+    let metadata: Value = serde_json::from_str(&metadata).expect("JSON");
     let packages = metadata["packages"].as_array().expect("packages");
     let name = |package: &Value| package["name"].as_str().expect("a name").to_owned();
     let ours: BTreeSet<String> = packages.iter().map(name).collect();
@@ -56,4 +61,20 @@ fn the_picture_of_the_crates_is_true() {
     }
     picture += "```\n";
     settle("architecture.md", "crates", &picture);
+}
+
+/// A mistake that both sides share would hide.
+#[test]
+fn the_simulation_and_the_tests_of_the_image_know_no_crate_of_the_firmware() {
+    let allowed = ["sim", "segment", "board", "pty", "testkit", "inspect", "host-tests"];
+    for package in ["clino-sim", "clino-segment", "clino-board", "clino-host-tests"] {
+        // With the features that this package asks for, and its tests.
+        let tree = cargo(&["tree", "--package", package, "--all-features", "--prefix", "none"]);
+        let names: BTreeSet<&str> = tree.lines().filter_map(|line| line.split(' ').next()).collect();
+        assert!(names.contains(package), "{tree}");
+        let ours = names.iter().filter_map(|name| name.strip_prefix("clino-"));
+        for name in ours {
+            assert!(allowed.contains(&name), "{package} needs clino-{name}");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 //!
 //! `\x` takes two digits, as in all of them but C, where a third one would be out of range.
 
-use super::{ambiguous, bytes, not_hex, odd};
+use super::{ambiguous, bytes, not_hex, odd, unclosed};
 use crate::bad::Bad;
 
 /// Whether these letters make bytes of the text between the quotes that follow.
@@ -26,7 +26,7 @@ pub fn parse(text: &[char], quote: usize, is_marked: bool) -> Result<(Vec<u8>, u
     let mut at = quote + 1;
     let mut escapes = 0;
     loop {
-        let Some(&character) = text.get(at) else { return Err(super::scan::unclosed(text, quote)) };
+        let Some(&character) = text.get(at) else { return Err(unclosed(text, quote)) };
         at += 1;
         if character == close {
             break;

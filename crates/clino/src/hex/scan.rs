@@ -4,7 +4,7 @@
 //! blanks, `|`, brackets and quotes; two of them have lost a byte between them. `: - . _` have a byte on each side, too:
 //! what begins with a colon is Intel HEX or Modbus ASCII, what begins with a minus is a number.
 
-use super::{ambiguous, bytes, is_blank, literal, not_hex, odd};
+use super::{ambiguous, bytes, is_blank, literal, not_hex, odd, unclosed};
 use crate::bad::Bad;
 
 /// Marks that may stand before a group; the longer ones first.
@@ -292,11 +292,4 @@ fn is_binary(digits: &[char]) -> bool {
     (*zero, b.to_ascii_lowercase()) == ('0', 'b')
         && bits.len() == 8
         && bits.iter().all(|bit| matches!(bit, '0' | '1'))
-}
-
-pub fn unclosed(text: &[char], at: usize) -> Bad {
-    let character = text[at].to_string();
-    Bad::new("unclosed", format!("'{character}' is never closed"))
-        .with("character", character.as_str())
-        .with("position", at + 1)
 }

@@ -4,9 +4,9 @@ use clap::{Args, Subcommand};
 use clino_codec::isu::{Address, Function};
 
 use super::names;
-use crate::arguments::Frames;
 use crate::choice::choose;
 use crate::number::{memory_address, within};
+use crate::stream::Frames;
 
 /// Highest address of a module; 15 is reserved. Source: AN #201 §4.
 const MAX_ADDRESS: u8 = 14;

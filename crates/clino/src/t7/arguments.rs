@@ -7,9 +7,9 @@ use clino_codec::t7::{
 };
 
 use super::names;
-use crate::arguments::Frames;
 use crate::choice::choose;
 use crate::number::within;
+use crate::stream::Frames;
 
 /// Highest address that can be given to a device. Source: T7 guide §2.8.
 const MAX_NEW_ADDRESS: u8 = 100;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use clino_stock::{Python, said};
+use clino_testkit::programs::{Python, said};
 
 use super::server::Server;
 

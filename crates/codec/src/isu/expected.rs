@@ -2,47 +2,27 @@
 
 use super::error::{DecodeError, Differs};
 use super::frame::OVERHEAD;
-use super::{Address, Answer, Function, Request, Response};
+use super::{Address, Answer, Function, Response};
 use crate::layers::Layers;
 
-/// The answer that a command calls for; made by [`Request::expected`].
+/// The answer that a command calls for; made by [`Request::expected`](super::Request::expected).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Expected {
-    address: Address,
-    function: Function,
+    pub(super) address: Address,
+    pub(super) function: Function,
     /// The right length byte.
-    length: u8,
+    pub(super) length: u8,
     /// First memory address; zero for functions without.
-    start: u8,
+    pub(super) start: u8,
     /// Bytes or words; zero for functions without.
-    count: u8,
+    pub(super) count: u8,
     /// First byte of a Write RAM command, which its answer may echo instead of the count; else the count.
-    or_count: u8,
+    pub(super) or_count: u8,
 }
 
 impl Expected {
-    pub(super) fn to(request: &Request, address: Address) -> Self {
-        let (length, start, count, or_count) = match request {
-            Request::ReadRam { start, count } => (count.saturating_add(2), *start, *count, *count),
-            Request::ReadEeprom { start, count } => {
-                (count.saturating_mul(2).saturating_add(2), *start, *count, *count)
-            }
-            Request::WriteRam { start, data } => {
-                let bytes = data.as_slice();
-                let count = bytes.len() as u8;
-                (3, *start, count, bytes.first().copied().unwrap_or(count))
-            }
-            Request::WriteEeprom { start, words } => {
-                let count = words.len() as u8;
-                (3, *start, count, count)
-            }
-            Request::GoToSoftErrorState | Request::ResetModule | Request::ResetNullPosition => (1, 0, 0, 0),
-        };
-        Self { address, function: request.function(), length, start, count, or_count }
-    }
-
     /// Who was asked. [`Address::ANY`] expects an answer from anybody.
     pub const fn address(&self) -> Address {
         self.address

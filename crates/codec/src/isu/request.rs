@@ -90,7 +90,23 @@ impl Request {
 
     /// What the answer to this command, sent to `address`, has to be.
     pub fn expected(&self, address: Address) -> Expected {
-        Expected::to(self, address)
+        let (length, start, count, or_count) = match self {
+            Self::ReadRam { start, count } => (count.saturating_add(2), *start, *count, *count),
+            Self::ReadEeprom { start, count } => {
+                (count.saturating_mul(2).saturating_add(2), *start, *count, *count)
+            }
+            Self::WriteRam { start, data } => {
+                let bytes = data.as_slice();
+                let count = bytes.len() as u8;
+                (3, *start, count, bytes.first().copied().unwrap_or(count))
+            }
+            Self::WriteEeprom { start, words } => {
+                let count = words.len() as u8;
+                (3, *start, count, count)
+            }
+            Self::GoToSoftErrorState | Self::ResetModule | Self::ResetNullPosition => (1, 0, 0, 0),
+        };
+        Expected { address, function: self.function(), length, start, count, or_count }
     }
 
     /// The command as it goes over the line.

@@ -1,16 +1,13 @@
 //! An answer with its sender, and the checks it has to pass. Source: T7 guide §1.2.
 
-use super::envelope::{BODY, Envelope, Speaker};
+use super::envelope::{Envelope, Speaker};
 use super::error::{DecodeError, Differs};
-use super::frame::{Frame, OVERHEAD};
+use super::frame::{BODY, Frame, OVERHEAD};
+use super::opcode::{PRINTED_GET_ALL_ANGLES_LENGTH, is_quirk};
 use super::{Address, Axis, Millidegrees, Opcode, Response, fields};
 use crate::bytes::{Reader, padded, sum};
 use crate::layers::Layers;
 
-/// Length byte of Get All Angles in the guide's printed example. Its table says 10, which fits the 16 bytes
-/// that follow; the example's checksum was computed with 0A, so that some device may really send it. Source:
-/// §2.1.1.
-pub(super) const PRINTED_GET_ALL_ANGLES_LENGTH: u8 = 0x0A;
 /// Length byte of Get Angle. Source: §2.1.2.
 const GET_ANGLE_LENGTH: u8 = Opcode::GetAngle0.response_length();
 
@@ -134,13 +131,4 @@ impl Answer {
 /// Bytes of a whole answer to a command.
 pub(super) const fn size(opcode: Opcode) -> usize {
     (opcode.response_length() as usize).saturating_add(OVERHEAD)
-}
-
-/// Whether an answer to `opcode` may carry this length byte.
-pub(super) fn length_fits(length: u8, opcode: Opcode) -> bool {
-    length == opcode.response_length() || is_quirk(length, opcode)
-}
-
-fn is_quirk(length: u8, opcode: Opcode) -> bool {
-    opcode == Opcode::GetAllAngles && length == PRINTED_GET_ALL_ANGLES_LENGTH
 }

@@ -1,8 +1,9 @@
 //! Streaming decoder for the answer to one command.
 
-use super::answer::{length_fits, size};
-use super::envelope::HEADER;
+use super::answer::size;
 use super::error::DecodeError;
+use super::frame::HEADER;
+use super::opcode::length_fits;
 use super::{Address, Answer, Expected, Opcode};
 use crate::bytes::sum;
 use crate::character::{Character, LineErrors};

@@ -1,16 +1,11 @@
 //! What all messages have in common: address, length, command, checksum. Source: T7 guide §1.1, §1.2.
 
-use super::answer::length_fits;
 use super::error::DecodeError;
-use super::frame::{LONGEST, OVERHEAD};
+use super::frame::{HEADER, OVERHEAD};
+use super::opcode::length_fits;
 use super::{Address, Opcode};
 use crate::bytes::sum;
 use crate::layers::Layers;
-
-/// Bytes before the body: address, length, command. They tell what follows.
-pub(super) const HEADER: usize = 3;
-/// Longest body, the checksum behind it included.
-pub(super) const BODY: usize = LONGEST - HEADER;
 
 /// Who speaks.
 #[derive(Clone, Copy, PartialEq, Eq)]

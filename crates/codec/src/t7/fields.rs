@@ -1,7 +1,7 @@
 //! Which numbers of a message have limits, where they stand, and what the limits are. Source: T7 guide §2.
 
 use super::error::{DecodeError, EncodeError, Field};
-use super::request::{MAX_DAMPING_MS, MIN_DAMPING_MS};
+use super::parameters::{MAX_DAMPING_MS, MIN_DAMPING_MS};
 use super::{Address, Axis, BaudRate, DeviceType, Opcode};
 use crate::layers::ValueRange;
 

@@ -1,13 +1,16 @@
-//! A complete message, ready for the line.
+//! A complete message, ready for the line, and the sizes of its parts.
 
 use super::Address;
-use super::envelope::BODY;
 use crate::bytes::{Writer, put, sum};
 
 /// Bytes before what the length byte counts: address and the length byte itself.
 pub(super) const OVERHEAD: usize = 2;
 /// Longest message: the answer to Get All Data. Source: T7 guide §2.3.
 pub(super) const LONGEST: usize = OVERHEAD + 0x20;
+/// Bytes before the body: address, length, command. They tell what follows.
+pub(super) const HEADER: usize = 3;
+/// Longest body, the checksum behind it included.
+pub(super) const BODY: usize = LONGEST - HEADER;
 
 /// One encoded message.
 #[derive(Clone, Copy)]

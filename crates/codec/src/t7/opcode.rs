@@ -1,4 +1,4 @@
-//! Command codes and the length each message has. Source: T7 guide §2.
+//! Command codes, and the length bytes that each message may have. Source: T7 guide §2.
 
 use super::Axis;
 
@@ -48,6 +48,10 @@ pub enum Opcode {
 const GET_LENGTH: u8 = 0x01;
 /// Length byte of every answer to a Set command: command, status, checksum.
 const STATUS_LENGTH: u8 = 0x03;
+/// Length byte of Get All Angles in the guide's printed example. Its table says 10, which fits the 16 bytes
+/// that follow; the example's checksum was computed with 0A, so that some device may really send it. Source:
+/// §2.1.1.
+pub(super) const PRINTED_GET_ALL_ANGLES_LENGTH: u8 = 0x0A;
 /// Largest response length value at which a command may go to the all-respond address. Source: §1.4.
 const MAX_ALL_RESPOND_LENGTH: u8 = 8;
 
@@ -160,4 +164,14 @@ impl Opcode {
     pub const fn may_go_to_all(self) -> bool {
         self.response_length() <= MAX_ALL_RESPOND_LENGTH
     }
+}
+
+/// Whether an answer to `opcode` may carry this length byte.
+pub(super) fn length_fits(length: u8, opcode: Opcode) -> bool {
+    length == opcode.response_length() || is_quirk(length, opcode)
+}
+
+/// Whether an answer to `opcode` with this length byte has it from the guide's printed example.
+pub(super) fn is_quirk(length: u8, opcode: Opcode) -> bool {
+    opcode == Opcode::GetAllAngles && length == PRINTED_GET_ALL_ANGLES_LENGTH
 }

@@ -1,4 +1,11 @@
-//! The small enumerations that T7 messages carry.
+//! The small enumerations that T7 messages carry with their codes, and the limits of the damping time.
+
+use crate::angle::Range;
+
+/// Shortest damping time in milliseconds. Source: §2.5.2.
+pub const MIN_DAMPING_MS: u16 = 2;
+/// Longest damping time in milliseconds. Source: §2.5.2.
+pub const MAX_DAMPING_MS: u16 = 5_000;
 
 /// One of the three axes; a single-axis T7 (T7-1) uses axis 2, and its axes 0 and 1 read zero.
 ///
@@ -165,4 +172,22 @@ impl DeviceType {
     pub const fn get(self) -> u8 {
         self as u8
     }
+}
+
+/// Code of an output range. Source: §2.6.
+pub(super) const fn range_code(range: Range) -> u8 {
+    match range {
+        Range::Bidirectional => 0,
+        Range::Unidirectional => 1,
+    }
+}
+
+/// The output range of a code that was checked.
+pub(super) const fn range(code: u8) -> Range {
+    if code == 0 { Range::Bidirectional } else { Range::Unidirectional }
+}
+
+/// The direction of a code that was checked.
+pub(super) const fn direction(code: u8) -> Direction {
+    if code == 0 { Direction::Normal } else { Direction::Reversed }
 }

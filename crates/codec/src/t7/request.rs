@@ -2,18 +2,14 @@
 //!
 //! Get commands are three bytes without a checksum; Set commands carry parameters and a checksum.
 
-use super::envelope::{BODY, Envelope, Speaker};
+use super::envelope::{Envelope, Speaker};
 use super::error::{DecodeError, EncodeError};
-use super::frame::Frame;
+use super::frame::{BODY, Frame};
+use super::parameters::{direction, range, range_code};
 use super::{Address, Axis, BaudRate, DeviceType, Direction, Expected, Millidegrees, Opcode, fields};
 use crate::angle::Range;
 use crate::bytes::{Reader, Writer, padded};
 use crate::layers::{Layers, ValueRange};
-
-/// Shortest damping time in milliseconds. Source: §2.5.2.
-pub const MIN_DAMPING_MS: u16 = 2;
-/// Longest damping time in milliseconds. Source: §2.5.2.
-pub const MAX_DAMPING_MS: u16 = 5_000;
 
 /// A command.
 ///
@@ -68,7 +64,8 @@ pub enum Request {
     GetDamping,
     /// 8B: sets the damping time.
     SetDamping {
-        /// Averaging time in milliseconds, [`MIN_DAMPING_MS`]…[`MAX_DAMPING_MS`].
+        /// Averaging time in milliseconds,
+        /// [`MIN_DAMPING_MS`](super::MIN_DAMPING_MS)…[`MAX_DAMPING_MS`](super::MAX_DAMPING_MS).
         damping_ms: u16,
     },
     /// 8C: the output range.
@@ -219,24 +216,6 @@ impl Request {
             },
         }
     }
-}
-
-/// Code of an output range. Source: §2.6.
-pub(super) const fn range_code(range: Range) -> u8 {
-    match range {
-        Range::Bidirectional => 0,
-        Range::Unidirectional => 1,
-    }
-}
-
-/// The output range of a code that was checked.
-pub(super) const fn range(code: u8) -> Range {
-    if code == 0 { Range::Bidirectional } else { Range::Unidirectional }
-}
-
-/// The direction of a code that was checked.
-pub(super) const fn direction(code: u8) -> Direction {
-    if code == 0 { Direction::Normal } else { Direction::Reversed }
 }
 
 /// The axis of a number that was checked.

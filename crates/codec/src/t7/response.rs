@@ -1,7 +1,7 @@
 //! What devices answer. Source: T7 guide §1.2, §2.
 
 use super::frame::Frame;
-use super::request::{direction, range, range_code};
+use super::parameters::{direction, range, range_code};
 use super::{Acceleration, Axis, DeviceInformation, Direction, Millidegrees, Opcode, Status, Temperature};
 use super::{Address, Text};
 use crate::angle::Range;

@@ -1,9 +1,9 @@
 //! Listening to both directions of a T7 bus.
 
-use super::answer::{length_fits, size};
-use super::envelope::HEADER;
+use super::answer::size;
 use super::error::DecodeError;
-use super::frame::{LONGEST, OVERHEAD};
+use super::frame::{HEADER, LONGEST, OVERHEAD};
+use super::opcode::length_fits;
 use super::{Address, Answer, Command, Opcode, Request};
 use crate::character::{Character, LineErrors};
 use crate::layers::Layers;

@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex};
 use clino_bus::{Protocol, Timing};
 use clino_codec::isu::Address;
 use clino_commissioning::isu::Module;
-use clino_rig::Bench;
 use clino_segment::{Faults, Settings, Station};
 use clino_sim::isu::{ChecksumScope, Content, Eeprom, Isu as Sensor, Options, WORDS};
 use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
+use clino_testkit::rig::Bench;
 
 use super::spoil::{Spoil, Spoiler};
 

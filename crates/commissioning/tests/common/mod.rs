@@ -10,9 +10,9 @@ use std::fmt::Debug;
 
 use clino_bus::{Micros, Protocol, Serial, Timing, earliest};
 use clino_commissioning::{Action, Commissionable, Operation, Runner};
-use clino_rig::Bench;
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, Settings};
+use clino_testkit::rig::Bench;
 
 pub const MS: u64 = 1_000_000;
 pub const SECOND: u64 = 1_000_000_000;

@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex};
 use clino_bus::{Serial, T7, Timing};
 use clino_codec::t7::Address;
 use clino_commissioning::t7::Device;
-use clino_rig::Bench;
 use clino_segment::{Faults, Settings, Station};
 use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
 use clino_sim::t7::{Identity, Model, Options, Settings as Store, T7 as Sensor};
+use clino_testkit::rig::Bench;
 
 use super::spoil::{Spoil, Spoiler};
 

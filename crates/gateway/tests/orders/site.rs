@@ -8,11 +8,11 @@ use clino_commissioning::t7::Device;
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
 use clino_gateway::{Action, Asker, Bus, BusChange, Gateway, Settings, SlotConfig, Source, Span};
-use clino_rig::{Port, sensor};
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, Settings as Segment};
 use clino_sim::motion::Motion;
 use clino_sim::t7::{Identity, Options, Settings as Memory, T7};
+use clino_testkit::rig::{Port, sensor};
 
 pub type Sensor = Arc<Mutex<T7>>;
 

@@ -1,5 +1,0 @@
-#!/bin/sh
-# The worst-case stack of the release image, computed from the image. What cannot be seen there is in ../stack.toml.
-set -eu
-. "$(dirname "$0")/common.sh"
-inspect stack crates/inspect/stack.toml budgets.toml
