@@ -18,6 +18,7 @@ use crate::schedule::outage::BusHealth;
 use crate::schedule::{Detail, Polled};
 use crate::settings::console::ConsoleSettings;
 use crate::settings::{self, BusSettings};
+use crate::slot::Extremes;
 use crate::snapshot::Publisher;
 use crate::summary::BusPart;
 use crate::task::{self, News};
@@ -131,6 +132,10 @@ impl Gateway {
                 self.acknowledge(slot);
                 true
             }
+            Order::ClearExtremes(slot) => {
+                self.slots_of(slot).for_each(|(_, polled)| polled.slot.clear_extremes());
+                true
+            }
             Order::T7(task) => self.t7.accept(&task, asker),
             Order::Isu(task) => self.isu.accept(&task, asker),
             Order::Cancel(bus) => {
@@ -143,11 +148,24 @@ impl Gateway {
 
     /// What waits for an acknowledgement of an alarm has it, of one slot or of all.
     fn acknowledge(&mut self, slot: Option<u8>) {
-        for (index, polled) in self.slots.iter_mut().enumerate() {
-            if slot.is_none_or(|slot| usize::from(slot) == index) && polled.slot.acknowledge() {
-                self.changed.set(index, true);
+        let mut changed = self.changed;
+        for (index, polled) in self.slots_of(slot) {
+            if polled.slot.acknowledge() {
+                changed.set(index, true);
             }
         }
+        self.changed = changed;
+    }
+
+    /// One slot, or all, with their numbers.
+    fn slots_of(&mut self, slot: Option<u8>) -> impl Iterator<Item = (usize, &mut Polled)> {
+        let is_meant = move |index: usize| slot.is_none_or(|slot| usize::from(slot) == index);
+        self.slots.iter_mut().enumerate().filter(move |(index, _)| is_meant(*index))
+    }
+
+    /// The lowest and the highest angle of a slot since they were cleared; `None` beyond the last one.
+    pub fn extremes(&self, slot: usize) -> Option<Extremes> {
+        self.slots.get(slot).map(|polled| polled.slot.extremes())
     }
 
     /// What is known of an alarm of a slot at `now`; `None` while it is quiet, and beyond the last slot.

@@ -57,5 +57,6 @@ pub use reporter::{Report, Reporter};
 pub use schedule::Detail;
 pub use schedule::outage::{BusFault, BusHealth};
 pub use settings::{BusChange, BusSettings, Configuration, Settings};
+pub use slot::{ExtremeAngle, Extremes};
 pub use snapshot::{Publisher, Snapshot, Value, View};
 pub use value::{Glance, Published, Reading, Status};

@@ -33,6 +33,8 @@ pub enum Order {
     Console(ConsoleSettings),
     /// The alarms of this slot, or of all, are acknowledged.
     Acknowledge(Option<u8>),
+    /// The lowest and the highest angle of this slot, or of all, are forgotten.
+    ClearExtremes(Option<u8>),
     /// A task on the T7 bus.
     T7(task::t7::Task),
     /// A task on the ISU bus.
@@ -55,7 +57,7 @@ impl Order {
             Order::Console(console) => settings::console::check(console),
             Order::T7(task) => task::t7::Work::check(task).map_err(Refusal::T7),
             Order::Isu(task) => task::isu::Work::check(task).map_err(Refusal::Isu),
-            Order::Acknowledge(slot) => slot.map_or(Ok(()), slot_number),
+            Order::Acknowledge(slot) | Order::ClearExtremes(slot) => slot.map_or(Ok(()), slot_number),
             Order::Cancel(_) => Ok(()),
         }
     }
@@ -82,6 +84,7 @@ impl Order {
             | Order::Bus { .. }
             | Order::Console(_)
             | Order::Acknowledge(_)
+            | Order::ClearExtremes(_)
             | Order::Cancel(_) => false,
         }
     }

@@ -14,12 +14,14 @@ use crate::trace::Purpose;
 use crate::{Reading, SlotConfig, Source, Status};
 
 mod checks;
+mod extremes;
 mod filter;
 mod maths;
 mod motion;
 mod plausibility;
 
 pub(crate) use checks::{Strikes, is_one_g};
+pub use extremes::{ExtremeAngle, Extremes};
 pub(crate) use maths::step;
 
 use checks::Link;
@@ -82,6 +84,7 @@ pub(crate) struct Slot {
     window: Window,
     motion: Motion,
     alarm: Watch,
+    extremes: Extremes,
 }
 
 /// What a slot says before it is read.
@@ -91,6 +94,12 @@ fn first_status(config: &SlotConfig) -> Status {
         true if config.is_on() => Status::NeverRead,
         _ => Status::Disabled,
     }
+}
+
+/// Whether an angle of a slot that is set like this means the same as of one that is set like that.
+fn means_the_same(one: &SlotConfig, other: &SlotConfig) -> bool {
+    let meaning = |c: &SlotConfig| (c.source, c.soft_zero, c.direction, c.range, c.filter, c.samples);
+    meaning(one) == meaning(other)
 }
 
 /// Nothing was measured yet.
@@ -129,6 +138,7 @@ impl Slot {
             window: Window::default(),
             motion: Motion::default(),
             alarm: Watch::default(),
+            extremes: Extremes::default(),
         }
     }
 
@@ -141,7 +151,10 @@ impl Slot {
             false => (SlotCounters::default(), Watch::default()),
         };
         alarm.reset(&config.alarm);
-        *self = Slot { sequence: self.sequence.wrapping_add(1), counters, alarm, ..Slot::new(config) };
+        let extremes =
+            if means_the_same(&self.config, &config) { self.extremes } else { Extremes::default() };
+        let sequence = self.sequence.wrapping_add(1);
+        *self = Slot { sequence, counters, alarm, extremes, ..Slot::new(config) };
     }
 
     /// The sensor's number means something else now: what was kept of it is forgotten, and nothing was read yet. What was
@@ -315,9 +328,10 @@ impl Slot {
             self.gap = false;
             self.move_on(gap);
         }
+        let angle = self.motion.published(self.config.range).mdeg();
+        self.extremes.take(angle, self.measured);
         let watched = &self.config.alarm;
         if watched.is_on() {
-            let angle = self.motion.published(self.config.range).mdeg();
             self.alarm.take(watched, angle, self.motion.rate, self.measured, gap);
         }
     }
@@ -348,6 +362,16 @@ impl Slot {
     /// Whether there was no good value for so long that the last one is stale.
     pub fn is_stale(&self, now: Micros) -> bool {
         self.measured().is_none_or(|at| now.since(at) > self.config.stale_after().into())
+    }
+
+    /// The lowest and the highest angle.
+    pub fn extremes(&self) -> Extremes {
+        self.extremes
+    }
+
+    /// Forgets the lowest and the highest angle.
+    pub fn clear_extremes(&mut self) {
+        self.extremes = Extremes::default();
     }
 
     /// Time passes: returns whether the alarm *no_value* is raised.

@@ -51,12 +51,13 @@ fn writing() -> [Order; 7] {
 }
 
 /// What concerns the gateway alone.
-fn own() -> [Order; 4] {
+fn own() -> [Order; 5] {
     [
         Order::Slot { slot: 7, config: SlotConfig::OFF },
         Order::Bus { bus: Bus::T7, change: BusChange { baud: Some(9_600), ..BusChange::NONE } },
         Order::Cancel(Bus::T7),
         Order::Acknowledge(None),
+        Order::ClearExtremes(Some(47)),
     ]
 }
 

@@ -1,0 +1,92 @@
+//! The lowest and the highest angle of a slot since they were cleared, as published, and when.
+//!
+//! They are forgotten when the angle means something else (source, zero, direction, range, filter), and with a reset.
+
+use clino_bus::Micros;
+
+use crate::stamp::Stamp;
+
+/// An angle and when it came.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Extreme {
+    mdeg: i32,
+    at: Stamp,
+}
+
+/// The lowest and the highest angle of a slot. 24 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Extremes {
+    lowest: Extreme,
+    highest: Extreme,
+    begun: bool,
+}
+
+/// An extreme, as it is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExtremeAngle {
+    /// In 0.001°, in the slot's range.
+    pub mdeg: i32,
+    /// Time since it came last.
+    pub age: Micros,
+}
+
+impl Extremes {
+    /// An angle came at `at`, in 0.001°. One that is as low, or as high, as the extreme renews it.
+    pub(crate) fn take(&mut self, mdeg: i32, at: Micros) {
+        let now = Extreme { mdeg, at: Stamp::of(at) };
+        if !core::mem::replace(&mut self.begun, true) {
+            (self.lowest, self.highest) = (now, now);
+        }
+        if mdeg <= self.lowest.mdeg {
+            self.lowest = now;
+        }
+        if mdeg >= self.highest.mdeg {
+            self.highest = now;
+        }
+    }
+
+    /// The lowest angle; `None` if there was none.
+    pub fn lowest(&self, now: Micros) -> Option<ExtremeAngle> {
+        self.told(self.lowest, now)
+    }
+
+    /// The highest angle; `None` if there was none.
+    pub fn highest(&self, now: Micros) -> Option<ExtremeAngle> {
+        self.told(self.highest, now)
+    }
+
+    fn told(&self, extreme: Extreme, now: Micros) -> Option<ExtremeAngle> {
+        self.begun.then(|| ExtremeAngle { mdeg: extreme.mdeg, age: extreme.at.age(now) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn there_is_none_before_the_first_angle() {
+        let extremes = Extremes::default();
+        assert_eq!((extremes.lowest(Micros(5)), extremes.highest(Micros(5))), (None, None));
+    }
+
+    proptest! {
+        /// Against the whole history.
+        #[test]
+        fn they_are_those_of_the_history(angles in prop::collection::vec(-20_i32..20, 1..40)) {
+            let mut extremes = Extremes::default();
+            for (index, &angle) in angles.iter().enumerate() {
+                extremes.take(angle, Micros(index as u64 * 1_000));
+            }
+            let now = Micros(1_000_000);
+            let age = |of: i32| {
+                let last = angles.iter().rposition(|&angle| angle == of).unwrap();
+                Micros(1_000_000 - last as u64 * 1_000)
+            };
+            let (least, most) = (*angles.iter().min().unwrap(), *angles.iter().max().unwrap());
+            prop_assert_eq!(extremes.lowest(now), Some(ExtremeAngle { mdeg: least, age: age(least) }));
+            prop_assert_eq!(extremes.highest(now), Some(ExtremeAngle { mdeg: most, age: age(most) }));
+        }
+    }
+}
