@@ -14,6 +14,7 @@ use clino_codec::{isu, t7};
 use proptest::prelude::*;
 use std::vec::Vec;
 
+mod alarms;
 mod campaign;
 mod checks;
 mod dead;
