@@ -8,7 +8,7 @@ use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Alarm, AlarmDetail, Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{Alarm, AlarmDetail, Asker, Bus, Extremes, Glance, Reading, SlotConfig, SlotCounters};
 use clino_modbus::Settings;
 use clino_modbus::binding::Wish;
 use clino_recovery::Start;
@@ -76,6 +76,10 @@ impl Host for Gateway {
     fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail> {
         let now = clock::now();
         look(|gateway| gateway.alarm(slot, alarm, now))
+    }
+
+    fn extremes(&self, slot: usize) -> Option<Extremes> {
+        look(|gateway| gateway.extremes(slot))
     }
 
     fn trace(&self, age: usize) -> Option<Entry> {

@@ -19,6 +19,7 @@ pub enum Verb {
     Cancel,
     Alarms,
     Acknowledge,
+    Extremes,
     Counters,
     Trace,
     Load,
@@ -47,7 +48,7 @@ const fn command(verb: Verb, name: &'static str, usage: &'static str, help: &'st
 }
 
 /// Everything that can be typed.
-static COMMANDS: [Command; 25] = [
+static COMMANDS: [Command; 26] = [
     command(Verb::List, "list", "", "the last value of every slot in use"),
     command(Verb::Read, "read", "SLOT", "all that is known of the value of a slot"),
     command(Verb::Watch, "watch", "", "values as they come, until Enter or Ctrl-C"),
@@ -88,6 +89,12 @@ static COMMANDS: [Command; 25] = [
     command(Verb::Cancel, "cancel", "", "stop what t7 and isu have begun, at the next safe point"),
     command(Verb::Alarms, "alarms", "", "alarms that are active or wait for their acknowledgement"),
     command(Verb::Acknowledge, "acknowledge", "[SLOT]", "acknowledge the alarms of a slot, or of all"),
+    command(
+        Verb::Extremes,
+        "extremes",
+        "[SLOT] | clear [SLOT]",
+        "lowest and highest angle since they were cleared, of a slot or of all",
+    ),
     command(Verb::Counters, "counters", "[SLOT]", "what happened since reset"),
     command(Verb::Trace, "trace", "[N]", "the last transactions, newest first"),
     command(Verb::Export, "export", "", "the commands that make this configuration"),

@@ -10,7 +10,7 @@ use crate::pending::{Next, Pending};
 use crate::presence::Presence;
 use crate::reply::Reply;
 use crate::typed::{self, Typed};
-use crate::{alarms, buses, export, past, slots, system, tasks};
+use crate::{alarms, buses, export, extremes, past, slots, system, tasks};
 
 /// Carries out the line that was typed. What it leads to stands in `next`, which is too large to be handed up.
 #[inline(never)]
@@ -54,6 +54,7 @@ fn carry_out<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Outcome {
         Verb::Trace => past::trace(job),
         Verb::Alarms => alarms::alarms(job),
         Verb::Acknowledge => alarms::acknowledge(job),
+        Verb::Extremes => extremes::extremes(job),
         Verb::Load => buses::load(job),
         Verb::Export => export::export(job),
         Verb::Modbus => system::modbus(job),

@@ -10,7 +10,7 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{
-    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Glance, Reading, SlotConfig, SlotCounters,
+    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Extremes, Glance, Reading, SlotConfig, SlotCounters,
 };
 use clino_modbus::Settings;
 use clino_recovery::Start;
@@ -41,6 +41,9 @@ pub trait Host {
 
     /// What is known of an alarm of a slot; `None` while it is quiet.
     fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail>;
+
+    /// The lowest and the highest angle of a slot; `None` beyond the last slot.
+    fn extremes(&self, slot: usize) -> Option<Extremes>;
 
     /// One of the last transactions; 0 is the newest. `None` beyond the oldest that is kept.
     fn trace(&self, age: usize) -> Option<Entry>;

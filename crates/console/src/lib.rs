@@ -43,6 +43,7 @@ mod editor;
 mod error;
 mod execute;
 mod export;
+mod extremes;
 mod history;
 mod host;
 mod identity;

@@ -1,4 +1,4 @@
-//! Alarms at the console: the line of a change, the list, the acknowledgement.
+//! Alarms at the console: the line of a change, the list, the acknowledgement. Extremes.
 
 use clino_codec::pwm::Ticks;
 use clino_gateway::{Capture, PwmInput};
@@ -91,5 +91,32 @@ fn a_slot_that_is_not_there_is_refused() {
     let mut desk = desk();
     for line in ["acknowledge 48", "acknowledge x", "acknowledge -1", "acknowledge 1 2", "alarms 1"] {
         assert!(desk.type_in(&format!("{line}\r")).contains("\"error\""), "{line}");
+    }
+}
+
+#[test]
+fn extremes_are_told_and_cleared() {
+    let mut desk = desk();
+    for degrees in [75.0, 75.0, 20.0, 90.0] {
+        turn_to(&mut desk, degrees);
+    }
+    desk.rest.now = desk.rest.now + Micros(5_000_000);
+    let told = |desk: &mut Desk, line: &str| desk.type_in(&format!("{line}\r"));
+    let line: serde_json::Value = serde_json::from_str(&told(&mut desk, "extremes 2")).expect("an object");
+    let number = |key: &str| line[key].as_f64().expect("a number");
+    assert!(
+        (number("lowest_deg") - 20.0).abs() < 0.01 && (number("highest_deg") - 90.0).abs() < 0.01,
+        "{line}"
+    );
+    assert_eq!((&line["lowest_age_s"], &line["highest_age_s"]), (&5.into(), &5.into()));
+    assert_eq!(told(&mut desk, "extremes").lines().count(), 1, "the slot in use");
+    assert_eq!(told(&mut desk, "extremes clear 1"), "{\"done\":true}\r\n");
+    assert!(told(&mut desk, "extremes 2").contains("\"lowest_deg\":20"));
+    assert_eq!(told(&mut desk, "extremes clear"), "{\"done\":true}\r\n");
+    assert!(told(&mut desk, "extremes 2").contains("\"lowest_deg\":null"));
+    for line in
+        ["extremes 48", "extremes clear 48", "extremes clear 1 2", "extremes 1 clear", "extremes clean"]
+    {
+        assert!(told(&mut desk, line).contains("\"error\""), "{line}");
     }
 }

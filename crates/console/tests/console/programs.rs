@@ -249,7 +249,7 @@ fn the_modbus_port_is_shown_and_set() {
 fn help_is_an_object_for_each_command() {
     let mut desk = Desk::new();
     let help = desk.type_in("help\r");
-    assert_eq!(help.lines().count(), 25);
+    assert_eq!(help.lines().count(), 26);
     assert!(help.lines().all(|line| line.starts_with("{\"command\":\"") && line.ends_with("\"}")), "{help}");
     let zero = desk.type_in("help zero\r");
     assert!(zero.starts_with(r#"{"command":"zero","usage":"SLOT","help":""#), "{zero}");
