@@ -190,6 +190,10 @@ impl Entry {
                     | DetailItem::LastError
                     | DetailItem::AlarmAge(_)
                     | DetailItem::AlarmExtreme(_)
+                    | DetailItem::Lowest
+                    | DetailItem::Highest
+                    | DetailItem::LowestAge
+                    | DetailItem::HighestAge
             ),
             Item::Start(item) => !matches!(
                 item,

@@ -326,6 +326,8 @@ fn slot_number(slot: usize, name: &str, host: &Real) -> Option<u32> {
         "checksum" | "length" | "late" | "nv_writes" | "response_last" | "response_max" => 0,
         "alarms" => 0,
         "high_age" | "low_age" | "rate_age" | "no_value_age" => return None,
+        "lowest" | "highest" => return extreme(slot, host),
+        "lowest_age" | "highest_age" => return extreme(slot, host).map(|_| 0),
         "high_extreme" | "low_extreme" | "rate_extreme" => return None,
         "kind" | "set_kind" => match slot {
             3 | 9 => 1,
@@ -460,6 +462,13 @@ fn hundredths(slot: usize, host: &Real) -> Option<u32> {
         // A half turn is the negative one.
         (if hundredths == 18_000 { -18_000 } else { hundredths }) as u32
     })
+}
+
+/// The only angle there was, of the slots whose PWM input had a cycle; slot 5 had it, too, before it grew stale.
+fn extreme(slot: usize, host: &Real) -> Option<u32> {
+    let reading = host.snapshot.view().reading(slot).expect("a slot");
+    let fresh = Micros(host.board.now.get().0 - 40_000);
+    reading.angle(fresh).map(|angle| angle.mdeg() as u32).filter(|_| ![3, 7, 9, 11, 40].contains(&slot))
 }
 
 /// 40 ms, of the slots whose PWM input had a cycle; no other ever had a value.

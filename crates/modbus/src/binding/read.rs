@@ -147,12 +147,20 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
                     | DetailItem::LastError
                     | DetailItem::AlarmAge(_)
                     | DetailItem::AlarmExtreme(_)
+                    | DetailItem::Lowest
+                    | DetailItem::Highest
+                    | DetailItem::LowestAge
+                    | DetailItem::HighestAge
             );
             return (!is_none).then_some(0);
         };
         let now = self.binding.now;
         let counters = &detail.counters;
         let short = |count: u32| u32::from(count as u16);
+        let extremes = || {
+            let look = |gateway: &mut clino_gateway::Gateway| gateway.extremes(slot);
+            self.binding.site.gateway(look).flatten()
+        };
         let alarm = |alarm| {
             let look = |gateway: &mut clino_gateway::Gateway| gateway.alarm(slot, alarm, now);
             self.binding.site.gateway(look).flatten()
@@ -167,6 +175,10 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             DetailItem::Alarms => reading.alarms.bits().into(),
             DetailItem::AlarmAge(of) => return alarm(of).map(|alarm| seconds(alarm.age)),
             DetailItem::AlarmExtreme(of) => return alarm(of)?.extreme.map(i32::cast_unsigned),
+            DetailItem::Lowest => return Some(extremes()?.lowest(now)?.mdeg.cast_unsigned()),
+            DetailItem::Highest => return Some(extremes()?.highest(now)?.mdeg.cast_unsigned()),
+            DetailItem::LowestAge => return Some(seconds(extremes()?.lowest(now)?.age)),
+            DetailItem::HighestAge => return Some(seconds(extremes()?.highest(now)?.age)),
             DetailItem::Kind => reading.source.kind() as u32,
             DetailItem::Address => reading.source.address().into(),
             DetailItem::Requests => counters.requests,

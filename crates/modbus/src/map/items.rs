@@ -128,6 +128,14 @@ pub enum DetailItem {
     AlarmAge(Alarm),
     /// The value furthest beyond its limit.
     AlarmExtreme(Alarm),
+    /// The lowest angle.
+    Lowest,
+    /// The highest angle.
+    Highest,
+    /// Since the lowest angle.
+    LowestAge,
+    /// Since the highest angle.
+    HighestAge,
 }
 
 /// Of what happened on a bus.

@@ -182,7 +182,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x20,
         count: COUNT,
         entries: SLOT_ALARM_STATES,
-        text: "The alarms of a slot.",
+        text: "The alarms of a slot, its lowest and its highest angle.",
     },
 ];
 
@@ -524,6 +524,10 @@ const SLOT_ALARM_STATES: &[Entry] = &[
         "mdeg/s",
         "fastest rate of this alarm",
     ),
+    detail(16, Form::I32, D::Lowest, "lowest", "mdeg", "lowest angle since *clear_extremes*"),
+    detail(18, Form::I32, D::Highest, "highest", "mdeg", "highest angle since *clear_extremes*"),
+    detail(20, Form::U32, D::LowestAge, "lowest_age", "s", "since the lowest angle"),
+    detail(22, Form::U32, D::HighestAge, "highest_age", "s", "since the highest angle"),
 ];
 
 /// Registers in thousandths of the setting's own unit: milliseconds of microseconds, millidegrees of micro-degrees.
