@@ -12,13 +12,13 @@
 //! only ends the wait. However long a node babbles, a wait ends after the longest answer twice over.
 //!
 //! *Quiet.* For [`Timing::quiet`] after a failure nobody is asked, and for longer if the node is usually there
-//! (`master/habits.rs`). After that the master may be asked what cannot be confused with the request that failed
+//! (`master/history.rs`). After that the master may be asked what cannot be confused with the request that failed
 //! ([`Master::may_ask`]): another node, another command. For the same again it is idle only when no late answer can come
 //! any more, [`Timing::late`] after the deadline (`master/late.rs`). So dead nodes are cheap, and a late answer to one
 //! request is never the answer to the next, be it the same request to the same node. A caller who does not care for this
 //! efficiency waits for [`Master::is_idle`].
 //!
-//! *Slow nodes.* Answers seen to be late prolong the waits, up to [`Timing::slack`] (`master/slack.rs`).
+//! *Slow nodes.* Answers seen to be late prolong the waits, up to [`Timing::extension`] (`master/adaptive.rs`).
 
 use clino_codec::Progress;
 
@@ -31,16 +31,16 @@ mod begin;
 mod end;
 mod exchange;
 mod fault;
-mod habits;
+mod history;
 mod hear;
 mod late;
-mod slack;
+mod adaptive;
 
 use exchange::Exchange;
 pub use fault::{Blame, Fault};
-use habits::Habits;
-use late::Doubts;
-use slack::Slack;
+use history::NodeHistory;
+use late::OutstandingReplies;
+use adaptive::AdaptiveTimeout;
 
 /// No wait is stretched by more than this many characters, or by twice the answer, if that is more. It is twice the
 /// T7's 34-byte answer, so that junk of a frame's length before a frame still leaves it whole.
@@ -71,7 +71,7 @@ enum State {
         clear: Micros,
         give_up: Micros,
         /// A late answer may begin until then; `None` when there is none to come.
-        doubt: Option<Micros>,
+        outstanding: Option<Micros>,
     },
 }
 
@@ -83,9 +83,9 @@ pub struct Master<P: Protocol> {
     state: State,
     /// The exchange in hand, or the last one: it is taken up again for the next, which is cheaper than a new one.
     exchange: Option<Exchange<P>>,
-    doubts: Doubts<P>,
-    habits: Habits,
-    slack: Slack,
+    outstanding: OutstandingReplies<P>,
+    history: NodeHistory,
+    adaptive: AdaptiveTimeout,
     counters: Counters,
     /// Of the last late answer, until somebody asks.
     late_node: Option<u8>,
@@ -100,9 +100,9 @@ impl<P: Protocol> Master<P> {
             character: timing.serial.characters(1),
             state: State::Idle,
             exchange: None,
-            doubts: Doubts::new(),
-            habits: Habits::default(),
-            slack: Slack::default(),
+            outstanding: OutstandingReplies::new(),
+            history: NodeHistory::default(),
+            adaptive: AdaptiveTimeout::default(),
             counters: Counters::default(),
             late_node: None,
         }
@@ -182,7 +182,7 @@ impl<P: Protocol> Master<P> {
                 }
                 None
             }
-            State::Quiet { clear, doubt, .. } if now >= doubt.map_or(clear, |until| until.max(clear)) => {
+            State::Quiet { clear, outstanding, .. } if now >= outstanding.map_or(clear, |until| until.max(clear)) => {
                 self.leave_quiet(now);
                 None
             }
@@ -196,7 +196,7 @@ impl<P: Protocol> Master<P> {
             State::Idle => None,
             State::Sending { give_up } => Some(give_up),
             State::Waiting { deadline, .. } => Some(deadline),
-            State::Quiet { clear, doubt, .. } => Some(doubt.map_or(clear, |until| until.max(clear))),
+            State::Quiet { clear, outstanding, .. } => Some(outstanding.map_or(clear, |until| until.max(clear))),
         }
     }
 }

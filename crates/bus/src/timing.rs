@@ -68,7 +68,7 @@ pub struct Timing {
     /// for the answer to a later request.
     pub late: Micros,
     /// The latencies are prolonged by up to this much for sensors that were seen to need it.
-    pub slack: Micros,
+    pub extension: Micros,
     /// Longest wait for the line to fall silent before a request; then it is dropped. As long as any answer.
     pub line_busy: Micros,
 }
@@ -89,7 +89,7 @@ impl Timing {
             patience: Micros(6_000),
             // As long as a Set may take: a device that was busy with its flash may be that late.
             late: Micros(25_000),
-            slack: Micros(2_000),
+            extension: Micros(2_000),
             line_busy: serial.characters(T7_BUSY),
         }
     }
@@ -112,7 +112,7 @@ impl Timing {
             // module that has lost step is silent, and takes all we send for the rest of a message, until there were
             // 400 ms in which we sent nothing: this is the wait for that, too.
             late: Micros(400_000),
-            slack: Micros(50_000),
+            extension: Micros(50_000),
             line_busy: serial.characters(ISU_BUSY),
         }
     }

@@ -3,7 +3,7 @@
 use clino_codec::Progress;
 use clino_codec::layers::Layer;
 
-use super::late::Doubt;
+use super::late::OutstandingReply;
 use super::{Fault, Master, Outcome, State};
 use crate::counters::bump;
 use crate::{Micros, Protocol, Refusal};
@@ -29,14 +29,14 @@ impl<P: Protocol> Master<P> {
             Fault::Garbled { .. } | Fault::Bad(_) => bump(&mut self.counters.bad_answer),
             Fault::NotSent | Fault::LineBusy | Fault::Contention | Fault::Over { .. } => {}
         }
-        let doubt = self.is_answer_to_come(&fault).then(|| at + self.timing.late);
+        let outstanding = self.is_answer_to_come(&fault).then(|| at + self.timing.late);
         if !self.is_asking() {
             return None;
         }
         let exchange = self.exchange.as_ref()?;
         let (node, longest) = (P::node(&exchange.expected), exchange.longest_wait(&self.timing));
         let clear = at + self.patience(node, &fault);
-        self.state = State::Quiet { clear, give_up: clear + longest, doubt };
+        self.state = State::Quiet { clear, give_up: clear + longest, outstanding };
         Some(Outcome { result: Err(fault), at })
     }
 
@@ -53,7 +53,7 @@ impl<P: Protocol> Master<P> {
     /// For how long nobody is asked after a failure.
     fn patience(&mut self, node: u8, fault: &Fault<P::DecodeError>) -> Micros {
         match fault {
-            Fault::NoAnswer { .. } => self.habits.missed(node, &self.timing),
+            Fault::NoAnswer { .. } => self.history.missed(node, &self.timing),
             _ => self.timing.quiet,
         }
     }
@@ -66,26 +66,26 @@ impl<P: Protocol> Master<P> {
     }
 
     /// A late answer was recognised; it ended at `at`.
-    pub(super) fn came_late(&mut self, doubt: &Doubt<P::Expected>, at: Micros) {
+    pub(super) fn came_late(&mut self, reply: &OutstandingReply<P::Expected>, at: Micros) {
         bump(&mut self.counters.late);
-        self.late_node = Some(P::node(&doubt.expected));
-        self.habits.late(P::node(&doubt.expected));
-        self.slack.note(doubt.lateness::<P>(at, self.timing.serial), &self.timing);
+        self.late_node = Some(P::node(&reply.expected));
+        self.history.late(P::node(&reply.expected));
+        self.adaptive.note(reply.lateness::<P>(at, self.timing.serial), &self.timing);
     }
 
     /// The answer to the request that has just failed ended at `at`: no other is to come.
     pub(super) fn came_late_in_quiet(&mut self, at: Micros) {
-        let (State::Quiet { clear, doubt, .. }, Some(exchange)) = (&mut self.state, &self.exchange) else {
+        let (State::Quiet { clear, outstanding, .. }, Some(exchange)) = (&mut self.state, &self.exchange) else {
             return;
         };
-        (*clear, *doubt) = (at, None);
-        let late = exchange.doubt(at);
+        (*clear, *outstanding) = (at, None);
+        let late = exchange.outstanding(at);
         self.came_late(&late, at);
     }
 
     /// Nothing more is heard of the exchange that failed; a late answer that may still come goes on the list.
     pub(super) fn leave_quiet(&mut self, now: Micros) {
-        let State::Quiet { mut doubt, .. } = core::mem::replace(&mut self.state, State::Idle) else { return };
+        let State::Quiet { mut outstanding, .. } = core::mem::replace(&mut self.state, State::Idle) else { return };
         let Some(exchange) = &mut self.exchange else { return };
         loop {
             match P::idle(&mut exchange.decoder) {
@@ -94,13 +94,13 @@ impl<P: Protocol> Master<P> {
                 Progress::Frame(_) => {
                     bump(&mut self.counters.late);
                     self.late_node = Some(P::node(&exchange.expected));
-                    doubt = None;
+                    outstanding = None;
                 }
             }
         }
         self.counters.junk = self.counters.junk.wrapping_add(P::junk(&exchange.decoder));
-        if let Some(until) = doubt.filter(|&until| until > now) {
-            self.doubts.add(exchange.doubt(until), now);
+        if let Some(until) = outstanding.filter(|&until| until > now) {
+            self.outstanding.add(exchange.outstanding(until), now);
         }
     }
 }

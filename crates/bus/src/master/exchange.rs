@@ -3,7 +3,7 @@
 use clino_codec::Progress;
 use clino_codec::character::Character;
 
-use super::late::Doubt;
+use super::late::OutstandingReply;
 use super::{Fault, LONGEST_ANSWER};
 use crate::counters::bump;
 use crate::{Micros, Protocol, Timing};
@@ -103,8 +103,8 @@ impl<P: Protocol> Exchange<P> {
     }
 
     /// This request, if its answer may come as late as `until`.
-    pub fn doubt(&self, until: Micros) -> Doubt<P::Expected> {
-        Doubt { expected: self.expected, due: self.released + self.latency, until }
+    pub fn outstanding(&self, until: Micros) -> OutstandingReply<P::Expected> {
+        OutstandingReply { expected: self.expected, due: self.released + self.latency, until }
     }
 
     /// Our last stop bit was out at `at`: the answer begins now, and what was heard before is no part of it. Returns

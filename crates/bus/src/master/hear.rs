@@ -14,7 +14,7 @@ impl<P: Protocol> Master<P> {
         self.counters.junk = self.counters.junk.wrapping_add(exchange.release(at));
         let wait = match &exchange.collecting {
             Some(collecting) => collecting.window(),
-            None => self.timing.first_character(exchange.latency) + self.slack.granted(),
+            None => self.timing.first_character(exchange.latency) + self.adaptive.extension(),
         };
         let deadline = at + wait;
         let give_up = deadline + exchange.longest_wait(&self.timing);
@@ -67,8 +67,8 @@ impl<P: Protocol> Master<P> {
             Progress::More => None,
             Progress::Bad(error) => {
                 let fits = |earlier: &P::Expected| P::answers_refused(&error, earlier);
-                match self.doubts.claim(asked, fits) {
-                    Some(doubt) => self.came_late(&doubt, at),
+                match self.outstanding.claim(asked, fits) {
+                    Some(reply) => self.came_late(&reply, at),
                     None => self.counters.refused(error.layer()),
                 }
                 self.refused(error, at)
@@ -78,10 +78,10 @@ impl<P: Protocol> Master<P> {
                     self.came_late_in_quiet(at);
                     return None;
                 }
-                let doubt = self.doubts.claim(asked, |earlier| P::answers(&answer, earlier));
-                match (self.state, doubt) {
-                    (_, Some(doubt)) => {
-                        self.came_late(&doubt, at);
+                let reply = self.outstanding.claim(asked, |earlier| P::answers(&answer, earlier));
+                match (self.state, reply) {
+                    (_, Some(reply)) => {
+                        self.came_late(&reply, at);
                         self.pass_over();
                         None
                     }
@@ -115,7 +115,7 @@ impl<P: Protocol> Master<P> {
     fn answered(&mut self, answer: P::Answer, at: Micros) -> Option<Outcome<P>> {
         bump(&mut self.counters.good);
         let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
-        self.habits.answered(P::node(&exchange.expected));
+        self.history.answered(P::node(&exchange.expected));
         if !exchange.retry {
             bump(&mut self.counters.first_try);
         }
@@ -124,7 +124,7 @@ impl<P: Protocol> Master<P> {
         }
         if let Some(response) = exchange.response() {
             self.counters.response(response);
-            self.slack.note(response.since(exchange.latency + self.character), &self.timing);
+            self.adaptive.note(response.since(exchange.latency + self.character), &self.timing);
         }
         self.counters.junk = self.counters.junk.wrapping_add(exchange.finish());
         self.state = State::Idle;
