@@ -27,20 +27,20 @@ pub use crate::line::Event;
 use crate::protocol::Protocol;
 use crate::{Micros, Timing};
 
+mod adaptive;
 mod begin;
 mod end;
 mod exchange;
 mod fault;
-mod history;
 mod hear;
+mod history;
 mod late;
-mod adaptive;
 
+use adaptive::AdaptiveTimeout;
 use exchange::Exchange;
 pub use fault::{Blame, Fault};
 use history::NodeHistory;
 use late::OutstandingReplies;
-use adaptive::AdaptiveTimeout;
 
 /// No wait is stretched by more than this many characters, or by twice the answer, if that is more. It is twice the
 /// T7's 34-byte answer, so that junk of a frame's length before a frame still leaves it whole.
@@ -182,7 +182,9 @@ impl<P: Protocol> Master<P> {
                 }
                 None
             }
-            State::Quiet { clear, outstanding, .. } if now >= outstanding.map_or(clear, |until| until.max(clear)) => {
+            State::Quiet { clear, outstanding, .. }
+                if now >= outstanding.map_or(clear, |until| until.max(clear)) =>
+            {
                 self.leave_quiet(now);
                 None
             }
@@ -196,7 +198,9 @@ impl<P: Protocol> Master<P> {
             State::Idle => None,
             State::Sending { give_up } => Some(give_up),
             State::Waiting { deadline, .. } => Some(deadline),
-            State::Quiet { clear, outstanding, .. } => Some(outstanding.map_or(clear, |until| until.max(clear))),
+            State::Quiet { clear, outstanding, .. } => {
+                Some(outstanding.map_or(clear, |until| until.max(clear)))
+            }
         }
     }
 }

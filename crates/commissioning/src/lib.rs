@@ -20,7 +20,7 @@
 //! - [Cancelling](Operation::cancel) takes effect between two exchanges. Once something has been written, the operation
 //!   goes on to its next consistent point first.
 //! - A zero is written only while the sensor stands still: motion is looked at first.
-//! - An address that every sensor answers to (T7: 126, ISU: 0) is used only with an [`Alone`], the caller's statement
+//! - An address that every sensor answers to (T7: 126, ISU: 0) is used only with an [`SingleDevice`], the caller's statement
 //!   that one sensor is attached; or by [`AskAll`](t7::AskAll), which reports every answer and every suspected collision.
 //!
 //! # Limits
@@ -41,19 +41,19 @@
     )
 )]
 
-mod alone;
 pub mod ascii;
 pub mod isu;
 mod motion;
 mod operation;
 mod report;
 mod runner;
+mod single_device;
 pub mod t7;
 
-pub use alone::Alone;
 pub use operation::{Operation, Progress, Step, StepOf};
 pub use report::{Change, Report};
 pub use runner::{Action, ActionOf, Commissionable, Runner};
+pub use single_device::SingleDevice;
 
 /// How often a reading request is sent before its fault is final: at a character error rate of 1 % a 40-character
 /// exchange fails one time in three, three of them one time in 27; noisier lines need a plumber.

@@ -5,7 +5,7 @@ mod common;
 use clino_bus::{Isu, Micros};
 use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Data, EncodeError, Function, Request, Words};
-use clino_commissioning::Alone;
+use clino_commissioning::SingleDevice;
 use clino_commissioning::isu::raw::{RawRefusal, RawWrite, UnprotectedIsu};
 use clino_commissioning::isu::{Cause, Fault, GoToSoftError, Identify, Module, ReadAngle, Reset, ResetNull};
 use clino_sim::isu::{Mode, Options};
@@ -154,10 +154,10 @@ fn address_0_takes_the_statement_that_one_is_attached() {
     assert!(Module::at(Address::RESERVED).is_err());
     let sensor = at(11);
     let mut bench = bench_of(&sensor);
-    let alone = Module::alone(Alone::i_have_attached_one_sensor_only());
-    assert_eq!(run(&mut bench, Identify::new(alone)).result.unwrap().address, address(11));
-    run(&mut bench, ReadAngle::new(alone)).result.unwrap();
-    run(&mut bench, ResetNull::new(alone)).result.unwrap();
+    let single = Module::single(SingleDevice::i_have_attached_one_sensor_only());
+    assert_eq!(run(&mut bench, Identify::new(single)).result.unwrap().address, address(11));
+    run(&mut bench, ReadAngle::new(single)).result.unwrap();
+    run(&mut bench, ResetNull::new(single)).result.unwrap();
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod common;
 
 use clino_bus::{Isu, Micros};
 use clino_codec::isu::eeprom::{Change, ShutoffBit};
-use clino_commissioning::Alone;
+use clino_commissioning::SingleDevice;
 use clino_commissioning::isu::{Module, Program, Repair, ResetNull};
 use clino_rig::Bench;
 use clino_segment::log::{Event, Talker};
@@ -297,10 +297,10 @@ fn a_third_address_that_nobody_may_have() {
             let back = Micros((at + LONG) / 1_000 + 1_000_000);
             let now = bench.port.now();
             idle_for(&mut bench, back.since(now));
-            let alone = Module::alone(Alone::i_have_attached_one_sensor_only());
-            let repaired = run(&mut bench, Repair::new(alone)).result.unwrap();
+            let single = Module::single(SingleDevice::i_have_attached_one_sensor_only());
+            let repaired = run(&mut bench, Repair::new(single)).result.unwrap();
             assert_eq!(repaired.stored_address.get(), mixed);
-            run(&mut bench, change(alone)).result.unwrap();
+            run(&mut bench, change(single)).result.unwrap();
             assert_eq!(eeprom(&sensor).address(), to);
             assert_well(&sensor, "changed");
             assert_upper_bits(&before, &words(&sensor));

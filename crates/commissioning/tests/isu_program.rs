@@ -8,7 +8,7 @@ use clino_bus::{Isu, Micros};
 use clino_codec::isu::Address;
 use clino_codec::isu::eeprom::{Change as Eeprom, ChecksumReading, ShutoffBit};
 use clino_commissioning::isu::{Cause, Module, Program, Repair, ResetNull};
-use clino_commissioning::{Alone, Change};
+use clino_commissioning::{Change, SingleDevice};
 use clino_rig::Bench;
 use clino_segment::chance::Chance;
 use clino_segment::{Faults, Noise, Probability, Station};
@@ -20,8 +20,8 @@ use common::isu::{
 use common::spoil::{Fault, Spoil};
 use common::{MS, idle_for, run, run_and};
 
-fn alone() -> Module {
-    Module::alone(Alone::i_have_attached_one_sensor_only())
+fn single() -> Module {
+    Module::single(SingleDevice::i_have_attached_one_sensor_only())
 }
 
 fn to(number: u8) -> Eeprom {
@@ -89,15 +89,15 @@ fn a_checksum_that_stays_right_is_not_written() {
 fn the_factory_address_is_left_only_alone() {
     let sensor = at(0);
     let mut bench = bench::<Isu>(&[&sensor]);
-    let report = run(&mut bench, Program::new(alone(), to(14)).unwrap()).result.unwrap();
+    let report = run(&mut bench, Program::new(single(), to(14)).unwrap()).result.unwrap();
     assert_eq!(report.change, Change::Changed { from: to(0), to: to(14) });
     assert_eq!(eeprom(&sensor).address(), 14);
     // And back.
-    run(&mut bench, Program::new(alone(), to(0)).unwrap()).result.unwrap();
+    run(&mut bench, Program::new(single(), to(0)).unwrap()).result.unwrap();
     assert_eq!(eeprom(&sensor).address(), 0);
     assert_eq!(Program::new(module(3), to(0)).unwrap_err(), Cause::ZeroOnSharedLine);
     let reserved = Eeprom::ModuleAddress(Address::RESERVED);
-    assert_eq!(Program::new(alone(), reserved).unwrap_err(), Cause::ReservedAddress);
+    assert_eq!(Program::new(single(), reserved).unwrap_err(), Cause::ReservedAddress);
 }
 
 #[test]

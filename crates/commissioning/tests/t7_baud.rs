@@ -5,7 +5,7 @@ mod common;
 use clino_bus::T7;
 use clino_codec::t7::{Axis, BaudRate, Opcode, Request, Response, Status};
 use clino_commissioning::t7::{Cause, ChangeBaud, Device};
-use clino_commissioning::{Alone, Change};
+use clino_commissioning::{Change, SingleDevice};
 use clino_rig::Bench;
 use clino_sim::fault::Fault as SimFault;
 use common::spoil::{Fault as Spoilt, Spoil};
@@ -65,8 +65,8 @@ fn the_same_rate_is_no_change() {
 fn a_lone_device_is_followed_too() {
     let sensor = at(5);
     let mut bench = bench(&[&sensor]);
-    let alone = Device::alone(Alone::i_have_attached_one_sensor_only());
-    let operation = ChangeBaud::new(alone, BaudRate::B115200, BaudRate::B9600).unwrap();
+    let single = Device::single(SingleDevice::i_have_attached_one_sensor_only());
+    let operation = ChangeBaud::new(single, BaudRate::B115200, BaudRate::B9600).unwrap();
     assert_eq!(run(&mut bench, operation).result.unwrap().writes, 1);
     assert!(answers(&mut bench));
 }

@@ -5,7 +5,7 @@ mod common;
 use clino_codec::angle::Range;
 use clino_codec::t7::{Address, Axis, Direction, EncodeError, Field, Millidegrees, Opcode, Status};
 use clino_commissioning::t7::{Cause, Device, Fault, Identify, Set, SetZero, Setting};
-use clino_commissioning::{Alone, Change};
+use clino_commissioning::{Change, SingleDevice};
 use clino_sim::fault::Fault as SimFault;
 use clino_sim::t7 as sim;
 use common::t7::{at, bench, device, store, three_axes};
@@ -179,15 +179,15 @@ fn zero_is_not_written_again() {
 fn a_lone_device_needs_no_address() {
     let sensor = at(77);
     let mut bench = bench(&[&sensor]);
-    let alone = Device::alone(Alone::i_have_attached_one_sensor_only());
-    run(&mut bench, Set::new(alone, Setting::Damping(123)).unwrap()).result.unwrap();
-    run(&mut bench, SetZero::new(alone, Axis::Two)).result.unwrap();
+    let single = Device::single(SingleDevice::i_have_attached_one_sensor_only());
+    run(&mut bench, Set::new(single, Setting::Damping(123)).unwrap()).result.unwrap();
+    run(&mut bench, SetZero::new(single, Axis::Two)).result.unwrap();
     assert_eq!((store(&sensor).damping_ms, store(&sensor).offsets[2]), (123, -30_000));
     // Answers longer than eight are not for everybody.
-    let too_long = Identify::new(alone).unwrap_err();
+    let too_long = Identify::new(single).unwrap_err();
     assert!(matches!(too_long, EncodeError::NotForAll { response_length: 20, .. }), "{too_long}");
     let offset = Setting::Offset { axis: Axis::Two, offset: Millidegrees(0) };
-    assert!(matches!(Set::new(alone, offset), Err(EncodeError::NotForAll { response_length: 14, .. })));
+    assert!(matches!(Set::new(single, offset), Err(EncodeError::NotForAll { response_length: 14, .. })));
     assert!(Device::at(Address::ALL).is_err());
 }
 

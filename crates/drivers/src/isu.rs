@@ -40,7 +40,7 @@ impl<P: Port> Isu<P> {
 
     /// A driver for a line with exactly one ISU, which may be asked without knowing its address: [`Address::ANY`].
     /// Several ISUs would answer at once, and spoil each other's answers.
-    pub fn alone(port: P, timing: Timing) -> Self {
+    pub fn single(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::new(timing, true) }
     }
 

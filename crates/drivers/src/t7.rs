@@ -76,7 +76,7 @@ impl<P: Port> T7<P> {
 
     /// A driver for a line with exactly one T7, which may be asked without knowing its address: [`Address::ALL`].
     /// Several T7s would answer at once, and spoil each other's answers.
-    pub fn alone(port: P, timing: Timing) -> Self {
+    pub fn single(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::new(timing, true) }
     }
 

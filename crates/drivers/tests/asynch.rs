@@ -208,7 +208,7 @@ fn an_isu_is_nulled() {
     board.pass(600 * MS);
     assert_eq!(block_on(&board, isu.angle(module)), Ok(Angle::ZERO));
     let everybody = codec::isu::Address::ANY;
-    assert_eq!(block_on(&board, isu.angle(everybody)), Err(isu::Error::NotAlone));
+    assert_eq!(block_on(&board, isu.angle(everybody)), Err(isu::Error::NotSingleDevice));
 }
 
 /// Anything half-duplex, through `embedded_io_async`.

@@ -228,7 +228,7 @@ fn what_cannot_be_sent_is_not() {
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
     let mut t7 = nb_t7(&board);
     let everybody = codec::t7::Address::ALL;
-    assert_eq!(t7.angle(everybody, Axis::Two), Err(t7::Error::NotAlone));
+    assert_eq!(t7.angle(everybody, Axis::Two), Err(t7::Error::NotSingleDevice));
     let error = t7.set_damping_ms(address(5), 1).unwrap_err();
     let limits =
         codec::t7::EncodeError::OutOfRange { field: codec::t7::Field::Damping, value: 1, min: 2, max: 5_000 };
@@ -237,7 +237,7 @@ fn what_cannot_be_sent_is_not() {
     assert_eq!(error.blame(), Blame::Request);
     assert_eq!((turns(&board).count, board.now() < MS), (0, true));
     // On a line with one sensor, its address need not be known.
-    let mut t7 = T7::alone(t7.release(), Timing::t7(SERIAL));
+    let mut t7 = T7::single(t7.release(), Timing::t7(SERIAL));
     assert!(is_true(&board, t7.angle(everybody, Axis::Two).unwrap()));
     assert!(matches!(t7.all_data(everybody), Err(t7::Error::Request(_))), "its answer is too long");
 }

@@ -118,7 +118,7 @@ fn an_isu_tells_everything() {
     let words: Vec<u16> = isu.read_eeprom(module(3), 0x48, 2).unwrap().iter().collect();
     assert_eq!(words, sensor.lock().unwrap().eeprom.words()[0x48..0x4A]);
     assert!(matches!(isu.read_ram(module(3), 0xFF, 2), Err(isu::Error::Request(_))));
-    assert_eq!(isu.angle(Address::ANY), Err(isu::Error::NotAlone));
+    assert_eq!(isu.angle(Address::ANY), Err(isu::Error::NotSingleDevice));
     assert!(matches!(isu.angle(module(4)), Err(isu::Error::NoAnswer { .. })));
 }
 

@@ -75,7 +75,8 @@ impl<P: Protocol> Master<P> {
 
     /// The answer to the request that has just failed ended at `at`: no other is to come.
     pub(super) fn came_late_in_quiet(&mut self, at: Micros) {
-        let (State::Quiet { clear, outstanding, .. }, Some(exchange)) = (&mut self.state, &self.exchange) else {
+        let (State::Quiet { clear, outstanding, .. }, Some(exchange)) = (&mut self.state, &self.exchange)
+        else {
             return;
         };
         (*clear, *outstanding) = (at, None);
@@ -85,7 +86,9 @@ impl<P: Protocol> Master<P> {
 
     /// Nothing more is heard of the exchange that failed; a late answer that may still come goes on the list.
     pub(super) fn leave_quiet(&mut self, now: Micros) {
-        let State::Quiet { mut outstanding, .. } = core::mem::replace(&mut self.state, State::Idle) else { return };
+        let State::Quiet { mut outstanding, .. } = core::mem::replace(&mut self.state, State::Idle) else {
+            return;
+        };
         let Some(exchange) = &mut self.exchange else { return };
         loop {
             match P::idle(&mut exchange.decoder) {

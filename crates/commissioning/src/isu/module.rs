@@ -4,14 +4,14 @@ use core::fmt;
 
 use clino_codec::isu::Address;
 
-use crate::Alone;
+use crate::SingleDevice;
 
 /// One module: by its address, or the only one attached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Module(Address);
 
-/// Address 0 is every module's, 15 nobody's; [`Module::alone`] takes the statement that there is but one.
+/// Address 0 is every module's, 15 nobody's; [`Module::single`] takes the statement that there is but one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NotOneModule(pub Address);
@@ -30,7 +30,7 @@ impl Module {
     }
 
     /// The only module attached, whatever its address is.
-    pub const fn alone(_: Alone) -> Module {
+    pub const fn single(_: SingleDevice) -> Module {
         Module(Address::ANY)
     }
 

@@ -54,7 +54,7 @@ impl Program {
     ///
     /// # Errors
     /// [`Cause::ReservedAddress`]; [`Cause::ZeroOnSharedLine`] for address 0 unless the module is
-    /// [alone](Module::alone).
+    /// [single](Module::single).
     pub fn new(module: Module, wanted: Change) -> Result<Program, Cause> {
         let mut talk = Talk::new(module.address());
         let mut state = State::Read;

@@ -67,7 +67,7 @@ impl Identify {
     /// Begins with Get Device Information.
     ///
     /// # Errors
-    /// [`EncodeError::NotForAll`] for a [lone device](Device::alone): these answers are too long for it.
+    /// [`EncodeError::NotForAll`] for a [single device](Device::single): these answers are too long for it.
     pub fn new(device: Device) -> Result<Identify, EncodeError> {
         let address = device.address();
         for request in &REQUESTS {

@@ -48,7 +48,7 @@ impl Set {
     ///
     /// # Errors
     /// [`EncodeError::OutOfRange`] with the limits; [`EncodeError::NotForAll`] for an offset of a
-    /// [lone device](Device::alone), whose address must be known.
+    /// [single device](Device::single), whose address must be known.
     pub fn new(device: Device, wanted: Setting) -> Result<Set, EncodeError> {
         T7::encode(device.address(), &wanted.set())?;
         T7::encode(device.address(), &wanted.get())?;

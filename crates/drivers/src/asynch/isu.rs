@@ -20,8 +20,8 @@ impl<P: AsyncPort> Isu<P> {
         Self { port, exchanges: Exchanges::in_pieces(timing, false) }
     }
 
-    /// As [`crate::Isu::alone`].
-    pub fn alone(port: P, timing: Timing) -> Self {
+    /// As [`crate::Isu::single`].
+    pub fn single(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::in_pieces(timing, true) }
     }
 

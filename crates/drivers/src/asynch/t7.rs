@@ -20,8 +20,8 @@ impl<P: AsyncPort> T7<P> {
         Self { port, exchanges: Exchanges::in_pieces(timing, false) }
     }
 
-    /// As [`crate::T7::alone`].
-    pub fn alone(port: P, timing: Timing) -> Self {
+    /// As [`crate::T7::single`].
+    pub fn single(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::in_pieces(timing, true) }
     }
 
