@@ -5,7 +5,7 @@
 
 use clino_codec::character::Character;
 use clino_codec::isu::{Address, Answer, AnswerDecoder, Progress, Request};
-use clino_codec::layers::Layers;
+use clino_codec::checks::Checks;
 use libfuzzer_sys::fuzz_target;
 
 /// Address 3 says 180°.
@@ -20,11 +20,11 @@ fuzz_target!(|input: &[u8]| {
         Err(_) => (Request::READ_ANGLE, Address::new(3).unwrap()),
     };
     let expected = request.expected(address);
-    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     for &byte in stream {
         if let Progress::Frame(answer) = decoder.push(Character::clean(byte)) {
             let frame = answer.encode();
-            assert!(expected.check(frame.as_bytes(), Layers::ALL).is_ok());
+            assert!(expected.check(frame.as_bytes(), Checks::ALL).is_ok());
             assert!(stream.windows(frame.as_bytes().len()).any(|window| window == frame.as_bytes()));
         }
     }

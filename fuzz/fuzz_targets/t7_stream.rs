@@ -4,7 +4,7 @@
 #![no_main]
 
 use clino_codec::character::{Character, LineErrors};
-use clino_codec::layers::Layers;
+use clino_codec::checks::Checks;
 use clino_codec::t7::{Address, AnswerDecoder, Expected, Opcode, Progress};
 use libfuzzer_sys::fuzz_target;
 
@@ -32,14 +32,14 @@ fuzz_target!(|input: &[u8]| {
         let clean = window.iter().all(|character| character.errors.is_none());
         if end - size >= free
             && clean
-            && let Ok(answer) = expected.check(&bytes, Layers::ALL)
+            && let Ok(answer) = expected.check(&bytes, Checks::ALL)
         {
             wanted.push(answer);
             free = end;
         }
     }
 
-    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     let mut seen = Vec::new();
     for &character in &characters {
         if let Progress::Frame(answer) = decoder.push(character) {

@@ -1,7 +1,7 @@
 //! What happened on one bus since reset, told by the master and measured by the hardware. Counters wrap; readers take differences.
 
 use clino_codec::character::{Character, LineErrors};
-use clino_codec::layers::Layer;
+use clino_codec::checks::Check;
 
 use crate::Micros;
 
@@ -89,12 +89,12 @@ impl Counters {
         }
     }
 
-    pub(crate) fn refused(&mut self, layer: Layer) {
-        match layer {
-            Layer::Checksum => bump(&mut self.checksum),
-            Layer::Length => bump(&mut self.length),
-            Layer::Address | Layer::Command => bump(&mut self.foreign),
-            Layer::LineErrors | Layer::Value => {}
+    pub(crate) fn refused(&mut self, check: Check) {
+        match check {
+            Check::Checksum => bump(&mut self.checksum),
+            Check::Length => bump(&mut self.length),
+            Check::Address | Check::Command => bump(&mut self.foreign),
+            Check::LineErrors | Check::Value => {}
         }
     }
 

@@ -2,7 +2,7 @@
 
 use clino_codec::Progress;
 use clino_codec::character::Character;
-use clino_codec::layers::Layer;
+use clino_codec::checks::Check;
 
 use crate::{Micros, Timing};
 
@@ -77,5 +77,5 @@ pub trait Protocol {
 /// Why a frame was refused, whatever its protocol.
 pub trait Refusal {
     /// The check that refused it.
-    fn layer(&self) -> Layer;
+    fn failed_check(&self) -> Check;
 }

@@ -7,7 +7,7 @@ mod names;
 mod refusal;
 mod request;
 
-use clino_codec::layers::{Layers, ValueRange};
+use clino_codec::checks::{Checks, ValueRange};
 use clino_codec::t7::{Answer, Request};
 
 use crate::bad::Bad;
@@ -31,16 +31,16 @@ fn decode(arguments: &Decode) -> Result<Verdict, Failure> {
         return Ok(stream::run(frames, command_of)?);
     }
     let values = if any_value { ValueRange::Off } else { ValueRange::AnyMode };
-    let layers = Layers { values, ..Layers::ALL };
-    Ok(stream::run(frames, |text| answer_of(text, layers))?)
+    let checks = Checks { values, ..Checks::ALL };
+    Ok(stream::run(frames, |text| answer_of(text, checks))?)
 }
 
 fn command_of(text: &[u8]) -> Result<CommandObject, Bad> {
     Ok(CommandObject(Request::decode(&hex::parse(text)?)?))
 }
 
-fn answer_of(text: &[u8], layers: Layers) -> Result<AnswerObject, Bad> {
-    Ok(AnswerObject(Answer::decode_with(&hex::parse(text)?, layers)?))
+fn answer_of(text: &[u8], checks: Checks) -> Result<AnswerObject, Bad> {
+    Ok(AnswerObject(Answer::decode_with(&hex::parse(text)?, checks)?))
 }
 
 fn encode(arguments: Encode) -> Result<Verdict, Failure> {

@@ -8,8 +8,8 @@ mod bytes;
 pub mod character;
 #[doc = include_str!("../DOCUMENTS.md")]
 pub mod documents {}
+pub mod checks;
 pub mod isu;
-pub mod layers;
 mod progress;
 pub mod pwm;
 mod stream;

@@ -13,7 +13,7 @@ use crate::stream::Verdict;
 pub enum Progress<T, E> {
     /// Nothing complete yet.
     More,
-    /// A frame that passed every layer that is switched on.
+    /// A frame that passed every check that is switched on.
     Frame(T),
     /// Bytes that began like a frame and turned out not to be a good one, and why.
     Bad(E),

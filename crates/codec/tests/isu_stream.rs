@@ -3,17 +3,17 @@
 mod common;
 
 use clino_codec::character::{Character, LineErrors};
+use clino_codec::checks::Checks;
 use clino_codec::isu::{
     Address, Answer, AnswerDecoder, DecodeError, DeviceError, Differs, Function, Progress, Request, Response,
 };
-use clino_codec::layers::Layers;
 use common::{clean, hex, isu_frame};
 
 /// Address 3 says 180°.
 const GOOD: [u8; 6] = [0x04, 0x35, 0x58, 0x80, 0x00, 0x0D];
 
 fn decoder(request: Request, number: u8) -> AnswerDecoder {
-    AnswerDecoder::new(request.expected(Address::new(number).unwrap()), Layers::ALL)
+    AnswerDecoder::new(request.expected(Address::new(number).unwrap()), Checks::ALL)
 }
 
 /// Everything that came out, end of transmission included.
@@ -150,18 +150,18 @@ fn a_wrong_length_byte_is_reported() {
     let length = DecodeError::Length { length: 5, function: Function::ReadRam };
     let seen = run(&mut decoder(Request::READ_ANGLE, 3), &longer);
     assert_eq!(seen, [Err(length)]);
-    let layers = Layers { length: false, ..Layers::ALL };
+    let checks = Checks { length: false, ..Checks::ALL };
     let expected = Request::READ_ANGLE.expected(Address::new(3).unwrap());
-    let seen = run(&mut AnswerDecoder::new(expected, layers), &longer);
+    let seen = run(&mut AnswerDecoder::new(expected, checks), &longer);
     assert!(matches!(seen[..], [Ok(_)]), "{seen:?}");
 }
 
 #[test]
 fn with_the_command_layer_off_other_functions_are_taken() {
     let expected = Request::READ_ANGLE.expected(Address::new(3).unwrap());
-    let layers = Layers { command: false, ..Layers::ALL };
+    let checks = Checks { command: false, ..Checks::ALL };
     let reset = isu_frame(0x33, &[]);
-    let seen = run(&mut AnswerDecoder::new(expected, layers), &reset);
+    let seen = run(&mut AnswerDecoder::new(expected, checks), &reset);
     assert_eq!(seen, [Answer::decode(&reset)]);
 }
 
@@ -178,7 +178,7 @@ fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
         assert_eq!(run(&mut decoder, &GOOD), [Answer::decode(&GOOD)]);
     }
     let expected = Request::READ_ANGLE.expected(Address::new(3).unwrap());
-    let mut tolerant = AnswerDecoder::new(expected, Layers { line_errors: false, ..Layers::ALL });
+    let mut tolerant = AnswerDecoder::new(expected, Checks { line_errors: false, ..Checks::ALL });
     let dirty = GOOD.map(|byte| tolerant.push(Character { byte, errors: LineErrors::NOISE }));
     assert!(matches!(dirty[5], Progress::Frame(_)));
     // On a dirty line even an intact foreign frame is not believed.
@@ -204,7 +204,7 @@ fn asked_any_everybody_is_heard() {
 fn a_restarted_decoder_is_as_good_as_new() {
     let address = Address::new(0).unwrap();
     let mut decoder =
-        AnswerDecoder::new(Request::ReadEeprom { start: 0, count: 8 }.expected(address), Layers::ALL);
+        AnswerDecoder::new(Request::ReadEeprom { start: 0, count: 8 }.expected(address), Checks::ALL);
     for byte in [0x12, 0x09, 0x00] {
         assert!(matches!(decoder.push(Character::clean(byte)), Progress::More));
     }

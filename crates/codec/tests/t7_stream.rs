@@ -4,7 +4,7 @@ mod common;
 
 use clino_codec::angle::Range;
 use clino_codec::character::{Character, LineErrors};
-use clino_codec::layers::Layers;
+use clino_codec::checks::Checks;
 use clino_codec::t7::{
     Address, Answer, AnswerDecoder, Axis, Command, DecodeError, Differs, Expected, Opcode, Progress, Request,
     SniffProgress, Sniffed, Sniffer, Status,
@@ -15,7 +15,7 @@ const GOOD: [u8; 8] = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
 
 fn decoder(number: u8, opcode: Opcode) -> AnswerDecoder {
     let address = Address::new(number).unwrap();
-    AnswerDecoder::new(Expected { address, opcode }, Layers::ALL)
+    AnswerDecoder::new(Expected { address, opcode }, Checks::ALL)
 }
 
 /// Everything that came out, end of transmission included.
@@ -178,11 +178,11 @@ fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
 
 #[test]
 fn layers_can_be_switched_off_one_by_one() {
-    let all = Layers::ALL;
+    let all = Checks::ALL;
     let address = Address::new(6).unwrap();
     let expected = Expected { address, opcode: Opcode::GetAngle0 };
-    let got = |layers, bytes: &[u8], errors| {
-        let mut decoder = AnswerDecoder::new(expected, layers);
+    let got = |checks, bytes: &[u8], errors| {
+        let mut decoder = AnswerDecoder::new(expected, checks);
         let mut good = false;
         for &byte in bytes {
             good |= matches!(decoder.push(Character { byte, errors }), Progress::Frame(_));
@@ -197,25 +197,25 @@ fn layers_can_be_switched_off_one_by_one() {
     let far_value = t7_frame(6, 0x81, &[0x7F; 4], true);
     let (clean, dirty) = (LineErrors::NONE, LineErrors::NOISE);
     for (off, bytes, errors) in [
-        (Layers { line_errors: false, ..all }, &right[..], dirty),
-        (Layers { address: false, ..all }, &other_device[..], clean),
-        (Layers { command: false, ..all }, &other_command[..], clean),
-        (Layers { length: false, ..all }, &other_length[..], clean),
-        (Layers { checksum: false, ..all }, &bad_sum[..], clean),
-        (Layers { values: clino_codec::layers::ValueRange::Off, ..all }, &far_value[..], clean),
+        (Checks { line_errors: false, ..all }, &right[..], dirty),
+        (Checks { address: false, ..all }, &other_device[..], clean),
+        (Checks { command: false, ..all }, &other_command[..], clean),
+        (Checks { length: false, ..all }, &other_length[..], clean),
+        (Checks { checksum: false, ..all }, &bad_sum[..], clean),
+        (Checks { values: clino_codec::checks::ValueRange::Off, ..all }, &far_value[..], clean),
     ] {
         assert!(got(off, bytes, errors), "{off:?}");
         assert!(!got(all, bytes, errors), "{off:?}");
-        assert!(got(Layers::NONE, bytes, errors), "{off:?}");
+        assert!(got(Checks::NONE, bytes, errors), "{off:?}");
     }
-    assert_eq!(Layers::default(), Layers::ALL);
+    assert_eq!(Checks::default(), Checks::ALL);
 }
 
 #[test]
 fn with_the_command_layer_off_silence_releases_what_hides_behind_a_damaged_header() {
     let address = Address::new(5).unwrap();
     let expected = Expected { address, opcode: Opcode::GetAngle2 };
-    let mut decoder = AnswerDecoder::new(expected, Layers { command: false, ..Layers::ALL });
+    let mut decoder = AnswerDecoder::new(expected, Checks { command: false, ..Checks::ALL });
     let seen = run(&mut decoder, &[&[0x05, 0x20, 0x87][..], &GOOD].concat());
     assert_eq!(seen, [Answer::decode(&GOOD)]);
 }
@@ -224,17 +224,17 @@ fn with_the_command_layer_off_silence_releases_what_hides_behind_a_damaged_heade
 #[test]
 fn asked_all_everybody_is_heard() {
     let expected = Request::GetAngle(Axis::Two).expected(Address::ALL);
-    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     let frames: Vec<_> = [1, 2, 100, 127].map(|number| t7_frame(number, 0x83, &[0; 4], true)).concat();
     let seen = run(&mut decoder, &frames);
     let senders: Vec<u8> = seen.iter().map(|answer| answer.unwrap().address.get()).collect();
     assert_eq!(senders, [1, 2, 100, 127]);
 
     // Behind our own echo, and the answers to a Set command.
-    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     assert_eq!(run(&mut decoder, &[&[126, 1, 0x83][..], &GOOD].concat()), [Answer::decode(&GOOD)]);
     let expected = Request::SetDamping { damping_ms: 125 }.expected(Address::ALL);
-    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     let seen = run(&mut decoder, &[t7_frame(7, 0x8B, &[0], true), t7_frame(8, 0x8B, &[0], true)].concat());
     assert_eq!(seen.iter().map(|answer| answer.unwrap().address.get()).collect::<Vec<_>>(), [7, 8]);
 }
@@ -261,7 +261,7 @@ fn sniff(sniffer: &mut Sniffer, bytes: &[u8]) -> Vec<Result<Sniffed, DecodeError
 
 #[test]
 fn a_sniffer_follows_every_documented_exchange() {
-    let mut sniffer = Sniffer::new(Layers::ALL);
+    let mut sniffer = Sniffer::new(Checks::ALL);
     let vectors = common::vectors("t7");
     let mut asked = None;
     for vector in &vectors {
@@ -289,7 +289,7 @@ fn a_sniffer_tells_look_alikes_apart_by_their_order() {
         address: Address::new(5).unwrap(),
         request: Request::SetAngleOutputRange(Range::Unidirectional),
     };
-    let mut sniffer = Sniffer::new(Layers::ALL);
+    let mut sniffer = Sniffer::new(Checks::ALL);
     assert_eq!(sniff(&mut sniffer, &command), [Ok(Sniffed::Command(asked))]);
     // Without a pause, the same bytes are its answer: "invalid command".
     let seen = sniff(&mut sniffer, &command);
@@ -306,7 +306,7 @@ fn a_sniffer_tells_look_alikes_apart_by_their_order() {
 
 #[test]
 fn a_sniffer_hears_all_answers_to_a_command_to_all() {
-    let mut sniffer = Sniffer::new(Layers::ALL);
+    let mut sniffer = Sniffer::new(Checks::ALL);
     sniff(&mut sniffer, &[126, 1, 0x83]);
     for number in [3, 4, 5] {
         let seen = sniff(&mut sniffer, &t7_frame(number, 0x83, &[0; 4], true));
@@ -318,7 +318,7 @@ fn a_sniffer_hears_all_answers_to_a_command_to_all() {
 
 #[test]
 fn a_sniffer_reports_damage_and_goes_on() {
-    let mut sniffer = Sniffer::new(Layers::ALL);
+    let mut sniffer = Sniffer::new(Checks::ALL);
     let mut answer = GOOD;
     answer[6] ^= 1;
     let bytes = [&[0xFF][..], &[5, 1, 0x83], &answer, &[0x80, 0x80], &[5, 1, 0x83], &GOOD].concat();
@@ -342,8 +342,8 @@ fn a_sniffer_reports_damage_and_goes_on() {
         sniff(&mut sniffer, &[1, 0x83]),
         [Err(DecodeError::LineErrors { errors: LineErrors::OVERRUN })]
     );
-    // Unless that layer is off.
-    let mut tolerant = Sniffer::new(Layers { line_errors: false, ..Layers::ALL });
+    // Unless that check is off.
+    let mut tolerant = Sniffer::new(Checks { line_errors: false, ..Checks::ALL });
     _ = tolerant.push(dirty);
     assert!(matches!(sniff(&mut tolerant, &[1, 0x83])[..], [Ok(Sniffed::Command(_))]));
     // A command whose parameters make no sense.
@@ -354,7 +354,7 @@ fn a_sniffer_reports_damage_and_goes_on() {
 #[test]
 fn a_restarted_decoder_is_as_good_as_new() {
     let address = Address::new(5).unwrap();
-    let mut decoder = AnswerDecoder::new(Request::GetDamping.expected(address), Layers::ALL);
+    let mut decoder = AnswerDecoder::new(Request::GetDamping.expected(address), Checks::ALL);
     for byte in [0x05, 0x04, 0x8A, 0x03] {
         assert!(matches!(decoder.push(Character::clean(byte)), Progress::More));
     }

@@ -6,7 +6,7 @@
 use core::marker::PhantomData;
 
 use clino_bus::{Fault, Master, Micros, Protocol, Refusal, Retry};
-use clino_codec::layers::Layer;
+use clino_codec::checks::Check;
 
 use crate::agenda::{Agenda, Asked};
 use crate::counters::bump32;
@@ -295,7 +295,7 @@ fn failed<E: Refusal>(slot: &mut Slot, fault: &Fault<E>) -> bool {
     let damaged = match fault {
         Fault::NoAnswer { .. } | Fault::LineBusy | Fault::NotSent | Fault::Over { .. } => false,
         Fault::Garbled { .. } | Fault::Contention => true,
-        Fault::Bad(error) => !matches!(error.layer(), Layer::Address | Layer::Command),
+        Fault::Bad(error) => !matches!(error.failed_check(), Check::Address | Check::Command),
     };
     slot.note_damage(damaged);
     damaged || matches!(fault, Fault::LineBusy)

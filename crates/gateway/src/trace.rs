@@ -3,7 +3,7 @@
 //! Written where a transaction ends; read newest first. 16 bytes an entry.
 
 use clino_bus::{Fault, Micros, Refusal};
-use clino_codec::layers::Layer;
+use clino_codec::checks::Check;
 use heapless::Vec;
 
 use crate::Bus;
@@ -68,12 +68,12 @@ impl Verdict {
         match fault {
             Fault::NoAnswer { .. } => Verdict::NoAnswer,
             Fault::Garbled { .. } => Verdict::Garbled,
-            Fault::Bad(error) => match error.layer() {
-                Layer::LineErrors => Verdict::LineErrors,
-                Layer::Checksum => Verdict::Checksum,
-                Layer::Length => Verdict::Length,
-                Layer::Address | Layer::Command => Verdict::Foreign,
-                Layer::Value => Verdict::Value,
+            Fault::Bad(error) => match error.failed_check() {
+                Check::LineErrors => Verdict::LineErrors,
+                Check::Checksum => Verdict::Checksum,
+                Check::Length => Verdict::Length,
+                Check::Address | Check::Command => Verdict::Foreign,
+                Check::Value => Verdict::Value,
             },
             Fault::Contention => Verdict::Contention,
             Fault::LineBusy => Verdict::LineBusy,

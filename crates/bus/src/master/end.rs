@@ -1,7 +1,7 @@
 //! How an exchange ends without its answer, and what may come after that.
 
 use clino_codec::Progress;
-use clino_codec::layers::Layer;
+use clino_codec::checks::Check;
 
 use super::late::OutstandingReply;
 use super::{Fault, Master, Outcome, State};
@@ -45,7 +45,7 @@ impl<P: Protocol> Master<P> {
     fn is_answer_to_come(&self, fault: &Fault<P::DecodeError>) -> bool {
         match fault {
             Fault::LineBusy => false,
-            Fault::Bad(error) => matches!(error.layer(), Layer::Address | Layer::Command),
+            Fault::Bad(error) => matches!(error.failed_check(), Check::Address | Check::Command),
             _ => true,
         }
     }

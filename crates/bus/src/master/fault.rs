@@ -1,6 +1,6 @@
 //! Why there is no answer, and whose fault it is.
 
-use clino_codec::layers::Layer;
+use clino_codec::checks::Check;
 
 use crate::line::SubmitError;
 use crate::{Micros, Refusal};
@@ -57,9 +57,9 @@ impl<E: Refusal> Fault<E> {
             Fault::NoAnswer { .. } | Fault::Over { answers: 0, garbled: 0 } => Blame::Node,
             Fault::Garbled { .. } | Fault::Contention | Fault::LineBusy | Fault::Over { .. } => Blame::Line,
             Fault::NotSent => Blame::Ourselves,
-            Fault::Bad(error) => match error.layer() {
-                Layer::LineErrors | Layer::Checksum => Blame::Line,
-                Layer::Address | Layer::Command | Layer::Length | Layer::Value => Blame::Node,
+            Fault::Bad(error) => match error.failed_check() {
+                Check::LineErrors | Check::Checksum => Blame::Line,
+                Check::Address | Check::Command | Check::Length | Check::Value => Blame::Node,
             },
         }
     }

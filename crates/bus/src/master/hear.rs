@@ -69,7 +69,7 @@ impl<P: Protocol> Master<P> {
                 let fits = |earlier: &P::Expected| P::answers_refused(&error, earlier);
                 match self.outstanding.claim(asked, fits) {
                     Some(reply) => self.came_late(&reply, at),
-                    None => self.counters.refused(error.layer()),
+                    None => self.counters.refused(error.failed_check()),
                 }
                 self.refused(error, at)
             }

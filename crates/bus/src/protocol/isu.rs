@@ -2,8 +2,8 @@
 
 use clino_codec::Progress;
 use clino_codec::character::Character;
+use clino_codec::checks::{Check, Checks};
 use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
-use clino_codec::layers::{Layer, Layers};
 
 use crate::{Micros, Protocol, Refusal, Timing};
 
@@ -46,7 +46,7 @@ impl Protocol for Isu {
     }
 
     fn decoder(expected: Expected) -> AnswerDecoder {
-        AnswerDecoder::new(expected, Layers::ALL)
+        AnswerDecoder::new(expected, Checks::ALL)
     }
 
     fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
@@ -95,7 +95,7 @@ fn may_be(address: Address, asked: Address) -> bool {
 }
 
 impl Refusal for DecodeError {
-    fn layer(&self) -> Layer {
-        self.layer()
+    fn failed_check(&self) -> Check {
+        self.failed_check()
     }
 }

@@ -2,7 +2,7 @@
 
 use clino_codec::Progress;
 use clino_codec::character::Character;
-use clino_codec::layers::{Layer, Layers};
+use clino_codec::checks::{Check, Checks};
 use clino_codec::t7::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
 
 use crate::{Micros, Protocol, Refusal, Timing};
@@ -46,7 +46,7 @@ impl Protocol for T7 {
     }
 
     fn decoder(expected: Expected) -> AnswerDecoder {
-        AnswerDecoder::new(expected, Layers::ALL)
+        AnswerDecoder::new(expected, Checks::ALL)
     }
 
     fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
@@ -85,7 +85,7 @@ fn may_be(address: Address, asked: Address) -> bool {
 }
 
 impl Refusal for DecodeError {
-    fn layer(&self) -> Layer {
-        self.layer()
+    fn failed_check(&self) -> Check {
+        self.failed_check()
     }
 }

@@ -6,7 +6,7 @@
 use std::hint::black_box;
 
 use clino_codec::character::Character;
-use clino_codec::layers::Layers;
+use clino_codec::checks::Checks;
 use clino_codec::t7::{Address, Answer, AnswerDecoder, Axis, Progress, Request};
 
 /// The answer of section 2.1.4 of the T7 guide.
@@ -33,7 +33,7 @@ fn decode(count: u32) {
 /// Finds an answer in a stream, character by character, and decodes it.
 fn frame(count: u32) {
     let address = Address::new(5).expect("an address");
-    let mut decoder = AnswerDecoder::new(Request::GetAngle(Axis::Two).expected(address), Layers::ALL);
+    let mut decoder = AnswerDecoder::new(Request::GetAngle(Axis::Two).expected(address), Checks::ALL);
     for _ in 0..count {
         for &byte in black_box(&ANSWER) {
             match &decoder.push(Character::clean(byte)) {

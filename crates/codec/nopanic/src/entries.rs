@@ -3,7 +3,7 @@
 use clino_codec::angle::{Angle, AngleText, Range};
 use clino_codec::ascii::{Centidegrees, LineDecoder};
 use clino_codec::isu::eeprom::{self, Audit, Image, Plan, Write};
-use clino_codec::layers::Counters;
+use clino_codec::checks::CheckCounters;
 use clino_codec::pwm::{self, Law, Limits, Ticks};
 use clino_codec::{isu, t7};
 
@@ -97,9 +97,9 @@ pub static ENTRIES: &[Entry] = &entries![
     Law::angle,
     Ticks::duty_ppm,
     Limits::new,
-    Counters::accept,
-    Counters::refuse,
-    Counters::refused,
+    CheckCounters::accept,
+    CheckCounters::refuse,
+    CheckCounters::refused,
     iterators,
 ];
 

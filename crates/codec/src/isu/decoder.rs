@@ -6,7 +6,7 @@ use super::function::RESPONSE;
 use super::parts::{Parts, is_device_error};
 use super::{Address, Answer, Expected, Function};
 use crate::character::{Character, LineErrors};
-use crate::layers::Layers;
+use crate::checks::Checks;
 use crate::stream::{Stream, Verdict};
 
 /// How many bytes it takes to tell what starts with them.
@@ -27,10 +27,10 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 /// ```
 /// use clino_codec::character::Character;
 /// use clino_codec::isu::{Address, AnswerDecoder, Progress, Request};
-/// use clino_codec::layers::Layers;
+/// use clino_codec::checks::Checks;
 ///
 /// let expected = Request::READ_ANGLE.expected(Address::ANY);
-/// let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+/// let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
 ///
 /// let mut angle = None;
 /// for byte in [0x00, 0x04, 0x05, 0x58, 0x80, 0x00, 0xDD] {
@@ -48,9 +48,9 @@ pub struct AnswerDecoder {
 }
 
 impl AnswerDecoder {
-    /// A decoder that waits for `expected` and applies `layers`.
-    pub const fn new(expected: Expected, layers: Layers) -> Self {
-        Self { answers: Answers { expected, layers }, stream: Stream::new() }
+    /// A decoder that waits for `expected` and applies `checks`.
+    pub const fn new(expected: Expected, checks: Checks) -> Self {
+        Self { answers: Answers { expected, checks }, stream: Stream::new() }
     }
 
     /// Waits for something else from now on. What is held and counted is forgotten.
@@ -100,7 +100,7 @@ impl AnswerDecoder {
 #[derive(Clone, Debug)]
 struct Answers {
     expected: Expected,
-    layers: Layers,
+    checks: Checks,
 }
 
 impl Answers {
@@ -118,13 +118,13 @@ impl Answers {
             if head & RESPONSE == 0 || address.is_reserved() {
                 return Verdict::Junk;
             }
-            if let Some(differs) = self.expected.differs(address, function, self.layers) {
+            if let Some(differs) = self.expected.differs(address, function, self.checks) {
                 if !possible {
                     return Verdict::Junk;
                 }
                 foreign = Some(DecodeError::Foreign { address, function, differs });
             } else if !self.expected.length_fits(length)
-                && !(possible && (!self.layers.length || function != self.expected.function()))
+                && !(possible && (!self.checks.length || function != self.expected.function()))
             {
                 *seen = Progress::Bad(DecodeError::Length { length, function });
                 return Verdict::Bad(0);
@@ -139,9 +139,9 @@ impl Answers {
             *seen = Progress::Bad(error);
             return if intact { Verdict::Bad(size) } else { Verdict::Junk };
         }
-        match self.layers.complaint(errors) {
+        match self.checks.complaint(errors) {
             Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),
-            None => seen.settle(self.expected.check(frame, self.layers), size),
+            None => seen.settle(self.expected.check(frame, self.checks), size),
         }
     }
 }

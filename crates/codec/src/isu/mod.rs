@@ -39,7 +39,7 @@ pub use function::Function;
 pub use request::{Command, Request};
 pub use response::{Answer, Response};
 
-pub use crate::layers::Layers;
+pub use crate::checks::Checks;
 
 /// RAM address of the current angle, high byte first. Source: table 3.
 pub const ANGLE_RAM_ADDRESS: u8 = 0x58;

@@ -9,7 +9,7 @@ use super::function::RESPONSE;
 use super::parts::{HARDWARE_ERROR, INVALID_CHECKSUM, INVALID_FUNCTION_CODE, Parts};
 use super::{ANGLE_RAM_ADDRESS, Address, Function};
 use crate::angle::Angle;
-use crate::layers::Layers;
+use crate::checks::Checks;
 
 /// The content of an answer, named like the command it answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,16 +80,16 @@ impl Answer {
     /// # Errors
     /// Whatever is wrong with them.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
-        Self::decode_with(bytes, Layers::ALL)
+        Self::decode_with(bytes, Checks::ALL)
     }
 
-    /// As [`decode`](Self::decode), with the checksum check off if `layers` says so. The other layers need an
+    /// As [`decode`](Self::decode), with the checksum check off if `checks` says so. The other checks need an
     /// expectation and play no part.
     ///
     /// # Errors
     /// Whatever is wrong with the bytes.
-    pub fn decode_with(bytes: &[u8], layers: Layers) -> Result<Self, DecodeError> {
-        let parts = Parts::open(bytes, RESPONSE, layers.checksum)?;
+    pub fn decode_with(bytes: &[u8], checks: Checks) -> Result<Self, DecodeError> {
+        let parts = Parts::open(bytes, RESPONSE, checks.checksum)?;
         Ok(Self { address: parts.address, response: Response::read(&parts) })
     }
 

@@ -5,7 +5,7 @@ use super::error::{DecodeError, Differs};
 use super::frame::{Frame, OVERHEAD};
 use super::{Address, Axis, Millidegrees, Opcode, Response, fields};
 use crate::bytes::{Reader, padded, sum};
-use crate::layers::Layers;
+use crate::checks::Checks;
 
 /// Length byte of Get All Angles in the guide's printed example. Its table says 10, which fits the 16 bytes
 /// that follow; the example's checksum was computed with 0A, so that some device may really send it. Source:
@@ -55,9 +55,9 @@ impl Expected {
 
     /// In what an answer from `address` to `opcode` differs from this one.
     #[inline(never)]
-    pub(super) fn differs(&self, address: Address, opcode: Opcode, layers: Layers) -> Option<Differs> {
-        let address = layers.address && !self.address.is_all() && self.address != address;
-        let opcode = layers.command && self.opcode != opcode;
+    pub(super) fn differs(&self, address: Address, opcode: Opcode, checks: Checks) -> Option<Differs> {
+        let address = checks.address && !self.address.is_all() && self.address != address;
+        let opcode = checks.command && self.opcode != opcode;
         match (address, opcode) {
             (false, false) => None,
             (true, false) => Some(Differs::Address),
@@ -69,13 +69,13 @@ impl Expected {
     /// Checks a complete answer against this expectation.
     ///
     /// # Errors
-    /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its
+    /// The first check of `checks` that refuses it. A damaged frame is reported as damaged even when its
     /// header is foreign, because the header may be what is damaged.
-    pub fn check(&self, bytes: &[u8], layers: Layers) -> Result<Answer, DecodeError> {
-        let answer = Answer::decode_with(bytes, layers);
+    pub fn check(&self, bytes: &[u8], checks: Checks) -> Result<Answer, DecodeError> {
+        let answer = Answer::decode_with(bytes, checks);
         if let Ok(Answer { address, response, .. }) = answer {
             let opcode = response.opcode();
-            if let Some(differs) = self.differs(address, opcode, layers) {
+            if let Some(differs) = self.differs(address, opcode, checks) {
                 return Err(DecodeError::Foreign { address, opcode, differs });
             }
         }
@@ -89,33 +89,33 @@ impl Answer {
     /// # Errors
     /// Whatever is wrong with them.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
-        Self::decode_with(bytes, Layers::ALL)
+        Self::decode_with(bytes, Checks::ALL)
     }
 
-    /// As [`decode`](Self::decode), with some checks off. Layers that need an expectation play no part.
+    /// As [`decode`](Self::decode), with some checks off. Checks that need an expectation play no part.
     ///
     /// # Errors
-    /// The first check of `layers` that refuses the bytes.
-    pub fn decode_with(bytes: &[u8], layers: Layers) -> Result<Self, DecodeError> {
+    /// The first check of `checks` that refuses the bytes.
+    pub fn decode_with(bytes: &[u8], checks: Checks) -> Result<Self, DecodeError> {
         if let &[address, GET_ANGLE_LENGTH, code, a, b, c, d, _] = bytes
             && let Some(axis) = Axis::new(code.wrapping_sub(Opcode::GetAngle0.get()))
             && let Some(address) = Address::new(address)
             && sum(bytes) == 0
-            && layers.values.allows(Millidegrees(i32::from_be_bytes([a, b, c, d])))
+            && checks.values.allows(Millidegrees(i32::from_be_bytes([a, b, c, d])))
         {
-            // The answer that is polled all day, with nothing wrong in any layer: a short cut.
+            // The answer that is polled all day, with no check that fails: a short cut.
             let angle = Millidegrees(i32::from_be_bytes([a, b, c, d]));
             return Ok(Self { address, response: Response::GetAngle { axis, angle }, length_quirk: false });
         }
-        Self::decode_any(bytes, layers)
+        Self::decode_any(bytes, checks)
     }
 
     /// The long way, for all other answers and for everything that is wrong.
     #[inline(never)]
-    fn decode_any(bytes: &[u8], layers: Layers) -> Result<Self, DecodeError> {
-        let Envelope { address, length, opcode, body } = Envelope::open(bytes, Speaker::Device, layers)?;
+    fn decode_any(bytes: &[u8], checks: Checks) -> Result<Self, DecodeError> {
+        let Envelope { address, length, opcode, body } = Envelope::open(bytes, Speaker::Device, checks)?;
         if !opcode.is_set() {
-            fields::check(opcode, body, layers.values)?;
+            fields::check(opcode, body, checks.values)?;
         }
         let response = Response::read(opcode, Reader::new(&padded::<BODY>(body)));
         Ok(Self { address, response, length_quirk: is_quirk(length, opcode) })

@@ -6,7 +6,7 @@ use super::error::DecodeError;
 use super::{Address, Answer, Expected, Opcode};
 use crate::bytes::sum;
 use crate::character::{Character, LineErrors};
-use crate::layers::Layers;
+use crate::checks::Checks;
 use crate::stream::{Stream, Verdict};
 
 /// What one more character led to.
@@ -20,11 +20,11 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 ///
 /// ```
 /// use clino_codec::character::Character;
-/// use clino_codec::layers::Layers;
+/// use clino_codec::checks::Checks;
 /// use clino_codec::t7::{Address, AnswerDecoder, Axis, Progress, Request};
 ///
 /// let expected = Request::GetAngle(Axis::Two).expected(Address::new(5).unwrap());
-/// let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+/// let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
 ///
 /// let noise_and_answer = [0x00, 0xFF, 0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
 /// for byte in noise_and_answer {
@@ -43,17 +43,17 @@ pub struct AnswerDecoder {
 }
 
 impl AnswerDecoder {
-    /// A decoder that waits for `expected` and applies `layers`.
+    /// A decoder that waits for `expected` and applies `checks`.
     ///
     /// With the command check off, a damaged length or command byte can make the decoder wait for a longer
     /// frame; [`idle`](Self::idle) then releases a good frame that was received meanwhile.
-    pub const fn new(expected: Expected, layers: Layers) -> Self {
-        Self { answers: Answers::new(expected, layers), stream: Stream::new() }
+    pub const fn new(expected: Expected, checks: Checks) -> Self {
+        Self { answers: Answers::new(expected, checks), stream: Stream::new() }
     }
 
     /// Waits for something else from now on. What is held and counted is forgotten.
     pub const fn restart(&mut self, expected: Expected) {
-        self.answers = Answers::new(expected, self.answers.layers);
+        self.answers = Answers::new(expected, self.answers.checks);
         self.stream.restart();
     }
 
@@ -74,7 +74,7 @@ impl AnswerDecoder {
                 self.stream.wait(self.answers.size);
                 return Progress::More;
             }
-            if let Ok(answer) = Answer::decode_with(bytes, self.answers.layers) {
+            if let Ok(answer) = Answer::decode_with(bytes, self.answers.checks) {
                 self.stream.clear();
                 self.stream.wait(HEADER);
                 return Progress::Frame(answer);
@@ -113,17 +113,17 @@ impl AnswerDecoder {
 #[derive(Clone, Debug)]
 struct Answers {
     expected: Expected,
-    layers: Layers,
+    checks: Checks,
     /// How the expected answer begins, for a quick look, and how long it is.
     header: [u8; 3],
     size: usize,
 }
 
 impl Answers {
-    const fn new(expected: Expected, layers: Layers) -> Self {
+    const fn new(expected: Expected, checks: Checks) -> Self {
         let Expected { address, opcode } = expected;
         let header = [address.get(), opcode.response_length(), opcode.get()];
-        Self { expected, layers, header, size: size(opcode) }
+        Self { expected, checks, header, size: size(opcode) }
     }
 
     /// What starts with these bytes.
@@ -139,12 +139,12 @@ impl Answers {
             return Verdict::Junk;
         }
         let size = size(opcode);
-        let differs = self.expected.differs(from, opcode, self.layers);
+        let differs = self.expected.differs(from, opcode, self.checks);
         if !length_fits(length, opcode) {
             if differs.is_some() {
                 return Verdict::Junk;
             }
-            if self.layers.length {
+            if self.checks.length {
                 let expected = opcode.response_length();
                 *seen = Progress::Bad(DecodeError::Length { received: length, expected });
                 return Verdict::Bad(0);
@@ -159,9 +159,9 @@ impl Answers {
             *seen = Progress::Bad(DecodeError::Foreign { address: from, opcode, differs });
             return if intact { Verdict::Bad(size) } else { Verdict::Junk };
         }
-        match self.layers.complaint(errors) {
+        match self.checks.complaint(errors) {
             Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),
-            None => seen.settle(Answer::decode_with(frame, self.layers), size),
+            None => seen.settle(Answer::decode_with(frame, self.checks), size),
         }
     }
 }

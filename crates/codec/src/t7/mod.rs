@@ -48,4 +48,4 @@ pub use sniffer::{SniffProgress, Sniffed, Sniffer};
 pub use status::{Status, UnknownStatus};
 pub use units::{Acceleration, Millidegrees, Temperature};
 
-pub use crate::layers::Layers;
+pub use crate::checks::Checks;

@@ -8,7 +8,7 @@ use super::frame::Frame;
 use super::{Address, Axis, BaudRate, DeviceType, Direction, Expected, Millidegrees, Opcode, fields};
 use crate::angle::Range;
 use crate::bytes::{Reader, Writer, padded};
-use crate::layers::{Layers, ValueRange};
+use crate::checks::{Checks, ValueRange};
 
 /// Shortest damping time in milliseconds. Source: §2.5.2.
 pub const MIN_DAMPING_MS: u16 = 2;
@@ -181,7 +181,7 @@ impl Request {
     /// Whatever is wrong with them. [`DecodeError::Value`] is what a device answers with
     /// [`Status::InvalidParameter`](super::Status::InvalidParameter).
     pub fn decode(bytes: &[u8]) -> Result<Command, DecodeError> {
-        let Envelope { address, opcode, body, .. } = Envelope::open(bytes, Speaker::Host, Layers::ALL)?;
+        let Envelope { address, opcode, body, .. } = Envelope::open(bytes, Speaker::Host, Checks::ALL)?;
         if opcode.is_set() {
             fields::check(opcode, body, ValueRange::AnyMode)?;
         }
