@@ -15,7 +15,7 @@ fuzz_target!(|bytes: &[u8]| {
         let _ = sniffer.push(Character::clean(byte));
     }
     while sniffer.idle() != SniffProgress::More {}
-    assert!(sniffer.junk() as usize <= bytes.len());
+    assert!(sniffer.discarded() as usize <= bytes.len());
     let mut seen = Vec::new();
     for byte in EXCHANGE {
         match sniffer.push(Character::clean(byte)) {

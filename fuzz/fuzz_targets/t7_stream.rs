@@ -55,5 +55,5 @@ fuzz_target!(|input: &[u8]| {
     }
     assert_eq!(seen, wanted);
     assert_eq!(decoder.pending(), 0);
-    assert!(decoder.junk() as usize + seen.len() * size <= characters.len());
+    assert!(decoder.discarded() as usize + seen.len() * size <= characters.len());
 });

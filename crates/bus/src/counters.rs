@@ -41,7 +41,7 @@ pub struct Counters {
     /// Our own characters that came back.
     pub echo: u32,
     /// Characters that belong to no frame.
-    pub junk: u32,
+    pub discarded: u32,
     /// Characters that came before a request was out: nobody had been asked.
     pub unasked: u32,
     /// Characters with a low stop bit.
@@ -54,7 +54,7 @@ pub struct Counters {
     pub overrun: u32,
     /// Characters with wrong parity.
     pub parity: u32,
-    /// From our last stop bit to the end of the first character of the last good answer (answers with junk before
+    /// From our last stop bit to the end of the first character of the last good answer (answers with stray characters before
     /// them left out, here and below).
     pub response_last: Micros,
     /// The shortest of these; zero while there was none.

@@ -16,7 +16,7 @@
 //! | listening | A line that is not sending listens, always: for an answer, in the quiet after a failure, or idle; which of them it is, the [`Master`](crate::Master) knows. |
 //! | early answer | The frame counts as out with its last stop bit. What is heard from then on is handed over, even while the post-delay still holds the driver, and ends it. |
 //! | echo | Own characters that come back are verified and removed, see [`EchoMode`]; the rule is in `line/echo.rs`. |
-//! | junk | Delays the next frame by the guard, and nothing else. |
+//! | stray characters | Delays the next frame by the guard, and nothing else. |
 //!
 //! Limits: one frame of at most [`MAX_FRAME`] characters at a time; the driver is never held longer than the
 //! frame needs plus [`HOLD_MARGIN`] of its length, plus both delays.

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! *Waiting.* The first character has to come within the sensor's documented latency; a dead node costs no more. A
-//! character never shortens a wait, so junk at turnaround costs nothing; length and checksum make the frame, a gap
+//! character never shortens a wait, so stray characters at turnaround cost nothing; length and checksum make the frame, a gap
 //! only ends the wait. However long a node babbles, a wait ends after the longest answer twice over.
 //!
 //! *Quiet.* For [`Timing::quiet`] after a failure nobody is asked, and for longer if the node is usually there
@@ -43,7 +43,7 @@ use history::NodeHistory;
 use late::OutstandingReplies;
 
 /// No wait is stretched by more than this many characters, or by twice the answer, if that is more. It is twice the
-/// T7's 34-byte answer, so that junk of a frame's length before a frame still leaves it whole.
+/// T7's 34-byte answer, so that a frame still arrives whole after as many stray characters.
 pub const LONGEST_ANSWER: u64 = 68;
 
 /// How an exchange ended.

@@ -62,7 +62,7 @@ pub trait Protocol {
     fn idle(decoder: &mut Self::Decoder) -> Progress<Self::Answer, Self::DecodeError>;
 
     /// Characters the decoder passed over because they belong to no frame, since it was made.
-    fn junk(decoder: &Self::Decoder) -> u32;
+    fn discarded(decoder: &Self::Decoder) -> u32;
 
     /// Whether this answer may be the one that `earlier` called for.
     fn answers(answer: &Self::Answer, earlier: &Self::Expected) -> bool;

@@ -143,7 +143,7 @@ fn an_answer_at_once_is_not_lost_whatever_the_delays() {
             if !fought {
                 assert!(results.iter().all(Result::is_ok), "{post_delay:?} {mode:?}: {results:?}");
                 let counters = bench.master.counters();
-                assert_eq!((counters.good, counters.junk, counters.contention), (5, 0, 0));
+                assert_eq!((counters.good, counters.discarded, counters.contention), (5, 0, 0));
                 assert_eq!(counters.echo, if echo { 15 } else { 0 }, "{mode:?}");
             }
         }

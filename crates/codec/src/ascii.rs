@@ -132,7 +132,7 @@ pub enum LineFault {
 ///     }
 /// }
 /// assert_eq!(angle.unwrap().to_string(), "-32.700");
-/// assert_eq!(decoder.junk(), 6);
+/// assert_eq!(decoder.discarded(), 6);
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct LineDecoder {
@@ -144,7 +144,7 @@ pub struct LineDecoder {
     /// The digits so far, in hundredths of a degree at the end.
     magnitude: i32,
     errors: LineErrors,
-    junk: u32,
+    discarded: u32,
 }
 
 impl LineDecoder {
@@ -156,13 +156,13 @@ impl LineDecoder {
             in_number: false,
             magnitude: 0,
             errors: LineErrors::NONE,
-            junk: 0,
+            discarded: 0,
         }
     }
 
     /// Characters so far that belonged to no line.
-    pub const fn junk(&self) -> u32 {
-        self.junk
+    pub const fn discarded(&self) -> u32 {
+        self.discarded
     }
 
     /// Takes one character.
@@ -202,14 +202,14 @@ impl LineDecoder {
     /// Takes the first character of a line, or drops what cannot be one.
     #[inline(never)]
     fn start(&mut self, character: Character) {
-        let Self { junk, .. } = *self;
-        *self = Self { junk, errors: character.errors, ..Self::new() };
+        let Self { discarded, .. } = *self;
+        *self = Self { discarded, errors: character.errors, ..Self::new() };
         match character.byte {
             sign @ (b'+' | b'-') => {
                 self.position = 1;
                 self.negative = sign == b'-';
             }
-            _ => self.junk = junk.saturating_add(1),
+            _ => self.discarded = discarded.saturating_add(1),
         }
     }
 

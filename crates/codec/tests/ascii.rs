@@ -70,7 +70,7 @@ fn reception_may_start_anywhere() {
     for skipped in 1..LINE_LENGTH {
         let mut decoder = LineDecoder::new();
         assert_eq!(run(&mut decoder, &lines[skipped..]), [Ok(-3_270)]);
-        assert_eq!(decoder.junk() as usize, LINE_LENGTH - skipped);
+        assert_eq!(decoder.discarded() as usize, LINE_LENGTH - skipped);
     }
 }
 
@@ -92,7 +92,7 @@ fn a_damaged_line_never_costs_the_next() {
         let fault = LineFault::Unexpected { byte: 0, position: position as u8 };
         assert_eq!(seen, [Err(fault), Ok(-3_270)]);
         // The rest of the damaged line belongs to no line.
-        assert_eq!(decoder.junk() as usize, LINE_LENGTH - position - 1);
+        assert_eq!(decoder.discarded() as usize, LINE_LENGTH - position - 1);
     }
 }
 

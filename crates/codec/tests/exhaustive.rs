@@ -127,7 +127,7 @@ fn isu_angles_all_65_536_through_the_decoder() {
         let error = i64::from(answer.angle().unwrap().udeg()) * 65_536 - i64::from(code) * 360_000_000;
         assert!(error.abs() <= 32_768);
     }
-    assert_eq!(decoder.junk(), 0);
+    assert_eq!(decoder.discarded(), 0);
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn the_answer_is_found_at_its_last_byte() {
     assert_eq!(decoder.pending(), 5);
     let Progress::Frame(answer) = decoder.push(Character::clean(GOOD[5])) else { panic!() };
     assert_eq!(answer.angle_word(), Some(0x8000));
-    assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+    assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     assert_eq!(decoder.expected().function(), Function::ReadRam);
 }
 
@@ -68,12 +68,12 @@ fn error_answers_belong_to_the_transaction_in_flight() {
         (hex("01 FD FD"), DeviceError::InvalidChecksum),
         (hex("02 F1 04 F5"), DeviceError::HardwareError { command_byte: 0x04 }),
     ] {
-        for junk in [&[][..], &[0x00], &[0xFF, 0xFF], &[0x35], &[0x10, 0x45]] {
+        for stray in [&[][..], &[0x00], &[0xFF, 0xFF], &[0x35], &[0x10, 0x45]] {
             let mut decoder = decoder(Request::READ_ANGLE, 3);
-            let seen = run(&mut decoder, &[junk, &bytes].concat());
+            let seen = run(&mut decoder, &[stray, &bytes].concat());
             let answer = Answer { address: Address::RESERVED, response: Response::Error(error) };
-            assert_eq!(seen, [Ok(answer)], "{junk:02X?}");
-            assert_eq!(decoder.junk() as usize, junk.len());
+            assert_eq!(seen, [Ok(answer)], "{stray:02X?}");
+            assert_eq!(decoder.discarded() as usize, stray.len());
         }
         let mut damaged = bytes.clone();
         let last = damaged.len() - 1;
@@ -84,19 +84,19 @@ fn error_answers_belong_to_the_transaction_in_flight() {
 }
 
 #[test]
-fn junk_never_costs_a_good_answer() {
+fn stray_characters_never_costs_a_good_answer() {
     let command = hex("03 34 58 02 8E");
-    for junk in
+    for stray in
         [&[0x00][..], &[0x04], &[0x04, 0x35], &[0x35; 5], &command, &[0xFE, 0x15], &[0x04, 0x35, 0x58]]
     {
         let mut decoder = decoder(Request::READ_ANGLE, 3);
-        let seen = run(&mut decoder, &[junk, &GOOD].concat());
-        assert_eq!(seen.last(), Some(&Answer::decode(&GOOD)), "{junk:02X?}");
+        let seen = run(&mut decoder, &[stray, &GOOD].concat());
+        assert_eq!(seen.last(), Some(&Answer::decode(&GOOD)), "{stray:02X?}");
     }
-    // The host's own command, heard as an echo, is junk.
+    // The host's own command, heard as an echo, is discarded.
     let mut decoder = decoder(Request::READ_ANGLE, 3);
     assert_eq!(run(&mut decoder, &[&command[..], &GOOD].concat()), [Answer::decode(&GOOD)]);
-    assert_eq!(decoder.junk(), 5);
+    assert_eq!(decoder.discarded(), 5);
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn a_good_answer_comes_out_at_once_while_a_longer_foreign_one_seems_to_arrive() 
         assert_eq!(decoder.push(character), Progress::More);
     }
     assert!(matches!(decoder.push(Character::clean(last)), Progress::Frame(_)));
-    assert_eq!(decoder.junk(), 2);
+    assert_eq!(decoder.discarded(), 2);
 }
 
 #[test]
@@ -128,12 +128,12 @@ fn foreign_answers_are_reported_with_their_sender() {
     assert_eq!(foreign(Request::ResetModule, 4), Differs::Both);
     // Asked as 0, whoever answers is right.
     assert_eq!(run(&mut decoder(Request::READ_ANGLE, 0), &GOOD), [Answer::decode(&GOOD)]);
-    // A damaged foreign answer is junk.
+    // A damaged foreign answer is discarded.
     let mut damaged = GOOD;
     damaged[5] ^= 1;
     let mut decoder = decoder(Request::READ_ANGLE, 4);
     assert_eq!(run(&mut decoder, &damaged), []);
-    assert_eq!(decoder.junk(), 6);
+    assert_eq!(decoder.discarded(), 6);
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
         assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), Progress::More);
     }
     assert_eq!(decoder.idle(), Progress::More);
-    assert_eq!(decoder.junk(), 6);
+    assert_eq!(decoder.discarded(), 6);
 }
 
 // A module may answer a command for address 0 with its own address, or with 0: the document does not say.
@@ -209,7 +209,7 @@ fn a_restarted_decoder_is_as_good_as_new() {
         assert!(matches!(decoder.push(Character::clean(byte)), Progress::More));
     }
     decoder.restart(Request::READ_ANGLE.expected(address));
-    assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+    assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     let answer = [0x04, 0x05, 0x58, 0x80, 0x00, 0xDD];
     let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), Progress::Frame(_)));
     assert_eq!(found, [false, false, false, false, false, true]);

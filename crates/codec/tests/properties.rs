@@ -292,7 +292,7 @@ proptest! {
         prop_assert!(wanted >= 1);
         prop_assert_eq!(frames.len(), wanted);
         prop_assert_eq!(decoder.pending(), 0);
-        prop_assert!(decoder.junk() as usize <= bytes.len() - wanted * good.len());
+        prop_assert!(decoder.discarded() as usize <= bytes.len() - wanted * good.len());
     }
 
     #[test]

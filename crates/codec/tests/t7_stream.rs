@@ -51,18 +51,19 @@ fn every_documented_answer_is_found_at_its_last_byte() {
         }
         assert_eq!(decoder.pending(), first.len());
         assert_eq!(decoder.push(Character::clean(last)), Progress::Frame(answer));
-        assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+        assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     }
 }
 
 #[test]
-fn junk_is_counted_and_costs_nothing() {
-    for junk in [&[0x00][..], &[0xFF, 0xFF], &[0x05], &[0x05, 0x06], &[0x05, 0x05, 0x05], &[0x7E, 0x01, 0x83]]
+fn stray_characters_is_counted_and_costs_nothing() {
+    for stray in
+        [&[0x00][..], &[0xFF, 0xFF], &[0x05], &[0x05, 0x06], &[0x05, 0x05, 0x05], &[0x7E, 0x01, 0x83]]
     {
         let mut decoder = decoder(5, Opcode::GetAngle2);
-        let seen = run(&mut decoder, &[junk, &GOOD].concat());
-        assert_eq!(seen, [Answer::decode(&GOOD)], "{junk:02X?}");
-        assert_eq!(decoder.junk() as usize, junk.len());
+        let seen = run(&mut decoder, &[stray, &GOOD].concat());
+        assert_eq!(seen, [Answer::decode(&GOOD)], "{stray:02X?}");
+        assert_eq!(decoder.discarded() as usize, stray.len());
     }
 }
 
@@ -77,7 +78,7 @@ fn a_good_answer_comes_out_at_its_last_byte_even_while_a_longer_foreign_one_seem
         assert_eq!(decoder.push(character), Progress::More);
     }
     assert!(matches!(decoder.push(Character::clean(GOOD[7])), Progress::Frame(_)));
-    assert_eq!(decoder.junk(), 3);
+    assert_eq!(decoder.discarded(), 3);
 }
 
 #[test]
@@ -108,7 +109,7 @@ fn a_damaged_answer_is_reported_once_with_both_checksums() {
     let mut decoder = decoder(5, Opcode::GetAngle2);
     let seen = run(&mut decoder, &damaged);
     assert_eq!(seen, [Err(DecodeError::Checksum { received: 0x27, computed: 0x17 })]);
-    assert_eq!(decoder.junk(), 0);
+    assert_eq!(decoder.discarded(), 0);
 }
 
 #[test]
@@ -116,7 +117,7 @@ fn foreign_answers_are_reported_with_their_sender() {
     let foreign = |number, opcode| {
         let mut decoder = decoder(number, opcode);
         let seen = run(&mut decoder, &GOOD);
-        assert_eq!(decoder.junk(), 0);
+        assert_eq!(decoder.discarded(), 0);
         match seen[..] {
             [Err(DecodeError::Foreign { address, opcode: Opcode::GetAngle2, differs })] => {
                 assert_eq!(address.get(), 5);
@@ -129,12 +130,12 @@ fn foreign_answers_are_reported_with_their_sender() {
     assert_eq!(foreign(5, Opcode::GetAllData), Differs::Command);
     assert_eq!(foreign(6, Opcode::GetAllData), Differs::Both);
 
-    // A damaged foreign answer is junk.
+    // A damaged foreign answer is discarded.
     let mut damaged = GOOD;
     damaged[7] ^= 1;
     let mut decoder = decoder(6, Opcode::GetAngle2);
     assert_eq!(run(&mut decoder, &damaged), []);
-    assert_eq!(decoder.junk(), 8);
+    assert_eq!(decoder.discarded(), 8);
 }
 
 #[test]
@@ -143,7 +144,7 @@ fn a_foreign_answer_does_not_cost_the_wanted_one() {
     let mut decoder = decoder(5, Opcode::GetAngle2);
     let seen = run(&mut decoder, &[&foreign[..], &GOOD].concat());
     assert!(matches!(seen[..], [Err(DecodeError::Foreign { .. }), Ok(_)]), "{seen:?}");
-    assert_eq!(decoder.junk(), 0);
+    assert_eq!(decoder.discarded(), 0);
 }
 
 #[test]
@@ -173,7 +174,7 @@ fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
         assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), Progress::More);
     }
     assert_eq!(decoder.idle(), Progress::More);
-    assert_eq!(decoder.junk(), 8);
+    assert_eq!(decoder.discarded(), 8);
 }
 
 #[test]
@@ -279,7 +280,7 @@ fn a_sniffer_follows_every_documented_exchange() {
             assert_eq!(seen, [Ok(Sniffed::Answer { answer, to: asked })], "{vector}");
         }
     }
-    assert_eq!(sniffer.junk(), 0);
+    assert_eq!(sniffer.discarded(), 0);
 }
 
 #[test]
@@ -335,7 +336,7 @@ fn a_sniffer_reports_damage_and_goes_on() {
         ),
         "{seen:?}"
     );
-    assert_eq!(sniffer.junk(), 3);
+    assert_eq!(sniffer.discarded(), 3);
     let dirty = Character { byte: 5, errors: LineErrors::OVERRUN };
     _ = sniffer.push(dirty);
     assert_eq!(
@@ -359,7 +360,7 @@ fn a_restarted_decoder_is_as_good_as_new() {
         assert!(matches!(decoder.push(Character::clean(byte)), Progress::More));
     }
     decoder.restart(Request::GetAngle(Axis::Two).expected(address));
-    assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+    assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     let answer = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
     let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), Progress::Frame(_)));
     assert_eq!(found, [false, false, false, false, false, false, false, true]);

@@ -141,7 +141,7 @@ fn isu_lines_mean_what_they_show() {
     assert_eq!(json!(centidegrees), vectors[0]["want_centidegrees"]);
     let again: Vec<u8> = seen.iter().flat_map(|angle| angle.encode()).collect();
     assert_eq!(again, lines.concat().as_bytes());
-    assert_eq!(decoder.junk(), 0);
+    assert_eq!(decoder.discarded(), 0);
 }
 
 #[test]

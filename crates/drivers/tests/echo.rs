@@ -38,7 +38,7 @@ fn an_echo_is_removed() {
                     if nb { nb_t7.angle(address(5), Axis::Two) } else { io_t7.angle(address(5), Axis::Two) };
                 assert!(sensors::is_true(asked.unwrap(), sensors::TURNING.at(board.now())));
             }
-            assert_eq!((nb_t7.counters().junk, io_t7.counters().junk), (0, 0));
+            assert_eq!((nb_t7.counters().discarded, io_t7.counters().discarded), (0, 0));
             let turns = turns(&board);
             assert!(turns.all_clean() && turns.count == 10, "{turns:?}");
         }
@@ -54,7 +54,7 @@ fn a_missing_echo_is_an_error() {
     assert!(!turns(&board).high);
 }
 
-/// An echo nobody expects is junk, and costs no answer.
+/// An unexpected echo is discarded and costs no answer.
 #[test]
 fn an_unexpected_echo_costs_nothing() {
     let board = board(Model::BUFFERED, true, None, 2 * MS);

@@ -175,12 +175,12 @@ fn tries_again_when_told_to() {
 
 /// What a node says out of turn before an answer costs nothing.
 #[test]
-fn junk_before_an_answer_is_passed_over() {
+fn stray_characters_before_an_answer_are_skipped() {
     let sensor = sensors::t7_with(5, Default::default());
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
     let mut t7 = nb_t7(&board);
-    let junk = [0x00, 0xFF, 0x05, 0x06, 0x05, 0x06, 0x83, 0x00, 0x00, 0x00, 0x00, 0x72];
-    sensor.lock().unwrap().faults.next = Some(Fault::Instead(junk.to_vec()));
+    let stray = [0x00, 0xFF, 0x05, 0x06, 0x05, 0x06, 0x83, 0x00, 0x00, 0x00, 0x00, 0x72];
+    sensor.lock().unwrap().faults.next = Some(Fault::Instead(stray.to_vec()));
     assert_eq!(t7.angle(address(5), Axis::Two).unwrap(), codec::angle::Angle::ZERO);
 }
 

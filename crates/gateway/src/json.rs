@@ -92,7 +92,7 @@ pub fn statistics(
             "{{\"line\":\"{bus}\",\"forced\":{},\"busy\":{},\"junk\":{},\"framing\":{},\"noise\":{},\"overrun\":{}}}",
             counters.forced,
             counters.line_busy,
-            counters.junk,
+            counters.discarded,
             counters.framing,
             counters.noise,
             counters.overrun,

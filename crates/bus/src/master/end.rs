@@ -101,7 +101,7 @@ impl<P: Protocol> Master<P> {
                 }
             }
         }
-        self.counters.junk = self.counters.junk.wrapping_add(P::junk(&exchange.decoder));
+        self.counters.discarded = self.counters.discarded.wrapping_add(P::discarded(&exchange.decoder));
         if let Some(until) = outstanding.filter(|&until| until > now) {
             self.outstanding.add(exchange.outstanding(until), now);
         }

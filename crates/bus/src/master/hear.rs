@@ -11,7 +11,7 @@ use crate::{Micros, Protocol, Refusal};
 impl<P: Protocol> Master<P> {
     pub(super) fn released(&mut self, at: Micros) {
         let (State::Sending { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return };
-        self.counters.junk = self.counters.junk.wrapping_add(exchange.release(at));
+        self.counters.discarded = self.counters.discarded.wrapping_add(exchange.release(at));
         let wait = match &exchange.collecting {
             Some(collecting) => collecting.window(),
             None => self.timing.first_character(exchange.latency) + self.adaptive.extension(),
@@ -39,7 +39,7 @@ impl<P: Protocol> Master<P> {
         let progress = match (&mut self.state, &mut self.exchange) {
             // Nobody was asked.
             (State::Idle, _) | (_, None) => {
-                bump(&mut self.counters.junk);
+                bump(&mut self.counters.discarded);
                 return None;
             }
             // A late answer, or a node out of turn.
@@ -126,7 +126,7 @@ impl<P: Protocol> Master<P> {
             self.counters.response(response);
             self.adaptive.note(response.since(exchange.latency + self.character), &self.timing);
         }
-        self.counters.junk = self.counters.junk.wrapping_add(exchange.finish());
+        self.counters.discarded = self.counters.discarded.wrapping_add(exchange.finish());
         self.state = State::Idle;
         Some(Outcome { result: Ok(answer), at })
     }

@@ -125,12 +125,12 @@ fn a_dead_node_costs_its_first_character_deadline() {
 }
 
 #[test]
-fn junk_at_turnaround_costs_nothing() {
+fn stray_characters_at_turnaround_costs_nothing() {
     let mut bench = Bench::asked();
     bench.hear(1_090, &[0x00, 0xFF]);
     bench.hear(3_083, &ANSWER);
     assert!(bench.is_the_answer());
-    assert_eq!(bench.master.counters().junk, 2);
+    assert_eq!(bench.master.counters().discarded, 2);
 }
 
 #[test]
@@ -259,7 +259,7 @@ fn a_good_exchange_is_idle_at_once_and_a_failed_one_when_no_late_answer_can_come
 }
 
 #[test]
-fn response_times_are_those_of_good_answers_without_junk_before_them() {
+fn response_times_count_only_answers_without_stray_characters_before_them() {
     let mut bench = Bench::asked();
     bench.hear(3_000, &ANSWER);
     bench.ask();

@@ -61,8 +61,8 @@ impl Protocol for Isu {
         decoder.idle()
     }
 
-    fn junk(decoder: &AnswerDecoder) -> u32 {
-        decoder.junk()
+    fn discarded(decoder: &AnswerDecoder) -> u32 {
+        decoder.discarded()
     }
 
     /// An error answer names no module: it may be anybody's.

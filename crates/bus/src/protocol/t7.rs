@@ -61,8 +61,8 @@ impl Protocol for T7 {
         decoder.idle()
     }
 
-    fn junk(decoder: &AnswerDecoder) -> u32 {
-        decoder.junk()
+    fn discarded(decoder: &AnswerDecoder) -> u32 {
+        decoder.discarded()
     }
 
     fn answers(answer: &Answer, earlier: &Expected) -> bool {

@@ -22,7 +22,7 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 ///
 /// `Bad` is a report, not the end: keep feeding characters until the answer comes or its time is over, then
 /// call [`idle`](Self::idle). An intact answer of another module, or to another function, is reported as
-/// [`DecodeError::Foreign`]. Characters that belong to no frame are counted as [`junk`](Self::junk).
+/// [`DecodeError::Foreign`]. Characters that belong to no frame are counted as [`discarded`](Self::discarded).
 ///
 /// ```
 /// use clino_codec::character::Character;
@@ -39,7 +39,7 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 ///     }
 /// }
 /// assert_eq!(angle.unwrap().to_string(), "180.000");
-/// assert_eq!(decoder.junk(), 1);
+/// assert_eq!(decoder.discarded(), 1);
 /// ```
 #[derive(Clone, Debug)]
 pub struct AnswerDecoder {
@@ -86,8 +86,8 @@ impl AnswerDecoder {
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
-    pub const fn junk(&self) -> u32 {
-        self.stream.junk()
+    pub const fn discarded(&self) -> u32 {
+        self.stream.discarded()
     }
 
     /// Characters that may still become a frame.
@@ -112,15 +112,15 @@ impl Answers {
         if !is_device_error(length, head) {
             // Sender and function of an answer that could stand on this line.
             let (address, Some(function)) = (Address::of_head(head), Function::of_head(head)) else {
-                return Verdict::Junk;
+                return Verdict::Discard;
             };
             let possible = function.response_length_fits(length);
             if head & RESPONSE == 0 || address.is_reserved() {
-                return Verdict::Junk;
+                return Verdict::Discard;
             }
             if let Some(differs) = self.expected.differs(address, function, self.checks) {
                 if !possible {
-                    return Verdict::Junk;
+                    return Verdict::Discard;
                 }
                 foreign = Some(DecodeError::Foreign { address, function, differs });
             } else if !self.expected.length_fits(length)
@@ -137,7 +137,7 @@ impl Answers {
         if let Some(error) = foreign {
             let intact = LineErrors::all(errors).is_none() && Parts::open(frame, RESPONSE, true).is_ok();
             *seen = Progress::Bad(error);
-            return if intact { Verdict::Bad(size) } else { Verdict::Junk };
+            return if intact { Verdict::Bad(size) } else { Verdict::Discard };
         }
         match self.checks.complaint(errors) {
             Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),

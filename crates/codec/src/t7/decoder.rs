@@ -16,7 +16,7 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 ///
 /// `Bad` is a report, not the end: keep feeding characters until the answer comes or its time is over, then
 /// call [`idle`](Self::idle). An intact answer of another device, or to another command, is reported as
-/// [`DecodeError::Foreign`]. Characters that belong to no frame are counted as [`junk`](Self::junk).
+/// [`DecodeError::Foreign`]. Characters that belong to no frame are counted as [`discarded`](Self::discarded).
 ///
 /// ```
 /// use clino_codec::character::Character;
@@ -34,7 +34,7 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 ///         Progress::Bad(error) => panic!("{error}"),
 ///     }
 /// }
-/// assert_eq!(decoder.junk(), 2);
+/// assert_eq!(decoder.discarded(), 2);
 /// ```
 #[derive(Clone, Debug)]
 pub struct AnswerDecoder {
@@ -99,8 +99,8 @@ impl AnswerDecoder {
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
-    pub const fn junk(&self) -> u32 {
-        self.stream.junk()
+    pub const fn discarded(&self) -> u32 {
+        self.stream.discarded()
     }
 
     /// Characters that may still become a frame.
@@ -132,17 +132,17 @@ impl Answers {
             return Verdict::Incomplete(HEADER);
         };
         let (Some(from), Some(opcode)) = (Address::of_request(address), Opcode::new(command)) else {
-            return Verdict::Junk;
+            return Verdict::Discard;
         };
         // Nobody answers as the all-respond address; but who asked it waits for what begins so, and reports it.
         if from.is_all() && [address, length, command] != self.header {
-            return Verdict::Junk;
+            return Verdict::Discard;
         }
         let size = size(opcode);
         let differs = self.expected.differs(from, opcode, self.checks);
         if !length_fits(length, opcode) {
             if differs.is_some() {
-                return Verdict::Junk;
+                return Verdict::Discard;
             }
             if self.checks.length {
                 let expected = opcode.response_length();
@@ -157,7 +157,7 @@ impl Answers {
         if let Some(differs) = differs {
             let intact = LineErrors::all(errors).is_none() && sum(frame) == 0;
             *seen = Progress::Bad(DecodeError::Foreign { address: from, opcode, differs });
-            return if intact { Verdict::Bad(size) } else { Verdict::Junk };
+            return if intact { Verdict::Bad(size) } else { Verdict::Discard };
         }
         match self.checks.complaint(errors) {
             Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),

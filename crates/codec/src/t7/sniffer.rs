@@ -90,8 +90,8 @@ impl Sniffer {
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
-    pub const fn junk(&self) -> u32 {
-        self.stream.junk()
+    pub const fn discarded(&self) -> u32 {
+        self.stream.discarded()
     }
 }
 
@@ -110,7 +110,7 @@ impl Conversation {
             return Verdict::Incomplete(HEADER);
         };
         let (Some(to), Some(opcode)) = (Address::of_request(address), Opcode::new(code)) else {
-            return Verdict::Junk;
+            return Verdict::Discard;
         };
         let commands_length = length == opcode.request_length();
         let answers_length = length_fits(length, opcode);
@@ -119,7 +119,7 @@ impl Conversation {
         } else if answers_length && !to.is_all() {
             size(opcode)
         } else {
-            return Verdict::Junk;
+            return Verdict::Discard;
         };
         let Some(frame) = bytes.get(..size) else { return Verdict::Incomplete(size) };
         let errors = errors.get(..size).unwrap_or(&[]);

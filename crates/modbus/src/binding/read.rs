@@ -204,7 +204,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             BusItem::LineBusy => counters.line_busy,
             BusItem::Contention => counters.contention,
             BusItem::Echo => counters.echo,
-            BusItem::Junk => counters.junk,
+            BusItem::Junk => counters.discarded,
             BusItem::Framing => counters.framing,
             BusItem::Noise => counters.noise,
             BusItem::Overrun => counters.overrun,

@@ -147,7 +147,7 @@ fn an_echo_is_found_and_lost_again() {
 }
 
 #[test]
-fn junk_while_we_drive_neither_proves_an_echo_nor_is_contention() {
+fn stray_characters_while_we_drive_neither_proves_an_echo_nor_is_contention() {
     let mut line = with(EchoMode::Detect);
     assert!(send(&mut line, 0, &[0xFF, 0x00]).iter().all(is_heard));
     assert_eq!(line.poll(Micros(500)), None);

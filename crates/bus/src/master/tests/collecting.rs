@@ -48,7 +48,7 @@ fn silence_is_over_at_the_end_of_the_window() {
 }
 
 #[test]
-fn damage_and_junk_are_reported_and_counted() {
+fn damage_and_discarded_characters_are_reported_and_counted() {
     let mut bench = asked_all();
     let mut damaged = ANSWER;
     damaged[6] ^= 0x80;

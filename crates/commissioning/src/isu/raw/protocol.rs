@@ -61,8 +61,8 @@ impl Protocol for UnprotectedIsu {
         Isu::idle(decoder)
     }
 
-    fn junk(decoder: &AnswerDecoder) -> u32 {
-        Isu::junk(decoder)
+    fn discarded(decoder: &AnswerDecoder) -> u32 {
+        Isu::discarded(decoder)
     }
 
     fn answers(answer: &Answer, earlier: &Expected) -> bool {
