@@ -31,7 +31,7 @@ mod work;
 
 use crate::crystal;
 use crate::incident::Chronicle;
-use crate::plant::{Bait, Plant};
+use crate::injection::{Injection, Payload};
 use crate::timeline::{Actor, Timeline, lock};
 use clocks::Timer;
 use reset::ResetLine;
@@ -112,7 +112,7 @@ impl Cpu {
     }
 
     /// Plants a fault.
-    pub fn order(&self, plant: Plant, bait: Bait) {
-        lock(&self.work).planting.add(plant, bait);
+    pub fn order(&self, injection: Injection, payload: Payload) {
+        lock(&self.work).planting.add(injection, payload);
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use clino_sim::node::Ns;
 
-use crate::plant::{Level, What};
+use crate::injection::{Level, What};
 use crate::timeline::lock;
 
 /// One thing that befell the chip.

@@ -10,7 +10,7 @@ use crate::cpu::{Cpu, CpuStats, Fault};
 use crate::elf::Image;
 use crate::flash::Sectors;
 use crate::incident::{Chronicle, Incident};
-use crate::plant::{Bait, NoBait, Plant};
+use crate::injection::{Injection, NoPayload, Payload};
 use crate::ports::SerialPort;
 use crate::pwm::{Pulse, Source};
 use crate::reception::{Reception, Receptions};
@@ -121,9 +121,9 @@ impl Board {
     ///
     /// # Errors
     ///
-    /// [`NoBait`] if the image lacks what it takes.
-    pub fn plant(&mut self, plant: Plant, image: &Image) -> Result<(), NoBait> {
-        self.cpu.order(plant, Bait::find(image, plant.what)?);
+    /// [`NoPayload`] if the image lacks what it takes.
+    pub fn inject(&mut self, injection: Injection, image: &Image) -> Result<(), NoPayload> {
+        self.cpu.order(injection, Payload::find(image, injection.what)?);
         Ok(())
     }
 

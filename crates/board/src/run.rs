@@ -6,13 +6,13 @@ use std::{fmt, io};
 use clino_sim::node::Ns;
 
 use crate::analysis::{Analysis, Protocol};
+use crate::checker::Checker;
 use crate::console::{Console, Line, SharedTerminal};
 use crate::edges::Edges;
 use crate::elf::Image;
 use crate::impairment::SharedImpairments;
 use crate::incident::{self, Incident};
 use crate::modbus::{ModbusLine, SharedMaster};
-use crate::oracle::Oracle;
 use crate::reception::Reception;
 use crate::scenario::{Bench, Planned, Scenario};
 use crate::summary::Summary;
@@ -41,7 +41,7 @@ pub struct Run {
     buses: [Bus; 2],
     /// Somebody is at the console or at the Modbus port.
     attended: bool,
-    oracle: Oracle,
+    checker: Checker,
     duration: Ns,
     /// How much of what happened on the lines is kept, and up to when it has been forgotten.
     remembered: Ns,
@@ -82,8 +82,8 @@ impl Run {
             pwm,
         };
         let mut board = Board::clocked_by(scenario.oscillators(), image, ports)?;
-        for plant in scenario.plants() {
-            board.plant(plant, image)?;
+        for injection in scenario.injections() {
+            board.inject(injection, image)?;
         }
         Ok(Self {
             board,
@@ -93,7 +93,7 @@ impl Run {
             impairments,
             buses,
             attended: false,
-            oracle: Oracle::new(truths),
+            checker: Checker::new(truths),
             duration: scenario.duration(),
             remembered: Ns::MAX,
             forgotten: 0,
@@ -131,7 +131,7 @@ impl Run {
             let taken = self.terminal.lock().take_line();
             let Some(taken) = taken else { break };
             if !self.attended || taken.text.starts_with('{') {
-                self.oracle.line(&taken);
+                self.checker.line(&taken);
             }
             line(&taken);
         }
@@ -199,8 +199,8 @@ impl Run {
     }
 
     /// The readings so far.
-    pub fn oracle(&self) -> &Oracle {
-        &self.oracle
+    pub fn checker(&self) -> &Checker {
+        &self.checker
     }
 
     /// Name and figures of each bus so far.
@@ -215,7 +215,7 @@ impl Run {
     /// Name of each PWM input with readings, and what they are like against its edges, so far.
     fn edges(&self) -> Vec<(String, Edges)> {
         let inputs = ["pwm1", "pwm2"].into_iter().enumerate().filter_map(|(input, bus)| {
-            let slot = self.oracle.slots().iter().find(|slot| slot.truth.who.bus == bus)?;
+            let slot = self.checker.slots().iter().find(|slot| slot.truth.who.bus == bus)?;
             let edges = Edges::of(&self.board.pwm_log(input), &slot.heard);
             (edges.readings > 0).then(|| (bus.to_owned(), edges))
         });
@@ -244,16 +244,16 @@ impl Run {
             faults.push(format!("{unreadable} console characters have the wrong bit rate or format"));
         }
         if !self.attended {
-            faults.extend(self.oracle.faults(self.now));
+            faults.extend(self.checker.faults(self.now));
         }
         for (name, bus) in &buses {
             faults.extend(bus.broken_rules().into_iter().map(|broken| format!("bus {name}: {broken}")));
         }
         let pwm = self.edges();
         let modbus = self.modbus.lock().traffic();
-        let (end, oracle) = (self.now, &self.oracle);
+        let (end, checker) = (self.now, &self.checker);
         let (pwm, incidents) = (&pwm[..], &incidents[..]);
-        let summary = Summary { end, oracle, buses: &buses, pwm, modbus, core, incidents, faults: &faults };
+        let summary = Summary { end, checker, buses: &buses, pwm, modbus, core, incidents, faults: &faults };
         (summary.to_string(), faults.is_empty())
     }
 

@@ -21,9 +21,9 @@ use clino_sim::node::Ns;
 use crate::HostPorts;
 use crate::gaps::Gap;
 use crate::impairment::ImpairedLine;
+use crate::injection::Injection;
 use crate::modbus::Framing;
 use crate::oscillators::Oscillators;
-use crate::plant::Plant;
 use crate::pwm::PwmWaveform;
 use clino_segment::Segment;
 use clino_segment::wire::Wire;
@@ -195,8 +195,8 @@ impl Scenario {
     }
 
     /// Faults to be planted into the running firmware.
-    pub fn plants(&self) -> impl Iterator<Item = Plant> {
-        self.file.plant.iter().map(|plant| Plant {
+    pub fn injections(&self) -> impl Iterator<Item = Injection> {
+        self.file.plant.iter().map(|plant| Injection {
             at: plant.at.0,
             what: *plant.what.get_ref(),
             level: plant.level,

@@ -54,8 +54,8 @@ pub struct Counters {
     pub overrun: u32,
     /// Characters with wrong parity.
     pub parity: u32,
-    /// From our last stop bit to the end of the first character of the last good answer (answers with stray characters before
-    /// them left out, here and below).
+    /// From our last stop bit to the end of the first character of the last good answer (here and below, answers with
+    /// stray characters before them are left out).
     pub response_last: Micros,
     /// The shortest of these; zero while there was none.
     pub response_min: Micros,

@@ -1,7 +1,7 @@
 //! Every fault at every byte of every transaction: the right answer or an error that says what it is, and never what
 //! another answer said; after that, the next transaction is as good as ever.
 //!
-//! An 8-bit sum cannot see everything. Where damage makes another well-formed answer, nobody can tell; an oracle that
+//! An 8-bit sum cannot see everything. Where damage makes another well-formed answer, no receiver can tell; a checker that
 //! knows the documents only has to agree that it is one, and these cases are counted.
 
 mod common;

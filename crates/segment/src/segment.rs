@@ -18,9 +18,9 @@
 pub mod chance;
 mod driver;
 mod faults;
-mod guest;
 mod line;
 mod receiver;
+mod second_master;
 mod shorts;
 mod slot;
 #[cfg(test)]
@@ -35,9 +35,9 @@ use crate::log::{Event, SegmentLog, SharedLog, Talker};
 use crate::wire::{Format, Received, Sent, Wire};
 use chance::{Chance, Topic};
 use driver::{Character, Driver};
-use guest::Guest;
 use line::{Level, Line, Ps, reached, to_ns, to_ps};
 use receiver::{Receiver, Sampled, Sampling, Shared};
+use second_master::SecondMaster;
 use slot::Slot;
 
 pub use chance::Probability;
@@ -82,12 +82,12 @@ pub struct Segment {
     settings: Settings,
     faults: LineFaults,
     line: Line,
-    /// The gateway's, then the nodes', then the guest's.
+    /// The gateway's, then the nodes', then the second master's.
     drivers: Vec<Driver>,
     receiver: Receiver,
     slots: Vec<Slot>,
     /// A second UART on the pair; its driver is the last one.
-    guest: Option<Guest>,
+    second_master: Option<SecondMaster>,
     contention: Option<OpenContention>,
     /// The level to which the pair is shorted.
     stuck: Option<bool>,
@@ -121,7 +121,7 @@ impl Segment {
             drivers,
             receiver,
             slots,
-            guest: None,
+            second_master: None,
             contention: None,
             stuck: None,
             de_shorted: false,
@@ -161,8 +161,8 @@ impl Segment {
 
     /// Everybody who samples the line.
     fn receivers(&self) -> impl Iterator<Item = &Receiver> {
-        let guest = self.guest.iter().map(Guest::receiver);
-        self.slots.iter().map(Slot::receiver).chain(guest).chain([&self.receiver])
+        let second_master = self.second_master.iter().map(SecondMaster::receiver);
+        self.slots.iter().map(Slot::receiver).chain(second_master).chain([&self.receiver])
     }
 
     /// Lets everything up to and including `now` happen.
@@ -235,8 +235,8 @@ impl Segment {
             for slot in &mut self.slots {
                 slot.line_changed(at, high, &self.settings.noise);
             }
-            if let Some(guest) = &mut self.guest {
-                guest.line_changed(at, high, &self.settings.noise);
+            if let Some(second_master) = &mut self.second_master {
+                second_master.line_changed(at, high, &self.settings.noise);
             }
         }
     }
@@ -274,8 +274,8 @@ impl Segment {
         for slot in &mut self.slots {
             slot.complete(self.clock, line, noise, &mut self.shared, &mut self.news);
         }
-        if let Some(guest) = &mut self.guest {
-            guest.complete(self.clock, line, noise, &mut self.shared, &mut self.news);
+        if let Some(second_master) = &mut self.second_master {
+            second_master.complete(self.clock, line, noise, &mut self.shared, &mut self.news);
         }
     }
 

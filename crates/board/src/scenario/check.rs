@@ -9,9 +9,9 @@ use toml::Spanned;
 use super::schema::{Crystal, File, Impairment, Lasting, Latency, Modbus, Moves, Pwm};
 use super::units::Time;
 use crate::impairment::Effect;
+use crate::injection::What;
 use crate::modbus::Parity;
 use crate::oscillators::LSI_RANGE;
-use crate::plant::What;
 
 /// Most T7s on a bus ("T7 Communication User Guide", section 1).
 const MOST_T7: usize = 32;

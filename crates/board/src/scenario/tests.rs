@@ -1,8 +1,8 @@
 //! Good files, bad files, and that what is built behaves as the file says.
 
 use super::*;
+use crate::injection::{Level, What};
 use crate::oscillators::CrystalLife;
-use crate::plant::{Level, What};
 use clino_segment::log::{Event, Talker};
 use clino_segment::wire::{Format, Sent, Wire};
 
@@ -134,18 +134,18 @@ fn faults_are_planted_as_the_file_says() {
          [[plant]]\nat = \"1s\"\nwhat = \"panic\"\nlevel = \"main\"\n",
     )
     .unwrap();
-    let plants: Vec<_> = scenario.plants().collect();
+    let injections: Vec<_> = scenario.injections().collect();
     assert_eq!(
-        plants,
+        injections,
         [
-            Plant {
+            Injection {
                 at: 2 * SECOND,
                 what: What::MaskedHang,
                 level: Level::T7Port,
                 times: 3,
                 again: 10_000_000
             },
-            Plant { at: SECOND, what: What::Panic, level: Level::Main, times: 1, again: 0 },
+            Injection { at: SECOND, what: What::Panic, level: Level::Main, times: 1, again: 0 },
         ]
     );
 }

@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
-pub mod oracle;
+pub mod expected;
 pub mod transactions;
 
 use clino_bus::{Event, Fault, Master, Micros, Outcome, Protocol, Timing};

@@ -18,7 +18,7 @@ pub const SET_LIMIT: Ns = 25 * MILLISECOND;
 /// What damping does to the angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Damping {
-    /// Nothing: the reported angle is the true one at the instant of the answer. Oracles stay simple.
+    /// Nothing: the reported angle is the true one at the instant of the answer. Checkers stay simple.
     #[default]
     Ignored,
     /// The reported angle is the mean over the damping time before the answer, so it lags a motion by half of

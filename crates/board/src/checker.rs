@@ -64,14 +64,14 @@ pub struct Slot {
 
 /// The truth about a run and the readings so far.
 #[derive(Debug)]
-pub struct Oracle {
+pub struct Checker {
     slots: Vec<Slot>,
     unparsable: u64,
     unparsable_kept: Vec<String>,
     stranger_ok: Vec<String>,
 }
 
-impl Oracle {
+impl Checker {
     /// Nothing read yet.
     pub fn new(truths: Vec<Truth>) -> Self {
         let slot = |truth| Slot {

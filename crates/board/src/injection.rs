@@ -5,7 +5,7 @@
 //! `flip` changes memory instead.
 //! Level names are those of the gateway's architecture; the exception numbers are those of the board text.
 
-mod bait;
+mod payload;
 #[cfg(test)]
 mod tests;
 
@@ -14,7 +14,7 @@ use std::fmt;
 use clino_sim::node::Ns;
 use serde::Deserialize;
 
-pub use bait::{Bait, NoBait};
+pub use payload::{NoPayload, Payload};
 
 /// What a planted fault does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -97,7 +97,7 @@ impl Level {
 
 /// A fault to be planted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Plant {
+pub struct Injection {
     /// From when on: it happens when the level executes next.
     pub at: Ns,
     /// What it does.
