@@ -42,7 +42,7 @@ fn journal(input: &mut Unstructured<'_>) -> Result<()> {
     let (journal, start) = Journal::begin(found, reset(input.arbitrary()?), input.arbitrary()?);
     assert_eq!(Journal::from_words(&journal.to_words()), Some(journal));
     if let Some(crash) = start.crash {
-        _ = (crash.file(), crash.line(), crash.duty());
+        _ = (crash.file(), crash.line(), crash.task());
     }
     Ok(())
 }

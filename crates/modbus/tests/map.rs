@@ -16,7 +16,7 @@ use clino_modbus::map::{
     BLOCKS, Block, BusItem, CommandItem, DetailItem, Entry, Form, GatewayItem, Item, ReadingItem, StartItem,
 };
 use clino_modbus::{SLOTS, slot_bits};
-use clino_recovery::{Cause, Clock, Duty, Mode};
+use clino_recovery::{Cause, Clock, Mode, MonitoredTask};
 
 const UPDATE: &str = "UPDATE=1 cargo test -p clino-modbus --test map";
 
@@ -143,7 +143,7 @@ fn codes_are_distinct() {
     assert!(distinct(Cause::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Mode::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Clock::ALL.iter().map(|row| row.0 as u16).collect()));
-    assert!(distinct(Duty::ALL.iter().map(|&duty| duty as u16).collect()));
+    assert!(distinct(MonitoredTask::ALL.iter().map(|&duty| duty as u16).collect()));
     assert!(distinct(slot_bits::ALL.iter().map(|row| row.0).collect()));
 }
 
@@ -477,7 +477,8 @@ fn sections() -> BTreeMap<&'static str, String> {
     sections.insert("causes", codes(&Cause::ALL.map(|(code, name, text)| (code as u16, name, text))));
     sections.insert("modes", codes(&Mode::ALL.map(|(code, text)| (code as u16, code.name(), text))));
     sections.insert("clocks", codes(&Clock::ALL.map(|(code, text)| (code as u16, code.name(), text))));
-    sections.insert("duties", codes(&Duty::ALL.map(|duty| (duty as u16, duty.name(), duty.meaning()))));
+    sections
+        .insert("duties", codes(&MonitoredTask::ALL.map(|duty| (duty as u16, duty.name(), duty.meaning()))));
     sections.insert(
         "gateway status",
         bits(&Signals::ALL.map(|(signal, name, text)| (signal.bits(), name, text))),

@@ -16,7 +16,7 @@ use clino_gateway::{
 };
 use clino_modbus::Refusal;
 use clino_modbus::binding::{Binding, Site, Wish};
-use clino_recovery::{Cause, Clock, Crash, Duty, FaultStatus, Mode, Registers, Start, Uid};
+use clino_recovery::{Cause, Clock, Crash, FaultStatus, Mode, MonitoredTask, Registers, Start, Uid};
 use common::board::Board;
 use common::real::Real;
 use common::{Bench, SETTINGS};
@@ -208,7 +208,7 @@ fn a_panic_has_a_file_and_a_line_and_no_registers() {
 #[test]
 fn a_stalled_duty_is_named_and_what_its_fault_status_would_be_is_not() {
     let at = Registers { pc: 0x0800_1234, lr: 0x0800_5678, sp: 0x2000_0100, exception: 0 };
-    let words = start(Some(Crash::stalled(Duty::Storage, at)));
+    let words = start(Some(Crash::stalled(MonitoredTask::Storage, at)));
     assert_eq!((words[3], &words[12..15]), (8, &[0, 6, 0][..]));
     assert_eq!(words[16..22], [0x0800, 0x1234, 0x0800, 0x5678, 0x2000, 0x0100]);
     assert_eq!(words[22..28], [0xFFFF; 6]);

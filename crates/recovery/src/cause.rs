@@ -42,7 +42,7 @@ pub enum Cause {
     WindowWatchdog = 6,
     /// Low-power management, which it does not use either.
     LowPower = 7,
-    /// A duty has not checked in.
+    /// A monitored task has not checked in.
     Stalled = 8,
     /// The program has found itself to be wrong.
     Panic = 9,
@@ -71,7 +71,7 @@ impl Cause {
         (Cause::Watchdog, "watchdog", "the watchdog was not fed; the cause was not recorded"),
         (Cause::WindowWatchdog, "window_watchdog", "the window watchdog, which is not used"),
         (Cause::LowPower, "low_power", "low-power management, which is not used"),
-        (Cause::Stalled, "stalled", "a duty has not checked in"),
+        (Cause::Stalled, "stalled", "a monitored task has not checked in"),
         (Cause::Panic, "panic", "the program has found itself to be wrong"),
         (Cause::HardFault, "hard_fault", "a fault of no particular kind"),
         (Cause::MemoryFault, "memory_fault", "an access that is not allowed"),

@@ -3,7 +3,7 @@
 //! Fault status bits: ARMv7-M Architecture Reference Manual, section B3.2.15 (CFSR) and B3.2.16 (HFSR).
 
 use crate::cause::Cause;
-use crate::duty::Duty;
+use crate::monitor::MonitoredTask;
 
 /// Characters kept of the name of the file in which a panic was.
 pub const PLACE: usize = 16;
@@ -17,11 +17,11 @@ pub struct Crash {
     pub boot: u32,
     /// Milliseconds from that start to the crash; saturates.
     pub uptime_ms: u32,
-    /// Where the program was; unknown for a panic, and for a watchdog that nobody could explain.
+    /// Where the program was; unknown for a panic, and for a watchdog reset without a known cause.
     pub registers: Option<Registers>,
     /// Status of a fault, all zero otherwise.
     pub fault: FaultStatus,
-    /// The duty that was silent, or the line of a panic.
+    /// The number of the task that was silent, or the line of a panic.
     pub detail: u32,
     /// The last characters of the file that panicked; zeros before.
     pub place: [u8; PLACE],
@@ -110,9 +110,9 @@ impl Crash {
         Crash { cause: fault.cause(outside), registers, fault, ..Crash::default() }
     }
 
-    /// A duty that has not checked in, and where the program was when that was noticed.
-    pub fn stalled(duty: Duty, registers: Registers) -> Crash {
-        Crash { cause: Cause::Stalled, registers: Some(registers), detail: duty as u32, ..Crash::default() }
+    /// A task that has not checked in, and where the program was when the monitor noticed it.
+    pub fn stalled(task: MonitoredTask, registers: Registers) -> Crash {
+        Crash { cause: Cause::Stalled, registers: Some(registers), detail: task as u32, ..Crash::default() }
     }
 
     /// A panic, at this line of this file.
@@ -130,9 +130,9 @@ impl Crash {
         Crash { cause: Cause::ClockFailed, registers, ..Crash::default() }
     }
 
-    /// The duty that was silent.
-    pub fn duty(&self) -> Option<Duty> {
-        if self.cause == Cause::Stalled { Duty::from_number(self.detail) } else { None }
+    /// The task that was silent.
+    pub fn task(&self) -> Option<MonitoredTask> {
+        if self.cause == Cause::Stalled { MonitoredTask::from_number(self.detail) } else { None }
     }
 
     /// The line of a panic.

@@ -1,7 +1,8 @@
 //! What a start is told of the one before, over every way a start can end.
 
 use clino_recovery::{
-    Cause, Clock, Crash, Duty, FAST_MS, FaultStatus, Journal, Mode, Registers, Reset, Start, Uptime, WORDS,
+    Cause, Clock, Crash, FAST_MS, FaultStatus, Journal, Mode, MonitoredTask, Registers, Reset, Start, Uptime,
+    WORDS,
 };
 use proptest::prelude::*;
 
@@ -70,11 +71,11 @@ fn what_is_known_of_a_crash_is_told_by_the_next_start_and_the_ones_after() {
     let mut board = Board::new();
     board.start(Reset::PowerOn);
     board.start(Reset::Pin);
-    let start = board.crash(Crash::stalled(Duty::T7Bus, REGISTERS), 31_000);
+    let start = board.crash(Crash::stalled(MonitoredTask::T7Bus, REGISTERS), 31_000);
     assert_eq!((start.cause, start.boots, start.crashes), (Cause::Stalled, 3, 1));
     let crash = start.crash.expect("it is told");
     assert_eq!((crash.boot, crash.uptime_ms, crash.registers), (2, 31_000, Some(REGISTERS)));
-    assert_eq!((crash.duty(), crash.line()), (Some(Duty::T7Bus), None));
+    assert_eq!((crash.task(), crash.line()), (Some(MonitoredTask::T7Bus), None));
     let later = board.start(Reset::Software);
     assert_eq!((later.cause, later.boots, later.crash), (Cause::Software, 4, Some(crash)));
 }
@@ -196,7 +197,7 @@ proptest! {
         let crash = match kind {
             0 => Crash::panic(&file, line),
             1 => Crash::fault(FaultStatus::new(cfsr, hfsr, address, address), Some(registers), false),
-            2 => Crash::stalled(Duty::Storage, registers),
+            2 => Crash::stalled(MonitoredTask::Storage, registers),
             _ => Crash::clock_failed(None),
         };
         let mut board = Board::new();
@@ -225,7 +226,7 @@ proptest! {
     ) {
         let mut board = Board::new();
         (0..boots).for_each(|_| _ = board.start(Reset::Pin));
-        let first = Crash::stalled(Duty::Modbus, Registers { pc: 2, lr: 3, sp: 4, exception: 17 });
+        let first = Crash::stalled(MonitoredTask::Modbus, Registers { pc: 2, lr: 3, sp: 4, exception: 17 });
         if let Some(uptime_ms) = before {
             Journal::note(&mut board.memory, &first, uptime_ms);
         }
