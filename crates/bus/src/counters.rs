@@ -8,7 +8,7 @@ use crate::Micros;
 /// Counts per bus, one for each kind of fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Counters {
+pub struct BusCounters {
     /// Requests handed to the line, retries included.
     pub requests: u32,
     /// Of these, repetitions of a request that failed.
@@ -73,7 +73,7 @@ pub struct DriverEnable {
     pub high_max_us: u32,
 }
 
-impl Counters {
+impl BusCounters {
     pub(crate) fn character(&mut self, Character { byte, errors }: Character) {
         let count = |flag, counter: &mut u32| {
             if errors.contains(flag) {

@@ -31,10 +31,10 @@ mod retry;
 mod time;
 mod timing;
 
-pub use counters::{Counters, DriverEnable};
+pub use counters::{BusCounters, DriverEnable};
 pub use line::Line;
 pub use master::{Blame, Event, Fault, Master, Outcome};
-pub use protocol::{Isu, Protocol, Refusal, T7};
+pub use protocol::{FailedCheck, Isu, Protocol, T7};
 pub use retry::Retry;
 pub use time::{Micros, earliest};
 pub use timing::{Serial, Timing};

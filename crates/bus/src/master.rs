@@ -22,7 +22,7 @@
 
 use clino_codec::Progress;
 
-use crate::counters::{Counters, bump};
+use crate::counters::{BusCounters, bump};
 pub use crate::line::Event;
 use crate::protocol::Protocol;
 use crate::{Micros, Timing};
@@ -86,7 +86,7 @@ pub struct Master<P: Protocol> {
     outstanding: OutstandingReplies<P>,
     history: NodeHistory,
     adaptive: AdaptiveTimeout,
-    counters: Counters,
+    counters: BusCounters,
     /// Of the last late answer, until somebody asks.
     late_node: Option<u8>,
 }
@@ -103,7 +103,7 @@ impl<P: Protocol> Master<P> {
             outstanding: OutstandingReplies::new(),
             history: NodeHistory::default(),
             adaptive: AdaptiveTimeout::default(),
-            counters: Counters::default(),
+            counters: BusCounters::default(),
             late_node: None,
         }
     }
@@ -124,13 +124,13 @@ impl<P: Protocol> Master<P> {
     }
 
     /// What happened since reset.
-    pub fn counters(&self) -> &Counters {
+    pub fn counters(&self) -> &BusCounters {
         &self.counters
     }
 
     /// Sets what was counted to zero.
     pub fn clear_counters(&mut self) {
-        self.counters = Counters::default();
+        self.counters = BusCounters::default();
     }
 
     /// The waits in force.

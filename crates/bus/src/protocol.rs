@@ -23,7 +23,7 @@ pub trait Protocol {
     /// The request cannot be put into a frame.
     type EncodeError;
     /// What came back is not the answer.
-    type DecodeError: Clone + Refusal;
+    type DecodeError: Clone + FailedCheck;
     /// A request as bytes.
     type Frame: AsRef<[u8]>;
     /// What the answer to a request has to be.
@@ -75,7 +75,7 @@ pub trait Protocol {
 }
 
 /// Why a frame was refused, whatever its protocol.
-pub trait Refusal {
+pub trait FailedCheck {
     /// The check that refused it.
     fn failed_check(&self) -> Check;
 }

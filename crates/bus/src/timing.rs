@@ -118,8 +118,8 @@ impl Timing {
     }
 
     /// The line that goes with these waits: no delay around DE, no echo.
-    pub const fn line(&self) -> line::Settings {
-        line::Settings::new(self.serial, self.guard)
+    pub const fn line(&self) -> line::LineSettings {
+        line::LineSettings::new(self.serial, self.guard)
     }
 
     /// From the end of our last stop bit to the instant by which the first character of the answer must have

@@ -9,7 +9,7 @@ use clino_codec::{isu, t7};
 use clino_rig::{Bench, sensor};
 use clino_segment::chance::Chance;
 use clino_segment::log::{Event, Fate, Talker};
-use clino_segment::{Babble, Faults, Noise, Settings, Station};
+use clino_segment::{Babble, Faults, Noise, SegmentSettings, Station};
 use clino_sim::fault;
 use clino_sim::latency::Latency;
 use clino_sim::motion::Motion;
@@ -20,8 +20,8 @@ const US: u64 = 1_000;
 const MS: u64 = 1_000_000;
 const ANGLE: Request = Request::GetAngle(Axis::Two);
 
-fn wire(echo: bool) -> Settings {
-    Settings { chance: Chance::new(1), echo, noise: Noise::default() }
+fn wire(echo: bool) -> SegmentSettings {
+    SegmentSettings { chance: Chance::new(1), echo, noise: Noise::default() }
 }
 
 fn timing() -> Timing {
@@ -41,7 +41,7 @@ fn turning(address: u8, latency: u64) -> Shared {
         get_latency: Latency::fixed(latency),
         ..Options::default()
     };
-    let stored = clino_sim::t7::Settings { address, ..Default::default() };
+    let stored = clino_sim::t7::StoredSettings { address, ..Default::default() };
     Arc::new(Mutex::new(clino_sim::t7::T7::new(Identity::default(), stored, options).unwrap()))
 }
 
@@ -49,7 +49,7 @@ fn station(node: &Shared) -> Station {
     sensor("t7", Box::new(Arc::clone(node)))
 }
 
-fn bench(line: line::Settings, echo: bool, nodes: &[&Shared]) -> Bench<T7> {
+fn bench(line: line::LineSettings, echo: bool, nodes: &[&Shared]) -> Bench<T7> {
     Bench::with_line(timing(), line, wire(echo), nodes.iter().map(|node| station(node)).collect())
 }
 
@@ -131,7 +131,8 @@ fn an_answer_at_once_is_not_lost_whatever_the_delays() {
             (true, EchoMode::Detect),
         ] {
             let post_delay = Micros(post_delay);
-            let line = line::Settings { post_delay, pre_delay: Micros(20), echo: mode, ..timing().line() };
+            let line =
+                line::LineSettings { post_delay, pre_delay: Micros(20), echo: mode, ..timing().line() };
             // 170 µs after our last stop bit.
             let t7 = turning(5, 170 * US);
             let mut bench = bench(line, echo, &[&t7]);
@@ -154,7 +155,7 @@ fn an_answer_at_once_is_not_lost_whatever_the_delays() {
 fn the_driver_is_on_for_the_frame_and_its_delays() {
     for (pre, post) in [(0, 0), (30, 0), (0, 70), (30, 70)] {
         let (pre_delay, post_delay) = (Micros(pre), Micros(post));
-        let line = line::Settings { pre_delay, post_delay, ..timing().line() };
+        let line = line::LineSettings { pre_delay, post_delay, ..timing().line() };
         let t7 = turning(5, 2 * MS);
         let mut bench = bench(line, false, &[&t7]);
         assert!(bench.ask(node(5), &ANGLE).result.is_ok());
@@ -174,7 +175,7 @@ fn somebody_talking_into_our_frame_is_contention() {
     let faults = Faults { babble: vec![babble], ..Faults::default() };
     let t7 = turning(5, 2 * MS);
     let stranger = Station { faults, ..station(&turning(9, 2 * MS)) };
-    let line = line::Settings { echo: EchoMode::Expected, ..timing().line() };
+    let line = line::LineSettings { echo: EchoMode::Expected, ..timing().line() };
     let mut bench = Bench::<T7>::with_line(timing(), line, wire(true), vec![station(&t7), stranger]);
     let mut contended = 0;
     while bench.port.now() < Micros(190_000) {

@@ -25,7 +25,7 @@ use std::io::{self, Write as _};
 
 use clino_pty::Terminal;
 use clino_segment::chance::Chance;
-use clino_segment::{Noise, Segment, Settings, Station};
+use clino_segment::{Noise, Segment, SegmentSettings, Station};
 
 use crate::outcome::{Failure, Verdict};
 use adapter::Adapter;
@@ -73,7 +73,7 @@ fn bus(
         // Notes are for whoever reads them; the bus is served for others too.
         let _ = writeln!(notes, "{name} bus: {}", sensor.name);
     }
-    let segment = Segment::new(Settings { chance, echo: arguments.echo, noise }, sensors);
+    let segment = Segment::new(SegmentSettings { chance, echo: arguments.echo, noise }, sensors);
     let chatter = Chatter::new(name, segment.log(), arguments.verbose);
     Ok(Bus { terminal: Terminal::open(baud)?, adapter: Adapter::new(segment, baud), chatter })
 }

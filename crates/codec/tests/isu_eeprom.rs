@@ -2,7 +2,7 @@
 
 use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom::{
-    Audit, Change, ChecksumReading, DataWord, Image, Plan, Refusal, ShutoffBit, Write, pack, unpack,
+    Audit, Change, ChecksumReading, DataWord, Image, Plan, PlanError, ShutoffBit, Write, pack, unpack,
 };
 use clino_codec::isu::{Address, Request, Words};
 
@@ -248,7 +248,7 @@ fn an_unsound_image_is_not_changed() {
     words[0x20] ^= 0x0100;
     let image = Image::new(words);
     let refusal = Plan::change(&image, Change::NullPosition(1)).unwrap_err();
-    assert_eq!(refusal, Refusal::UnsoundChecksum(image.audit()));
+    assert_eq!(refusal, PlanError::UnsoundChecksum(image.audit()));
     let Audit { stored, upper_bits_counted, words_left_out } = image.audit();
     assert_eq!(
         refusal.to_string(),
@@ -260,7 +260,7 @@ fn an_unsound_image_is_not_changed() {
 fn the_reserved_address_is_not_given() {
     let image = Image::new(sound(ChecksumReading::WordsLeftOut));
     let refusal = Plan::change(&image, Change::ModuleAddress(Address::RESERVED)).unwrap_err();
-    assert_eq!(refusal, Refusal::ReservedAddress);
+    assert_eq!(refusal, PlanError::ReservedAddress);
     assert_eq!(refusal.to_string(), "address 15 is reserved");
 }
 

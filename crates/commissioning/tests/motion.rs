@@ -11,7 +11,7 @@ use clino_commissioning::t7::{Cause, SetZero, Zeroed};
 use clino_rig::Bench;
 use clino_sim::isu::ChecksumScope;
 use clino_sim::motion::Motion;
-use clino_sim::t7::{Damping, Options, OutputRange, Settings};
+use clino_sim::t7::{Damping, Options, OutputRange, StoredSettings};
 use common::isu::{eeprom, module, with, words};
 use common::t7::{Shared, device};
 use common::{MS, SECOND, run};
@@ -20,7 +20,7 @@ use proptest::prelude::*;
 const MDEG: i64 = 1_000;
 
 fn t7(motion: Motion, range: OutputRange, damping: Damping, damping_ms: u16) -> Shared {
-    let store = Settings { address: 5, damping_ms, range, ..Settings::default() };
+    let store = StoredSettings { address: 5, damping_ms, range, ..StoredSettings::default() };
     let options =
         Options { motion: [Motion::Constant(0), Motion::Constant(0), motion], damping, ..Options::default() };
     Arc::new(Mutex::new(clino_sim::t7::T7::new(Default::default(), store, options).unwrap()))

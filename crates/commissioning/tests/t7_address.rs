@@ -98,7 +98,7 @@ fn where_it_is_already_is_no_change() {
 fn the_documents_own_example_needs_its_type_named() {
     let sensor = with(
         sim::Identity { product: *b"X4    ", serial: 5, ..sim::Identity::default() },
-        sim::Settings { address: 5, ..sim::Settings::default() },
+        sim::StoredSettings { address: 5, ..sim::StoredSettings::default() },
     );
     let mut bench = bench(&[&sensor]);
     let failure = run(&mut bench, change(5, 6)).result.unwrap_err();

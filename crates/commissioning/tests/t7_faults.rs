@@ -14,7 +14,7 @@ use clino_commissioning::t7::{
 };
 use clino_rig::Bench;
 use clino_segment::chance::Chance;
-use clino_segment::{Noise, Probability, Settings};
+use clino_segment::{Noise, Probability, SegmentSettings};
 use clino_sim::t7 as sim;
 use common::spoil::{Fault, Spoil};
 use common::t7::{Shared, address, at, device, on_line, spoilt, station, store, unplugged};
@@ -23,7 +23,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 /// An operation, led to its end on a bench; `true` when it says that the device is as wished.
-type Task = (&'static str, fn(&mut Bench<T7>) -> bool, fn(&mut sim::Settings));
+type Task = (&'static str, fn(&mut Bench<T7>) -> bool, fn(&mut sim::StoredSettings));
 
 fn settled<O>(bench: &mut Bench<T7>, operation: O) -> bool
 where
@@ -80,7 +80,7 @@ fn assert_old_or_new(
     how: &dyn Debug,
     sensor: &Shared,
     done: bool,
-    change: fn(&mut sim::Settings),
+    change: fn(&mut sim::StoredSettings),
 ) {
     let old = store(&at(5));
     let mut new = old.clone();
@@ -175,9 +175,9 @@ fn the_same_again_succeeds() {
     }
 }
 
-fn noisy(bit_errors: f64, seed: u64) -> Settings {
+fn noisy(bit_errors: f64, seed: u64) -> SegmentSettings {
     let noise = Noise { bit_errors: Probability::new(bit_errors).unwrap(), ..Noise::default() };
-    Settings { chance: Chance::new(seed), echo: false, noise }
+    SegmentSettings { chance: Chance::new(seed), echo: false, noise }
 }
 
 // Always the same cases: a command whose errors cancel in the device's own 8-bit sum is carried out as it was heard, which

@@ -26,7 +26,7 @@ fn identify_reports_everything_that_is_stored() {
 }
 
 /// A setting, and whether a store holds it.
-type Case = (Setting, fn(&sim::Settings) -> bool);
+type Case = (Setting, fn(&sim::StoredSettings) -> bool);
 
 fn cases() -> [Case; 4] {
     let axis = Axis::Two;

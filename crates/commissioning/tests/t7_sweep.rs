@@ -117,7 +117,7 @@ fn noise_hides_nobody_and_invents_nobody() {
 
 fn with_latency(address: u8, serial: u32, latency: u64) -> Shared {
     let identity = sim::Identity { serial, ..sim::Identity::default() };
-    let store = sim::Settings { address, ..sim::Settings::default() };
+    let store = sim::StoredSettings { address, ..sim::StoredSettings::default() };
     let options = sim::Options { get_latency: Latency::fixed(latency), ..sim::Options::default() };
     Arc::new(Mutex::new(sim::T7::new(identity, store, options).unwrap()))
 }

@@ -1,6 +1,6 @@
 //! What the console needs of the rest of the gateway.
 
-use clino_bus::{Counters, Micros};
+use clino_bus::{BusCounters, Micros};
 use clino_commissioning::Progress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
@@ -105,7 +105,7 @@ pub struct BusState {
     /// It runs as it is set. Otherwise it will as soon as no exchange is in hand.
     pub in_force: bool,
     /// What happened since reset.
-    pub counters: Counters,
+    pub counters: BusCounters,
     /// Whether it is out of order.
     pub health: BusHealth,
     /// How the line driver behaved.

@@ -30,7 +30,7 @@ use clino_codec::character::Character;
 use embedded_hal::digital::{ErrorType, OutputPin};
 
 pub use error::Error;
-pub use settings::{Echo, Release, Settings};
+pub use settings::{Echo, PortSettings, Release};
 
 /// A half-duplex line: a UART behind a line driver.
 ///
@@ -49,7 +49,7 @@ pub struct Rs485<U, DE, D> {
     uart: U,
     de: DE,
     delay: D,
-    settings: Settings,
+    settings: PortSettings,
     /// A character that was received and not yet taken.
     peeked: Option<Character>,
     /// The UART may still hold characters of a frame whose sending was broken off.
@@ -61,18 +61,18 @@ impl<U, DE: OutputPin, D> Rs485<U, DE, D> {
     ///
     /// # Errors
     /// The pin cannot be driven low.
-    pub fn new(uart: U, mut de: DE, delay: D, settings: Settings) -> Result<Self, DE::Error> {
+    pub fn new(uart: U, mut de: DE, delay: D, settings: PortSettings) -> Result<Self, DE::Error> {
         de.set_low()?;
         Ok(Self { uart, de, delay, settings, peeked: None, unfinished: false })
     }
 
     /// The settings in force.
-    pub const fn settings(&self) -> &Settings {
+    pub const fn settings(&self) -> &PortSettings {
         &self.settings
     }
 
     /// Other settings from the next call on, say for another bit rate, which is to be set in the UART as well.
-    pub fn set_settings(&mut self, settings: Settings) {
+    pub fn set_settings(&mut self, settings: PortSettings) {
         self.settings = settings;
     }
 

@@ -4,7 +4,7 @@ mod error;
 pub(crate) mod question;
 mod setting;
 
-use clino_bus::{Counters, Micros, Retry, Timing};
+use clino_bus::{BusCounters, Micros, Retry, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{
     Acceleration, Address, Axis, DeviceInformation, Direction, Request, Response, Temperature,
@@ -212,7 +212,7 @@ impl<P: Port> T7<P> {
 
 impl<P> T7<P> {
     /// What happened on the line since this was made.
-    pub fn counters(&self) -> &Counters {
+    pub fn counters(&self) -> &BusCounters {
         self.exchanges.master().counters()
     }
 

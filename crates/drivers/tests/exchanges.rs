@@ -6,7 +6,7 @@ mod common;
 mod support;
 
 use clino_drivers::codec::t7::{Axis, DecodeError, Millidegrees, Request, Response};
-use clino_drivers::rs485::Settings;
+use clino_drivers::rs485::PortSettings;
 use clino_drivers::{Blame, Micros, Retry, T7, Timing, codec, t7};
 use clino_segment::chance::{Chance, Probability};
 use clino_segment::{Babble, Faults, Noise, Station};
@@ -112,7 +112,7 @@ fn a_line_that_is_known_to_have_rested_is_asked_at_once() {
 fn noisy_board(bit_errors: f64, model: Model) -> (Board, sensors::SharedT7) {
     let sensor = sensors::t7(5);
     let noise = Noise { bit_errors: Probability::new(bit_errors).unwrap(), ..Default::default() };
-    let settings = clino_segment::Settings { chance: Chance::new(7), noise, ..sensors::quiet() };
+    let settings = clino_segment::SegmentSettings { chance: Chance::new(7), noise, ..sensors::quiet() };
     let stations = vec![sensors::station("t7", sensor.clone())];
     (Board::new(115_200, model, settings, stations), sensor)
 }
@@ -122,7 +122,7 @@ fn noisy_board(bit_errors: f64, model: Model) -> (Board, sensors::SharedT7) {
 fn noise_makes_errors_not_angles() {
     for nb in [true, false] {
         let (board, _) = noisy_board(0.005, Model::BARE);
-        let settings = Settings::new(SERIAL);
+        let settings = PortSettings::new(SERIAL);
         let mut nb_t7 = T7::new(nb_line(&board, settings), Timing::t7(SERIAL));
         let mut io_t7 = T7::new(io_line(&board, settings), Timing::t7(SERIAL));
         let (mut good, mut bad) = (0, 0);

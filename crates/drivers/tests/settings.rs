@@ -8,7 +8,7 @@ mod support;
 use clino_drivers::codec::angle::{Angle, Range};
 use clino_drivers::codec::isu::{Address, DeviceError};
 use clino_drivers::codec::t7::{Axis, Direction, Field, Status};
-use clino_drivers::rs485::Settings;
+use clino_drivers::rs485::PortSettings;
 use clino_drivers::t7::Change;
 use clino_drivers::{Isu, Serial, Timing, isu, t7};
 use clino_sim::fault::Fault;
@@ -105,7 +105,7 @@ fn module(number: u8) -> Address {
 }
 
 fn isu_of(board: &Board) -> Isu<NbLine> {
-    Isu::new(nb_line(board, Settings::new(Serial::ISU)), Timing::isu())
+    Isu::new(nb_line(board, PortSettings::new(Serial::ISU)), Timing::isu())
 }
 
 #[test]

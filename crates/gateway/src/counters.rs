@@ -1,6 +1,6 @@
 //! What happened to one slot since reset. Counters wrap; readers take differences.
 
-use clino_bus::{Fault, Micros, Refusal};
+use clino_bus::{FailedCheck, Fault, Micros};
 use clino_codec::checks::Check;
 
 /// Microseconds of a count of response time.
@@ -69,7 +69,7 @@ impl SlotCounters {
         self.response = [steps, min, max.max(steps)];
     }
 
-    pub(crate) fn failed<E: Refusal>(&mut self, fault: &Fault<E>) {
+    pub(crate) fn failed<E: FailedCheck>(&mut self, fault: &Fault<E>) {
         let counter = match fault {
             Fault::NoAnswer { .. } => return bump32(&mut self.no_answer),
             Fault::Garbled { .. } | Fault::Contention => &mut self.garbled,

@@ -1,6 +1,6 @@
 //! The slots, the two polled buses and the PWM inputs, behind one `poll`.
 
-use clino_bus::{Counters, Event, Isu, Micros, T7, Timing, line};
+use clino_bus::{BusCounters, Event, Isu, Micros, T7, Timing, line};
 use clino_codec::pwm::{self, Ticks};
 use clino_commissioning::Progress;
 use heapless::Vec;
@@ -43,7 +43,7 @@ pub enum Action<'a> {
     /// Send this frame.
     Send(&'a [u8]),
     /// Run with this bit rate and these waits from now on.
-    Run(Timing, line::Settings),
+    Run(Timing, line::LineSettings),
 }
 
 /// Who gives an order. What comes of a task is told to whom it belongs.
@@ -380,7 +380,7 @@ impl Gateway {
     }
 
     /// What happened on a bus since reset.
-    pub fn counters(&self, bus: Bus) -> &Counters {
+    pub fn counters(&self, bus: Bus) -> &BusCounters {
         match bus {
             Bus::T7 => self.t7.master().counters(),
             Bus::Isu => self.isu.master().counters(),

@@ -18,7 +18,7 @@ use core::fmt::{self, Write};
 
 pub use clino_bus::DriverEnable;
 use clino_bus::line::{self, EchoMode};
-use clino_bus::{Counters, Micros};
+use clino_bus::{BusCounters, Micros};
 
 use crate::config::{Bus, Kind, PwmInput, Source};
 use crate::outage::{BusFault, BusHealth};
@@ -76,7 +76,7 @@ pub fn statistics(
     out: &mut dyn Write,
     bus: Bus,
     topic: Topic,
-    counters: &Counters,
+    counters: &BusCounters,
     health: &BusHealth,
     driver: &DriverEnable,
 ) -> fmt::Result {
@@ -117,7 +117,7 @@ pub fn statistics(
 }
 
 /// Writes how a bus is set.
-pub fn bus(out: &mut dyn Write, bus: Bus, line: &line::Settings) -> fmt::Result {
+pub fn bus(out: &mut dyn Write, bus: Bus, line: &line::LineSettings) -> fmt::Result {
     let (name, baud, guard) = (bus_name(bus), line.serial.baud, line.guard.0);
     let (pre, post, echo) = (line.pre_delay.0, line.post_delay.0, echo_name(line.echo));
     writeln!(

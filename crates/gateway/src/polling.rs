@@ -5,7 +5,7 @@
 
 use core::marker::PhantomData;
 
-use clino_bus::{Fault, Master, Micros, Protocol, Refusal, Retry};
+use clino_bus::{FailedCheck, Fault, Master, Micros, Protocol, Retry};
 use clino_codec::checks::Check;
 
 use crate::agenda::{Agenda, Asked};
@@ -290,7 +290,7 @@ fn is_retried<P: Poll>(
 }
 
 /// There was no good answer. Returns whether something is wrong with the line.
-fn failed<E: Refusal>(slot: &mut Slot, fault: &Fault<E>) -> bool {
+fn failed<E: FailedCheck>(slot: &mut Slot, fault: &Fault<E>) -> bool {
     slot.counters.failed(fault);
     let damaged = match fault {
         Fault::NoAnswer { .. } | Fault::LineBusy | Fault::NotSent | Fault::Over { .. } => false,

@@ -1,7 +1,7 @@
 //! One question at a time on a simulated segment.
 
 use clino_bus::{Master, Micros, Outcome, Protocol, Timing, earliest, line};
-use clino_segment::{Faults, Settings, Station};
+use clino_segment::{Faults, SegmentSettings, Station};
 use clino_sim::node::Node;
 
 use crate::Port;
@@ -16,15 +16,15 @@ pub struct Bench<P: Protocol> {
 
 impl<P: Protocol> Bench<P> {
     /// A bench at time 0.
-    pub fn new(timing: Timing, settings: Settings, stations: Vec<Station>) -> Bench<P> {
+    pub fn new(timing: Timing, settings: SegmentSettings, stations: Vec<Station>) -> Bench<P> {
         Bench::with_line(timing, timing.line(), settings, stations)
     }
 
     /// A bench at time 0 whose line is set like this.
     pub fn with_line(
         timing: Timing,
-        line: line::Settings,
-        settings: Settings,
+        line: line::LineSettings,
+        settings: SegmentSettings,
         stations: Vec<Station>,
     ) -> Bench<P> {
         Bench { port: Port::with_line(line, settings, stations), master: Master::new(timing) }

@@ -51,7 +51,7 @@ const MAX_ACTS_AT_ONCE: usize = 1_000;
 
 /// What is the same for the whole segment.
 #[derive(Clone, Copy, Debug)]
-pub struct Settings {
+pub struct SegmentSettings {
     /// Decides everything that is left to chance.
     pub chance: Chance,
     /// The gateway hears itself.
@@ -79,7 +79,7 @@ struct OpenContention {
 
 /// The line and everything on it.
 pub struct Segment {
-    settings: Settings,
+    settings: SegmentSettings,
     faults: LineFaults,
     line: Line,
     /// The gateway's, then the nodes', then the second master's.
@@ -107,7 +107,7 @@ pub struct Segment {
 
 impl Segment {
     /// A segment with these sensors, all powered since time 0 unless their faults say otherwise.
-    pub fn new(settings: Settings, stations: Vec<Station>) -> Self {
+    pub fn new(settings: SegmentSettings, stations: Vec<Station>) -> Self {
         let nodes = stations.iter().map(|station| station.name.clone()).collect();
         let log = Arc::new(Mutex::new(SegmentLog { nodes, events: Vec::new() }));
         let drivers = (0..=stations.len()).map(|index| Driver::new(talker(index))).collect();

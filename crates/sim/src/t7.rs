@@ -33,7 +33,7 @@ use execute::ALL_RESPOND;
 pub use options::{BadOption, Damping, GET_LIMIT, Options, SET_LIMIT, TwinsAnswers};
 pub use settings::{
     AXES, BAUD_RATES, DAMPING_MS, DEFAULT_ADDRESS, Direction, Flash, Identity, Model, OutputRange,
-    SETTABLE_ADDRESSES, SINGLE_AXIS, Settings,
+    SETTABLE_ADDRESSES, SINGLE_AXIS, StoredSettings,
 };
 
 /// From the end of the answer to Set Baud Rate to the change, "about 10 milliseconds" (section 2.7.2).
@@ -74,7 +74,7 @@ pub struct T7 {
     /// Whether settings can be stored; may be changed at any time.
     pub flash: Flash,
     identity: Identity,
-    settings: Settings,
+    settings: StoredSettings,
     writes: u64,
     options: Options,
     random: Rand64,
@@ -91,7 +91,7 @@ impl T7 {
     ///
     /// # Errors
     /// A setting that no T7 can have, or a latency above the documented limit.
-    pub fn new(identity: Identity, settings: Settings, options: Options) -> Result<Self, BadOption> {
+    pub fn new(identity: Identity, settings: StoredSettings, options: Options) -> Result<Self, BadOption> {
         options::check(&settings, &options)?;
         Ok(Self {
             faults: Faults::default(),
@@ -123,7 +123,7 @@ impl T7 {
 
     /// The non-volatile settings as they are now.
     #[must_use]
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &StoredSettings {
         &self.settings
     }
 

@@ -7,11 +7,16 @@ use std::sync::{Arc, Mutex};
 use clino_sim::fault::{Fault, Faults};
 use clino_sim::isu::{ChecksumScope, Content, Eeprom, Isu};
 use clino_sim::node::Node;
-use clino_sim::t7::{Identity, Options, Settings, T7};
+use clino_sim::t7::{Identity, Options, StoredSettings, T7};
 use common::{Bench, MS, SECOND, hex};
 
 fn t7() -> T7 {
-    T7::new(Identity::default(), Settings { address: 5, ..Settings::default() }, Options::default()).unwrap()
+    T7::new(
+        Identity::default(),
+        StoredSettings { address: 5, ..StoredSettings::default() },
+        Options::default(),
+    )
+    .unwrap()
 }
 
 fn isu() -> Isu {

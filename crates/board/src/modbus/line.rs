@@ -3,7 +3,7 @@
 use clino_segment::chance::Chance;
 use clino_segment::log::SharedLog;
 use clino_segment::wire::{Format, Received, Sent, Wire};
-use clino_segment::{Noise, Segment, Settings};
+use clino_segment::{Noise, Segment, SegmentSettings};
 use clino_sim::node::Ns;
 
 use super::{Framing, SharedMaster};
@@ -26,7 +26,7 @@ pub struct ModbusLine {
 impl ModbusLine {
     /// A pair with a master that listens.
     pub fn new(framing: Framing) -> Self {
-        let settings = Settings { chance: Chance::new(0), echo: false, noise: Noise::default() };
+        let settings = SegmentSettings { chance: Chance::new(0), echo: false, noise: Noise::default() };
         let mut pair = Segment::new(settings, Vec::new()).with_second_master(NAME);
         pair.set_second_master_receiver(0, Some(framing.format()));
         let master = SharedMaster::default();

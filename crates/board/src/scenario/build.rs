@@ -12,7 +12,7 @@ use crate::impairment::ImpairedLine;
 use crate::pwm::{Cable, PwmWaveform, Unconnected};
 use clino_segment::chance::{Chance, Topic};
 use clino_segment::wire::Wire;
-use clino_segment::{LineFaults, Noise, Probability, Segment, Settings, Station, Stuck};
+use clino_segment::{LineFaults, Noise, Probability, Segment, SegmentSettings, Station, Stuck};
 
 /// Parts of the run that have their own chance.
 const T7_BUS: u64 = 1;
@@ -74,13 +74,13 @@ pub fn impaired(file: &File, wires: HostPorts<Box<dyn Wire>>) -> HostPorts<Impai
     HostPorts { console, modbus }
 }
 
-fn settings(segment: &schema::Segment, chance: Chance) -> Settings {
+fn settings(segment: &schema::Segment, chance: Chance) -> SegmentSettings {
     let noise = Noise {
         bit_errors: segment.noise.bit_error_rate.0,
         drops: segment.noise.drop_rate.0,
         within: segment.noise.within.as_ref().map(|within| within.get_ref().bounds()),
     };
-    Settings { chance, echo: segment.echo, noise }
+    SegmentSettings { chance, echo: segment.echo, noise }
 }
 
 fn line_faults(segment: &schema::Segment) -> LineFaults {
@@ -108,7 +108,7 @@ fn t7_station(node: &schema::T7, chance: Chance) -> Station {
         options.hold = hold.0;
     }
     let baud_index = t7::BAUD_RATES.iter().position(|rate| *rate == t7_baud(node)).unwrap_or(0) as u8;
-    let settings = t7::Settings { address, baud_index, ..t7::Settings::default() };
+    let settings = t7::StoredSettings { address, baud_index, ..t7::StoredSettings::default() };
     let identity = t7::Identity { serial: u32::from(address), ..t7::Identity::default() };
     let made = t7::T7::new(identity, settings, options);
     let mut t7 = made.unwrap_or_else(|why| unreachable!("the scenario was checked, and yet: {why}"));

@@ -19,7 +19,7 @@ pub enum SubmitError {
 /// What the hardware has to do next, besides setting DE to [`Line::driving`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
-pub enum Step {
+pub enum LineStep {
     /// Ask for the next character each time the transmit register is empty, beginning now.
     Begin,
     /// The line was held too long: stop transmitting.
@@ -30,14 +30,14 @@ pub enum Step {
     EchoLost,
 }
 
-impl Step {
+impl LineStep {
     /// What this means for the [`Master`](crate::Master).
     pub const fn event(self, at: Micros) -> Option<Event> {
         match self {
-            Step::Begin => None,
-            Step::Force => Some(Event::Forced { at }),
-            Step::GiveUp => Some(Event::GivenUp { at }),
-            Step::EchoLost => Some(Event::Contention { at }),
+            LineStep::Begin => None,
+            LineStep::Force => Some(Event::Forced { at }),
+            LineStep::GiveUp => Some(Event::GivenUp { at }),
+            LineStep::EchoLost => Some(Event::Contention { at }),
         }
     }
 }

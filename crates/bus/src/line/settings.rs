@@ -5,7 +5,7 @@ use crate::{Micros, Serial};
 /// Everything a [`Line`](super::Line) is told about its wires. Spans in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Settings {
+pub struct LineSettings {
     /// Bit rate and framing.
     pub serial: Serial,
     /// Silence between the end of anything heard and our next DE.
@@ -19,10 +19,10 @@ pub struct Settings {
     pub echo: EchoMode,
 }
 
-impl Settings {
+impl LineSettings {
     /// No delay around DE, no echo: a transceiver whose receiver is off while it drives.
-    pub const fn new(serial: Serial, guard: Micros) -> Settings {
-        Settings { serial, guard, pre_delay: Micros::ZERO, post_delay: Micros::ZERO, echo: EchoMode::Off }
+    pub const fn new(serial: Serial, guard: Micros) -> LineSettings {
+        LineSettings { serial, guard, pre_delay: Micros::ZERO, post_delay: Micros::ZERO, echo: EchoMode::Off }
     }
 }
 

@@ -6,7 +6,7 @@ use clino_codec::checks::Check;
 use super::late::OutstandingReply;
 use super::{Fault, Master, Outcome, State};
 use crate::counters::bump;
-use crate::{Micros, Protocol, Refusal};
+use crate::{FailedCheck, Micros, Protocol};
 
 impl<P: Protocol> Master<P> {
     /// The deadline has passed, and the decoder holds nothing more.

@@ -3,7 +3,7 @@
 use clino_codec::checks::Check;
 
 use crate::line::SubmitError;
-use crate::{Micros, Refusal};
+use crate::{FailedCheck, Micros};
 
 /// Why there is no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub enum Blame {
     Request,
 }
 
-impl<E: Refusal> Fault<E> {
+impl<E: FailedCheck> Fault<E> {
     /// Where to look for the cause.
     pub fn blame(&self) -> Blame {
         match self {

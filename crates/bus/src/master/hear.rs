@@ -6,7 +6,7 @@ use clino_codec::character::Character;
 use super::exchange::Exchange;
 use super::{Fault, Master, Outcome, State};
 use crate::counters::bump;
-use crate::{Micros, Protocol, Refusal};
+use crate::{FailedCheck, Micros, Protocol};
 
 impl<P: Protocol> Master<P> {
     pub(super) fn released(&mut self, at: Micros) {

@@ -5,7 +5,7 @@ use clino_codec::character::Character;
 use clino_codec::checks::{Check, Checks};
 use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
 
-use crate::{Micros, Protocol, Refusal, Timing};
+use crate::{FailedCheck, Micros, Protocol, Timing};
 
 /// STT ISU, binary mode. An error answer names no module and is taken for the one that was asked.
 #[derive(Debug)]
@@ -94,7 +94,7 @@ fn may_be(address: Address, asked: Address) -> bool {
     asked.is_any() || asked == address
 }
 
-impl Refusal for DecodeError {
+impl FailedCheck for DecodeError {
     fn failed_check(&self) -> Check {
         self.failed_check()
     }

@@ -5,7 +5,7 @@ use clino_codec::character::Character;
 use clino_codec::checks::{Check, Checks};
 use clino_codec::t7::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
 
-use crate::{Micros, Protocol, Refusal, Timing};
+use crate::{FailedCheck, Micros, Protocol, Timing};
 
 /// US Digital T7.
 #[derive(Debug)]
@@ -84,7 +84,7 @@ fn may_be(address: Address, asked: Address) -> bool {
     asked.is_all() || asked == address
 }
 
-impl Refusal for DecodeError {
+impl FailedCheck for DecodeError {
     fn failed_check(&self) -> Check {
         self.failed_check()
     }

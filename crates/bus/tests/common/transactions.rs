@@ -33,10 +33,10 @@ pub fn t7_timing() -> Timing {
 }
 
 fn t7_node(address: u8, degrees: i64) -> clino_sim::t7::T7 {
-    use clino_sim::t7::{Identity, Model, Options, Settings};
+    use clino_sim::t7::{Identity, Model, Options, StoredSettings};
     let motion = [degrees, degrees + 10, degrees + 20].map(|angle| Motion::Constant(angle * DEGREE));
     let identity = Identity { model: Model::T73, ..Identity::default() };
-    let settings = Settings { address, ..Settings::default() };
+    let settings = StoredSettings { address, ..StoredSettings::default() };
     clino_sim::t7::T7::new(identity, settings, Options { motion, ..Options::default() }).unwrap()
 }
 

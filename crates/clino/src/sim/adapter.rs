@@ -123,7 +123,7 @@ mod tests {
     use super::*;
     use crate::sim::t7::T7;
     use clino_segment::chance::Chance;
-    use clino_segment::{Noise, Settings};
+    use clino_segment::{Noise, SegmentSettings};
 
     const ASK: [u8; 3] = [0x05, 0x01, 0x83];
     /// 12.345°.
@@ -134,7 +134,7 @@ mod tests {
     fn adapter(echo: bool) -> Adapter {
         let chance = Chance::new(0);
         let station = T7::parse("5,angle=12.345").unwrap().station(0, chance).unwrap();
-        let segment = Segment::new(Settings { chance, echo, noise: Noise::default() }, vec![station]);
+        let segment = Segment::new(SegmentSettings { chance, echo, noise: Noise::default() }, vec![station]);
         Adapter::new(segment, 115_200)
     }
 

@@ -12,7 +12,7 @@ use clino_bus::{Micros, Protocol, Serial, Timing, earliest};
 use clino_commissioning::{Action, Commissionable, Operation, Runner};
 use clino_rig::Bench;
 use clino_segment::chance::Chance;
-use clino_segment::{Noise, Settings};
+use clino_segment::{Noise, SegmentSettings};
 
 pub const MS: u64 = 1_000_000;
 pub const SECOND: u64 = 1_000_000_000;
@@ -20,8 +20,8 @@ pub const SECOND: u64 = 1_000_000_000;
 /// No operation under test takes longer than this.
 const LIMIT: Micros = Micros(60_000_000);
 
-pub fn quiet() -> Settings {
-    Settings { chance: Chance::new(1), echo: false, noise: Noise::default() }
+pub fn quiet() -> SegmentSettings {
+    SegmentSettings { chance: Chance::new(1), echo: false, noise: Noise::default() }
 }
 
 /// What an operation did.

@@ -16,7 +16,7 @@ use std::rc::Rc;
 
 use clino_segment::log::SharedLog;
 use clino_segment::wire::Wire as _;
-use clino_segment::{Segment, Settings, Station};
+use clino_segment::{Segment, SegmentSettings, Station};
 use clino_sim::node::Ns;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -44,7 +44,7 @@ pub struct Board(Rc<RefCell<World>>);
 
 impl Board {
     /// A board at time 0 on a pair with these sensors.
-    pub fn new(baud: u32, model: Model, settings: Settings, stations: Vec<Station>) -> Board {
+    pub fn new(baud: u32, model: Model, settings: SegmentSettings, stations: Vec<Station>) -> Board {
         let mut segment = Segment::new(settings, stations);
         let uart = uart::Registers::new(baud, model);
         segment.set_receiver(0, Some(uart.format()));

@@ -1,6 +1,6 @@
 //! STT ISU, async.
 
-use clino_bus::{Counters, Micros, Retry, Timing};
+use clino_bus::{BusCounters, Micros, Retry, Timing};
 use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Data, Request, Response, Words};
 
@@ -99,7 +99,7 @@ impl<P: AsyncPort> Isu<P> {
 
 impl<P> Isu<P> {
     /// As [`crate::Isu::counters`].
-    pub fn counters(&self) -> &Counters {
+    pub fn counters(&self) -> &BusCounters {
         self.exchanges.master().counters()
     }
 

@@ -1,6 +1,6 @@
 //! US Digital T7, async.
 
-use clino_bus::{Counters, Micros, Retry, Timing};
+use clino_bus::{BusCounters, Micros, Retry, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{Address, Axis, DeviceInformation, Direction, Request, Response};
 
@@ -160,7 +160,7 @@ impl<P: AsyncPort> T7<P> {
 
 impl<P> T7<P> {
     /// As [`crate::T7::counters`].
-    pub fn counters(&self) -> &Counters {
+    pub fn counters(&self) -> &BusCounters {
         self.exchanges.master().counters()
     }
 

@@ -4,7 +4,7 @@
 use super::*;
 use crate::config::{SlotConfig, Span};
 use crate::settings::Settings;
-use clino_bus::line::Step;
+use clino_bus::line::LineStep;
 use clino_bus::{Line, Serial};
 use clino_codec::character::{Character, LineErrors};
 use clino_codec::{isu, t7};
@@ -80,7 +80,7 @@ impl Bench {
                 }
             });
             match wire.line.poll(now) {
-                Some(Step::Begin) => {
+                Some(LineStep::Begin) => {
                     while wire.line.next_character().is_some() {}
                     assert!(wire.line.transmission_complete(now));
                     wire.asked = Some(core::mem::take(&mut wire.frame));

@@ -282,7 +282,7 @@ impl Trial {
     fn in_force(&self) -> Result<(), TestCaseError> {
         let Model { baud, pre, post, echo, .. } = self.model;
         let timing = Timing { guard: Micros(self.model.guard()), ..Timing::t7(Serial { baud }) };
-        let line = clino_bus::line::Settings {
+        let line = clino_bus::line::LineSettings {
             pre_delay: Micros(pre),
             post_delay: Micros(post),
             echo,

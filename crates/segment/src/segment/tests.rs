@@ -114,8 +114,8 @@ impl Node for Puppet {
     }
 }
 
-fn settings() -> Settings {
-    Settings { chance: Chance::new(1), echo: false, noise: Noise::default() }
+fn settings() -> SegmentSettings {
+    SegmentSettings { chance: Chance::new(1), echo: false, noise: Noise::default() }
 }
 
 fn segment(stations: Vec<Station>) -> Segment {
@@ -123,7 +123,7 @@ fn segment(stations: Vec<Station>) -> Segment {
 }
 
 /// A segment whose gateway receiver is on.
-fn on_at(settings: Settings, stations: Vec<Station>, bit_ps: u64) -> Segment {
+fn on_at(settings: SegmentSettings, stations: Vec<Station>, bit_ps: u64) -> Segment {
     let mut segment = Segment::new(settings, stations);
     segment.set_receiver(0, Some(format(bit_ps)));
     segment

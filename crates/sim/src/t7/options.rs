@@ -1,7 +1,7 @@
 //! Everything about a simulated T7 that is not in its own memory: what it measures, how long it takes, and
 //! how it behaves where the document leaves a choice.
 
-use super::settings::{AXES, BAUD_RATES, DAMPING_MS, DEFAULT_ADDRESS, SETTABLE_ADDRESSES, Settings};
+use super::settings::{AXES, BAUD_RATES, DAMPING_MS, DEFAULT_ADDRESS, SETTABLE_ADDRESSES, StoredSettings};
 use crate::latency::Latency;
 use crate::motion::Motion;
 use crate::node::Ns;
@@ -125,7 +125,7 @@ impl core::fmt::Display for BadOption {
 impl core::error::Error for BadOption {}
 
 /// Whether there can be such a device.
-pub(super) fn check(settings: &Settings, options: &Options) -> Result<(), BadOption> {
+pub(super) fn check(settings: &StoredSettings, options: &Options) -> Result<(), BadOption> {
     for (latency, limit) in [(options.get_latency, GET_LIMIT), (options.set_latency, SET_LIMIT)] {
         let longest = latency.max.max(latency.min);
         if longest > limit {

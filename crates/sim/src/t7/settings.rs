@@ -99,7 +99,7 @@ pub enum Flash {
 /// The settings that survive a power cut. A command writes one of them, and either it has been written or it
 /// has not: half-written flash is not modelled.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings {
+pub struct StoredSettings {
     /// Own address: 1 to 100, or 127.
     pub address: u8,
     /// Index into [`BAUD_RATES`] that holds from the next power-up on.
@@ -114,7 +114,7 @@ pub struct Settings {
     pub range: OutputRange,
 }
 
-impl Default for Settings {
+impl Default for StoredSettings {
     /// Factory defaults. The document gives none for damping: 1000 ms is the value of its example, and the
     /// output range is the first.
     fn default() -> Self {

@@ -63,7 +63,7 @@ impl ShutoffBit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Refusal {
+pub enum PlanError {
     /// The image's checksum is wrong in both readings: the image was misread, or the module needs a
     /// [repair](Plan::repair) first.
     UnsoundChecksum(Audit),
@@ -141,14 +141,16 @@ impl Plan {
     /// The writes for a change of a sound image. None, if the image is already as wished.
     ///
     /// # Errors
-    /// [`Refusal`], before anything is written.
-    pub fn change(image: &Image, change: Change) -> Result<Self, Refusal> {
+    /// [`PlanError`], before anything is written.
+    pub fn change(image: &Image, change: Change) -> Result<Self, PlanError> {
         let audit = image.audit();
         if !audit.is_sound() {
-            return Err(Refusal::UnsoundChecksum(audit));
+            return Err(PlanError::UnsoundChecksum(audit));
         }
         let (data_word, mask, bits, skip, count) = match change {
-            Change::ModuleAddress(address) if address.is_reserved() => return Err(Refusal::ReservedAddress),
+            Change::ModuleAddress(address) if address.is_reserved() => {
+                return Err(PlanError::ReservedAddress);
+            }
             Change::ModuleAddress(address) => {
                 let bits = u16::from(address.get()) << ADDRESS_SHIFT;
                 (DataWord::ModuleAddress, ADDRESS_MASK, bits, 0, ADDRESS_WORDS)
@@ -223,7 +225,7 @@ fn shifted(words: [u16; WORDS_PER_DATA_WORD], skip: usize) -> [u16; WORDS_PER_DA
     shifted
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for PlanError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnsoundChecksum(Audit { stored, upper_bits_counted, words_left_out }) => write!(
@@ -235,4 +237,4 @@ impl fmt::Display for Refusal {
     }
 }
 
-impl core::error::Error for Refusal {}
+impl core::error::Error for PlanError {}

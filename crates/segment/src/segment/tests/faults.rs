@@ -14,7 +14,7 @@ fn bit_errors_come_as_often_as_asked_and_every_one_is_logged() {
     // Zeros have one falling edge a character: a receiver that lost a start bit is back at the next.
     let node = Puppet::default().says(1_000, &[0x00; 10_000]);
     let noise = Noise { bit_errors: probability(0.01), ..Noise::default() };
-    let mut segment = on_at(Settings { noise, ..settings() }, vec![node.station()], BIT);
+    let mut segment = on_at(SegmentSettings { noise, ..settings() }, vec![node.station()], BIT);
     let heard = listen(&mut segment, SECOND);
     // One start bit of a hundred is not seen, and 1 - 0.99^9 = 8.6 % of the others have a wrong bit.
     let lost = 10_000 - heard.len();
@@ -36,7 +36,7 @@ fn bit_errors_come_as_often_as_asked_and_every_one_is_logged() {
 fn a_hit_bit_changes_that_bit_and_no_other() {
     let node = Puppet::default().says(1_000, &[0x00; 2_000]);
     let noise = Noise { bit_errors: probability(0.01), ..Noise::default() };
-    let mut segment = on_at(Settings { noise, ..settings() }, vec![node.station()], BIT);
+    let mut segment = on_at(SegmentSettings { noise, ..settings() }, vec![node.station()], BIT);
     listen(&mut segment, SECOND);
     let mut checked = 0;
     for pair in events(&segment).windows(2) {
@@ -55,7 +55,7 @@ fn receivers_lose_characters_independently() {
     let listeners = [Puppet::default(), Puppet::default()];
     let noise = Noise { drops: probability(0.1), ..Noise::default() };
     let stations = vec![talker.station(), listeners[0].station(), listeners[1].station()];
-    let mut segment = on_at(Settings { noise, ..settings() }, stations, BIT);
+    let mut segment = on_at(SegmentSettings { noise, ..settings() }, stations, BIT);
     let gateway = listen(&mut segment, SECOND).len();
     for lost in [gateway, listeners[0].heard().len(), listeners[1].heard().len()].map(|got| 5_000 - got) {
         // Four standard deviations of 500.
@@ -74,7 +74,7 @@ fn noise_keeps_to_its_interval() {
     let node = Puppet::default().says(0, &[0x55; 1_000]);
     let within = Some((20_000_000, 40_000_000));
     let noise = Noise { bit_errors: probability(0.2), drops: probability(0.2), within };
-    let mut segment = on_at(Settings { noise, ..settings() }, vec![node.station()], BIT);
+    let mut segment = on_at(SegmentSettings { noise, ..settings() }, vec![node.station()], BIT);
     listen(&mut segment, SECOND);
     let hits: Vec<Ns> = events(&segment)
         .iter()

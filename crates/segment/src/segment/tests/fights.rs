@@ -85,7 +85,7 @@ fn fights_go_the_same_way_for_the_same_seed_and_differ_between_seeds() {
     let run = |seed| {
         let a = Puppet::default().says(1_000_000, &[0x00; 16]);
         let b = Puppet::default().says(1_000_000, &[0xFF; 16]);
-        let settings = Settings { chance: Chance::new(seed), ..settings() };
+        let settings = SegmentSettings { chance: Chance::new(seed), ..settings() };
         let mut segment = on_at(settings, vec![a.station(), b.station()], BIT);
         listen(&mut segment, 5_000_000)
     };

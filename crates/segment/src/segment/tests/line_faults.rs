@@ -11,7 +11,7 @@ fn stuck(from: Ns, until: Ns, high: bool, stations: Vec<Station>) -> Segment {
 
 fn shorted(from: Ns, until: Ns, echo: bool, stations: Vec<Station>) -> Segment {
     let faults = LineFaults { de_shorted: vec![(from, until)], ..LineFaults::default() };
-    on_at(Settings { echo, ..settings() }, stations, BIT).with_faults(faults)
+    on_at(SegmentSettings { echo, ..settings() }, stations, BIT).with_faults(faults)
 }
 
 #[test]
