@@ -5,7 +5,7 @@
 
 use clino_codec::character::{Character, LineErrors};
 use clino_codec::checks::Checks;
-use clino_codec::t7::{Address, AnswerDecoder, Expected, Opcode, Progress};
+use clino_codec::t7::{Address, AnswerDecoder, Expected, Opcode, DecodeProgress};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|input: &[u8]| {
@@ -42,15 +42,15 @@ fuzz_target!(|input: &[u8]| {
     let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     let mut seen = Vec::new();
     for &character in &characters {
-        if let Progress::Frame(answer) = decoder.push(character) {
+        if let DecodeProgress::Frame(answer) = decoder.push(character) {
             seen.push(answer);
         }
     }
     loop {
         match decoder.idle() {
-            Progress::More => break,
-            Progress::Frame(answer) => seen.push(answer),
-            Progress::Bad(_) => {}
+            DecodeProgress::More => break,
+            DecodeProgress::Frame(answer) => seen.push(answer),
+            DecodeProgress::Bad(_) => {}
         }
     }
     assert_eq!(seen, wanted);

@@ -2,7 +2,7 @@
 //!
 //! Everything here is sans-IO. [`Line`] is driven by the events a UART has (transmit register empty,
 //! transmission complete, character received) and says when the driver is on; [`Master`] turns a request
-//! into a frame, the characters that come back into a typed [`Outcome`], and silence into an error after a
+//! into a frame, the characters that come back into a typed [`ExchangeOutcome`], and silence into an error after a
 //! deadline derived from the vendor's figures. Neither reads a clock: time comes in as [`Micros`], and
 //! `poll_at` says when to come back.
 //!
@@ -33,7 +33,7 @@ mod timing;
 
 pub use counters::{BusCounters, DriverEnable};
 pub use line::Line;
-pub use master::{Blame, Event, Fault, Master, Outcome};
+pub use master::{Blame, Event, ExchangeOutcome, Fault, Master};
 pub use protocol::{FailedCheck, Isu, Protocol, T7};
 pub use retry::Retry;
 pub use time::{Micros, earliest};

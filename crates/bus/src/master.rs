@@ -20,7 +20,7 @@
 //!
 //! *Slow nodes.* Answers seen to be late prolong the waits, up to [`Timing::extension`] (`master/adaptive.rs`).
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 
 use crate::counters::{BusCounters, bump};
 pub use crate::line::Event;
@@ -48,7 +48,7 @@ pub const LONGEST_ANSWER: u64 = 68;
 
 /// How an exchange ended.
 #[derive(Debug)]
-pub struct Outcome<P: Protocol> {
+pub struct ExchangeOutcome<P: Protocol> {
     /// The answer, or why there is none.
     pub result: Result<P::Answer, Fault<P::DecodeError>>,
     /// When it ended: the stop bit of the answer's last character, or the deadline.
@@ -146,7 +146,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// Takes an event of the line. A collecting exchange has more than one outcome.
-    pub fn on(&mut self, event: Event) -> Option<Outcome<P>> {
+    pub fn on(&mut self, event: Event) -> Option<ExchangeOutcome<P>> {
         match event {
             Event::Released { at } => self.released(at),
             Event::Forced { at } => {
@@ -165,14 +165,14 @@ impl<P: Protocol> Master<P> {
     }
 
     /// Lets time pass. To be called again while it returns an outcome.
-    pub fn poll(&mut self, now: Micros) -> Option<Outcome<P>> {
+    pub fn poll(&mut self, now: Micros) -> Option<ExchangeOutcome<P>> {
         match self.state {
             State::Sending { give_up } if now >= give_up => self.fail(Fault::NotSent, now),
             State::Waiting { deadline, .. } if now >= deadline => {
                 // What the decoder has held back until now; each report takes at least a character, so this ends.
                 while let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) {
                     let (progress, last) = (P::idle(&mut exchange.decoder), exchange.last);
-                    if matches!(progress, Progress::More) {
+                    if matches!(progress, DecodeProgress::More) {
                         return self.missed(deadline, now);
                     }
                     let outcome = self.progressed(progress, last);

@@ -1,6 +1,6 @@
 //! What the [`Master`](crate::Master) has to know of a vendor's protocol.
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::checks::Check;
 
@@ -56,10 +56,13 @@ pub trait Protocol {
     fn restart(decoder: &mut Self::Decoder, expected: Self::Expected);
 
     /// Feeds the decoder.
-    fn push(decoder: &mut Self::Decoder, character: Character) -> Progress<Self::Answer, Self::DecodeError>;
+    fn push(
+        decoder: &mut Self::Decoder,
+        character: Character,
+    ) -> DecodeProgress<Self::Answer, Self::DecodeError>;
 
     /// The answer's time is over: settles what the decoder still holds back. To be called until it says `More`.
-    fn idle(decoder: &mut Self::Decoder) -> Progress<Self::Answer, Self::DecodeError>;
+    fn idle(decoder: &mut Self::Decoder) -> DecodeProgress<Self::Answer, Self::DecodeError>;
 
     /// Characters the decoder passed over because they belong to no frame, since it was made.
     fn discarded(decoder: &Self::Decoder) -> u32;

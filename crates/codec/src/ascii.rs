@@ -14,7 +14,7 @@
 
 use core::fmt;
 
-use crate::Progress;
+use crate::DecodeProgress;
 use crate::angle::Angle;
 use crate::bytes::put;
 use crate::character::{Character, LineErrors};
@@ -120,14 +120,14 @@ pub enum LineFault {
 /// A sign can stand only at the start of a line, so that a damaged line never costs the next one.
 ///
 /// ```
-/// use clino_codec::Progress;
+/// use clino_codec::DecodeProgress;
 /// use clino_codec::ascii::LineDecoder;
 /// use clino_codec::character::Character;
 ///
 /// let mut decoder = LineDecoder::new();
 /// let mut angle = None;
 /// for &byte in b"9.99\r\n- 32.70\r\n" {
-///     if let Progress::Frame(line) = decoder.push(Character::clean(byte)) {
+///     if let DecodeProgress::Frame(line) = decoder.push(Character::clean(byte)) {
 ///         angle = Some(line.angle());
 ///     }
 /// }
@@ -166,12 +166,12 @@ impl LineDecoder {
     }
 
     /// Takes one character.
-    pub fn push(&mut self, character: Character) -> Progress<Centidegrees, LineFault> {
+    pub fn push(&mut self, character: Character) -> DecodeProgress<Centidegrees, LineFault> {
         let byte = character.byte;
         let position = self.position;
         if position == 0 {
             self.start(character);
-            return Progress::More;
+            return DecodeProgress::More;
         }
         self.errors |= character.errors;
         if !self.take(byte) {
@@ -180,17 +180,17 @@ impl LineDecoder {
                 b'+' | b'-' => self.start(character),
                 _ => self.position = 0,
             }
-            return Progress::Bad(fault);
+            return DecodeProgress::Bad(fault);
         }
         self.position = position.wrapping_add(1);
         if usize::from(self.position) < LINE_LENGTH {
-            return Progress::More;
+            return DecodeProgress::More;
         }
         self.position = 0;
         let centideg = if self.negative { self.magnitude.wrapping_neg() } else { self.magnitude };
         match i16::try_from(centideg).ok().and_then(Centidegrees::new) {
-            Some(angle) if self.errors.is_none() => Progress::Frame(angle),
-            _ => Progress::Bad(self.fault(LineFault::Value { centideg })),
+            Some(angle) if self.errors.is_none() => DecodeProgress::Frame(angle),
+            _ => DecodeProgress::Bad(self.fault(LineFault::Value { centideg })),
         }
     }
 

@@ -15,7 +15,7 @@ pub mod pwm;
 mod stream;
 pub mod t7;
 
-pub use progress::Progress;
+pub use progress::DecodeProgress;
 
 #[cfg(test)]
 extern crate std;

@@ -4,13 +4,13 @@ use crate::stream::Verdict;
 
 /// What one more character led to.
 ///
-/// [`Progress::Bad`] does not end the wait for a frame: the decoder has already resynchronised, and a good
+/// [`DecodeProgress::Bad`] does not end the wait for a frame: the decoder has already resynchronised, and a good
 /// frame that follows the bad bytes (or began among them) still comes out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
-pub enum Progress<T, E> {
+pub enum DecodeProgress<T, E> {
     /// Nothing complete yet.
     More,
     /// A frame that passed every check that is switched on.
@@ -19,7 +19,7 @@ pub enum Progress<T, E> {
     Bad(E),
 }
 
-impl<T, E> Progress<T, E> {
+impl<T, E> DecodeProgress<T, E> {
     /// Becomes what was made of so many bytes, and says what that means for them.
     #[inline(always)]
     pub(crate) fn settle(&mut self, result: Result<T, E>, length: usize) -> Verdict {

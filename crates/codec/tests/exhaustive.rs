@@ -117,11 +117,11 @@ fn isu_angles_all_65_536_through_the_decoder() {
     for code in 0..=u16::MAX {
         let [high, low] = code.to_be_bytes();
         let sum = 0x95_u8.wrapping_add(0x58).wrapping_add(high).wrapping_add(low);
-        let mut last = isu::Progress::More;
+        let mut last = isu::DecodeProgress::More;
         for byte in [0x04, 0x95, 0x58, high, low, sum] {
             last = decoder.push(Character::clean(byte));
         }
-        let isu::Progress::Frame(answer) = last else { panic!("{code:04X}: {last:?}") };
+        let isu::DecodeProgress::Frame(answer) = last else { panic!("{code:04X}: {last:?}") };
         assert_eq!(answer.angle_word(), Some(code));
         // Within half a micro-degree of code · 360/65536.
         let error = i64::from(answer.angle().unwrap().udeg()) * 65_536 - i64::from(code) * 360_000_000;

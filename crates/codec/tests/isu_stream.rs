@@ -5,7 +5,8 @@ mod common;
 use clino_codec::character::{Character, LineErrors};
 use clino_codec::checks::Checks;
 use clino_codec::isu::{
-    Address, Answer, AnswerDecoder, DecodeError, DeviceError, Differs, Function, Progress, Request, Response,
+    Address, Answer, AnswerDecoder, DecodeError, DecodeProgress, DeviceError, Differs, Function, Request,
+    Response,
 };
 use common::{clean, hex, isu_frame};
 
@@ -20,12 +21,12 @@ fn decoder(request: Request, number: u8) -> AnswerDecoder {
 fn run(decoder: &mut AnswerDecoder, bytes: &[u8]) -> Vec<Result<Answer, DecodeError>> {
     let mut seen = Vec::new();
     let mut note = |progress| match progress {
-        Progress::More => false,
-        Progress::Frame(answer) => {
+        DecodeProgress::More => false,
+        DecodeProgress::Frame(answer) => {
             seen.push(Ok(answer));
             true
         }
-        Progress::Bad(error) => {
+        DecodeProgress::Bad(error) => {
             seen.push(Err(error));
             true
         }
@@ -41,10 +42,10 @@ fn run(decoder: &mut AnswerDecoder, bytes: &[u8]) -> Vec<Result<Answer, DecodeEr
 fn the_answer_is_found_at_its_last_byte() {
     let mut decoder = decoder(Request::READ_ANGLE, 3);
     for character in clean(&GOOD[..5]) {
-        assert_eq!(decoder.push(character), Progress::More);
+        assert_eq!(decoder.push(character), DecodeProgress::More);
     }
     assert_eq!(decoder.pending(), 5);
-    let Progress::Frame(answer) = decoder.push(Character::clean(GOOD[5])) else { panic!() };
+    let DecodeProgress::Frame(answer) = decoder.push(Character::clean(GOOD[5])) else { panic!() };
     assert_eq!(answer.angle_word(), Some(0x8000));
     assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     assert_eq!(decoder.expected().function(), Function::ReadRam);
@@ -105,9 +106,9 @@ fn a_good_answer_comes_out_at_once_while_a_longer_foreign_one_seems_to_arrive() 
     let bytes = [&[0xFE, 0x15][..], &GOOD].concat();
     let (&last, first) = bytes.split_last().unwrap();
     for character in clean(first) {
-        assert_eq!(decoder.push(character), Progress::More);
+        assert_eq!(decoder.push(character), DecodeProgress::More);
     }
-    assert!(matches!(decoder.push(Character::clean(last)), Progress::Frame(_)));
+    assert!(matches!(decoder.push(Character::clean(last)), DecodeProgress::Frame(_)));
     assert_eq!(decoder.discarded(), 2);
 }
 
@@ -169,24 +170,24 @@ fn with_the_command_layer_off_other_functions_are_taken() {
 fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
     for position in 0..GOOD.len() {
         let mut decoder = decoder(Request::READ_ANGLE, 3);
-        let mut last = Progress::More;
+        let mut last = DecodeProgress::More;
         for (index, byte) in GOOD.into_iter().enumerate() {
             let errors = if index == position { LineErrors::OVERRUN } else { LineErrors::NONE };
             last = decoder.push(Character { byte, errors });
         }
-        assert_eq!(last, Progress::Bad(DecodeError::LineErrors { errors: LineErrors::OVERRUN }));
+        assert_eq!(last, DecodeProgress::Bad(DecodeError::LineErrors { errors: LineErrors::OVERRUN }));
         assert_eq!(run(&mut decoder, &GOOD), [Answer::decode(&GOOD)]);
     }
     let expected = Request::READ_ANGLE.expected(Address::new(3).unwrap());
     let mut tolerant = AnswerDecoder::new(expected, Checks { line_errors: false, ..Checks::ALL });
     let dirty = GOOD.map(|byte| tolerant.push(Character { byte, errors: LineErrors::NOISE }));
-    assert!(matches!(dirty[5], Progress::Frame(_)));
+    assert!(matches!(dirty[5], DecodeProgress::Frame(_)));
     // On a dirty line even an intact foreign frame is not believed.
     let mut decoder = decoder(Request::READ_ANGLE, 4);
     for byte in GOOD {
-        assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), Progress::More);
+        assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), DecodeProgress::More);
     }
-    assert_eq!(decoder.idle(), Progress::More);
+    assert_eq!(decoder.idle(), DecodeProgress::More);
     assert_eq!(decoder.discarded(), 6);
 }
 
@@ -206,11 +207,11 @@ fn a_restarted_decoder_is_as_good_as_new() {
     let mut decoder =
         AnswerDecoder::new(Request::ReadEeprom { start: 0, count: 8 }.expected(address), Checks::ALL);
     for byte in [0x12, 0x09, 0x00] {
-        assert!(matches!(decoder.push(Character::clean(byte)), Progress::More));
+        assert!(matches!(decoder.push(Character::clean(byte)), DecodeProgress::More));
     }
     decoder.restart(Request::READ_ANGLE.expected(address));
     assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     let answer = [0x04, 0x05, 0x58, 0x80, 0x00, 0xDD];
-    let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), Progress::Frame(_)));
+    let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), DecodeProgress::Frame(_)));
     assert_eq!(found, [false, false, false, false, false, true]);
 }

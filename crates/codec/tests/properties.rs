@@ -184,15 +184,15 @@ fn isu_pieces() -> impl Strategy<Value = Vec<u8>> {
 fn t7_frames(decoder: &mut t7::AnswerDecoder, bytes: &[u8]) -> Vec<t7::Answer> {
     let mut frames = Vec::new();
     for &byte in bytes {
-        if let t7::Progress::Frame(answer) = decoder.push(Character::clean(byte)) {
+        if let t7::DecodeProgress::Frame(answer) = decoder.push(Character::clean(byte)) {
             frames.push(answer);
         }
     }
     loop {
         match decoder.idle() {
-            t7::Progress::More => return frames,
-            t7::Progress::Frame(answer) => frames.push(answer),
-            t7::Progress::Bad(_) => {}
+            t7::DecodeProgress::More => return frames,
+            t7::DecodeProgress::Frame(answer) => frames.push(answer),
+            t7::DecodeProgress::Bad(_) => {}
         }
     }
 }
@@ -200,15 +200,15 @@ fn t7_frames(decoder: &mut t7::AnswerDecoder, bytes: &[u8]) -> Vec<t7::Answer> {
 fn isu_frames(decoder: &mut isu::AnswerDecoder, bytes: &[u8]) -> Vec<isu::Answer> {
     let mut frames = Vec::new();
     for &byte in bytes {
-        if let isu::Progress::Frame(answer) = decoder.push(Character::clean(byte)) {
+        if let isu::DecodeProgress::Frame(answer) = decoder.push(Character::clean(byte)) {
             frames.push(answer);
         }
     }
     loop {
         match decoder.idle() {
-            isu::Progress::More => return frames,
-            isu::Progress::Frame(answer) => frames.push(answer),
-            isu::Progress::Bad(_) => {}
+            isu::DecodeProgress::More => return frames,
+            isu::DecodeProgress::Frame(answer) => frames.push(answer),
+            isu::DecodeProgress::Bad(_) => {}
         }
     }
 }
@@ -348,7 +348,7 @@ proptest! {
         for (index, &byte) in good.iter().enumerate() {
             let errors = if index == position { LineErrors::FRAMING } else { LineErrors::NONE };
             let progress = decoder.push(Character { byte, errors });
-            prop_assert!(!matches!(progress, t7::Progress::Frame(_)));
+            prop_assert!(!matches!(progress, t7::DecodeProgress::Frame(_)));
         }
     }
 

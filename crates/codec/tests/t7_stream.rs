@@ -6,8 +6,8 @@ use clino_codec::angle::Range;
 use clino_codec::character::{Character, LineErrors};
 use clino_codec::checks::Checks;
 use clino_codec::t7::{
-    Address, Answer, AnswerDecoder, Axis, Command, DecodeError, Differs, Expected, Opcode, Progress, Request,
-    SniffProgress, Sniffed, Sniffer, Status,
+    Address, Answer, AnswerDecoder, Axis, Command, DecodeError, DecodeProgress, Differs, Expected, Opcode,
+    Request, SniffProgress, Sniffed, Sniffer, Status,
 };
 use common::{clean, hex, t7_frame};
 
@@ -22,12 +22,12 @@ fn decoder(number: u8, opcode: Opcode) -> AnswerDecoder {
 fn run(decoder: &mut AnswerDecoder, bytes: &[u8]) -> Vec<Result<Answer, DecodeError>> {
     let mut seen = Vec::new();
     let mut note = |progress| match progress {
-        Progress::More => false,
-        Progress::Frame(answer) => {
+        DecodeProgress::More => false,
+        DecodeProgress::Frame(answer) => {
             seen.push(Ok(answer));
             true
         }
-        Progress::Bad(error) => {
+        DecodeProgress::Bad(error) => {
             seen.push(Err(error));
             true
         }
@@ -47,10 +47,10 @@ fn every_documented_answer_is_found_at_its_last_byte() {
         assert_eq!(decoder.expected().opcode, answer.response.opcode());
         let (&last, first) = bytes.split_last().unwrap();
         for character in clean(first) {
-            assert_eq!(decoder.push(character), Progress::More);
+            assert_eq!(decoder.push(character), DecodeProgress::More);
         }
         assert_eq!(decoder.pending(), first.len());
-        assert_eq!(decoder.push(Character::clean(last)), Progress::Frame(answer));
+        assert_eq!(decoder.push(Character::clean(last)), DecodeProgress::Frame(answer));
         assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     }
 }
@@ -72,12 +72,12 @@ fn a_good_answer_comes_out_at_its_last_byte_even_while_a_longer_foreign_one_seem
     // The header of somebody's 34 bytes, and then the answer.
     let mut decoder = decoder(5, Opcode::GetAngle2);
     for character in clean(&[0x09, 0x20, 0x87]) {
-        assert_eq!(decoder.push(character), Progress::More);
+        assert_eq!(decoder.push(character), DecodeProgress::More);
     }
     for character in clean(&GOOD[..7]) {
-        assert_eq!(decoder.push(character), Progress::More);
+        assert_eq!(decoder.push(character), DecodeProgress::More);
     }
-    assert!(matches!(decoder.push(Character::clean(GOOD[7])), Progress::Frame(_)));
+    assert!(matches!(decoder.push(Character::clean(GOOD[7])), DecodeProgress::Frame(_)));
     assert_eq!(decoder.discarded(), 3);
 }
 
@@ -160,20 +160,20 @@ fn a_wrong_length_byte_is_reported() {
 fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
     for position in 0..GOOD.len() {
         let mut decoder = decoder(5, Opcode::GetAngle2);
-        let mut last = Progress::More;
+        let mut last = DecodeProgress::More;
         for (index, byte) in GOOD.into_iter().enumerate() {
             let errors = if index == position { LineErrors::FRAMING } else { LineErrors::NONE };
             last = decoder.push(Character { byte, errors });
         }
-        assert_eq!(last, Progress::Bad(DecodeError::LineErrors { errors: LineErrors::FRAMING }));
+        assert_eq!(last, DecodeProgress::Bad(DecodeError::LineErrors { errors: LineErrors::FRAMING }));
         assert_eq!(run(&mut decoder, &GOOD), [Answer::decode(&GOOD)]);
     }
     // On a dirty line even an intact foreign frame is not believed.
     let mut decoder = decoder(6, Opcode::GetAngle2);
     for byte in GOOD {
-        assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), Progress::More);
+        assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), DecodeProgress::More);
     }
-    assert_eq!(decoder.idle(), Progress::More);
+    assert_eq!(decoder.idle(), DecodeProgress::More);
     assert_eq!(decoder.discarded(), 8);
 }
 
@@ -186,7 +186,7 @@ fn layers_can_be_switched_off_one_by_one() {
         let mut decoder = AnswerDecoder::new(expected, checks);
         let mut good = false;
         for &byte in bytes {
-            good |= matches!(decoder.push(Character { byte, errors }), Progress::Frame(_));
+            good |= matches!(decoder.push(Character { byte, errors }), DecodeProgress::Frame(_));
         }
         good
     };
@@ -357,11 +357,11 @@ fn a_restarted_decoder_is_as_good_as_new() {
     let address = Address::new(5).unwrap();
     let mut decoder = AnswerDecoder::new(Request::GetDamping.expected(address), Checks::ALL);
     for byte in [0x05, 0x04, 0x8A, 0x03] {
-        assert!(matches!(decoder.push(Character::clean(byte)), Progress::More));
+        assert!(matches!(decoder.push(Character::clean(byte)), DecodeProgress::More));
     }
     decoder.restart(Request::GetAngle(Axis::Two).expected(address));
     assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     let answer = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
-    let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), Progress::Frame(_)));
+    let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), DecodeProgress::Frame(_)));
     assert_eq!(found, [false, false, false, false, false, false, false, true]);
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::angle::Range;
 use clino_codec::ascii::LineDecoder;
 use clino_codec::pwm::{Law, Ticks};
@@ -132,9 +132,9 @@ fn isu_lines_mean_what_they_show() {
     let mut seen = Vec::new();
     for character in clean(lines.concat().as_bytes()) {
         match decoder.push(character) {
-            Progress::More => {}
-            Progress::Frame(angle) => seen.push(angle),
-            Progress::Bad(fault) => panic!("{fault}"),
+            DecodeProgress::More => {}
+            DecodeProgress::Frame(angle) => seen.push(angle),
+            DecodeProgress::Bad(fault) => panic!("{fault}"),
         }
     }
     let centidegrees: Vec<i16> = seen.iter().map(|angle| angle.get()).collect();

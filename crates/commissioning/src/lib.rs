@@ -50,9 +50,9 @@ mod runner;
 mod single_device;
 pub mod t7;
 
-pub use operation::{Operation, Progress, Step, StepOf};
-pub use report::{Change, Report};
-pub use runner::{Action, ActionOf, Commissionable, Runner};
+pub use operation::{Operation, Step, StepOf, TaskProgress};
+pub use report::{Report, SettingChange};
+pub use runner::{ActionOf, Commissionable, Runner, RunnerAction};
 pub use single_device::SingleDevice;
 
 /// How often a reading request is sent before its fault is final: at a character error rate of 1 % a 40-character

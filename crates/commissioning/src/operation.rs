@@ -1,6 +1,6 @@
 //! What all operations have in common.
 
-use clino_bus::{Micros, Outcome, Protocol, Serial};
+use clino_bus::{ExchangeOutcome, Micros, Protocol, Serial};
 
 /// What an operation wants next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,16 +45,16 @@ pub type StepOf<O> = Step<
 /// How far an operation is, in exchanges or so. `of` is an estimate that may grow; `done` never exceeds it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Progress {
+pub struct TaskProgress {
     /// Parts done.
     pub done: u16,
     /// All parts.
     pub of: u16,
 }
 
-impl Progress {
-    pub(crate) fn new(done: u16, of: u16) -> Progress {
-        Progress { done: done.min(of), of }
+impl TaskProgress {
+    pub(crate) fn new(done: u16, of: u16) -> TaskProgress {
+        TaskProgress { done: done.min(of), of }
     }
 }
 
@@ -74,10 +74,10 @@ pub trait Operation {
     fn next(&mut self, now: Micros) -> StepOf<Self>;
 
     /// An exchange asked for has ended; one answer, when collecting.
-    fn on(&mut self, outcome: &Outcome<Self::Protocol>) -> Option<Self::Event>;
+    fn on(&mut self, outcome: &ExchangeOutcome<Self::Protocol>) -> Option<Self::Event>;
 
     /// How far it is.
-    fn progress(&self) -> Progress;
+    fn progress(&self) -> TaskProgress;
 
     /// Stop at the next consistent point. The operation still has to be led to its end.
     fn cancel(&mut self);

@@ -3,7 +3,7 @@
 mod common;
 
 use clino_codec::t7::{Address, DeviceType, EncodeError, Field, Opcode, Status, Text};
-use clino_commissioning::Change;
+use clino_commissioning::SettingChange;
 use clino_commissioning::t7::{Cause, ChangeAddress, Fault};
 use clino_sim::fault::Fault as SimFault;
 use clino_sim::t7 as sim;
@@ -21,7 +21,7 @@ fn both_models_move() {
         let mut bench = bench(&[&sensor]);
         let report = run(&mut bench, change(from, 42)).result.unwrap();
         let (from, to) = (address(from), address(42));
-        assert_eq!((report.change, report.writes), (Change::Changed { from, to }, 1));
+        assert_eq!((report.change, report.writes), (SettingChange::Changed { from, to }, 1));
         assert_eq!(store(&sensor).address, 42);
     }
 }
@@ -72,7 +72,7 @@ fn of_two_at_one_address_the_one_that_is_named_moves() {
     assert_eq!((store(&one).address, store(&three).address), (5, 6));
     // And again, as after an interruption: it is there already.
     let report = run(&mut bench, named).result.unwrap();
-    assert_eq!((report.change, report.writes), (Change::Unchanged(address(6)), 0));
+    assert_eq!((report.change, report.writes), (SettingChange::Unchanged(address(6)), 0));
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn where_it_is_already_is_no_change() {
     let sensor = at(127);
     let mut bench = bench(&[&sensor]);
     let report = run(&mut bench, change(127, 127)).result.unwrap();
-    assert_eq!((report.change, report.writes), (Change::Unchanged(Address::FACTORY), 0));
+    assert_eq!((report.change, report.writes), (SettingChange::Unchanged(Address::FACTORY), 0));
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod common;
 use clino_bus::T7;
 use clino_codec::t7::{Axis, BaudRate, Opcode, Request, Response, Status};
 use clino_commissioning::t7::{Cause, ChangeBaud, Device};
-use clino_commissioning::{Change, SingleDevice};
+use clino_commissioning::{SettingChange, SingleDevice};
 use clino_rig::Bench;
 use clino_sim::fault::Fault as SimFault;
 use common::spoil::{Fault as Spoilt, Spoil};
@@ -39,7 +39,7 @@ fn the_line_follows_to_every_rate_and_back() {
         let first = run(&mut bench, change(to));
         let report = first.result.unwrap();
         let from = BaudRate::B115200;
-        assert_eq!((report.change, report.writes), (Change::Changed { from, to }, 1));
+        assert_eq!((report.change, report.writes), (SettingChange::Changed { from, to }, 1));
         assert_eq!((index(&sensor), first.rates), (code, vec![baud]));
         assert!(answers(&mut bench), "{to:?}");
         // No byte was sent in the 10 ms in which the device changes.
@@ -57,7 +57,7 @@ fn the_same_rate_is_no_change() {
     let mut bench = bench(&[&sensor]);
     let run = run(&mut bench, change(BaudRate::B115200));
     let report = run.result.unwrap();
-    assert_eq!((report.change, report.writes), (Change::Unchanged(BaudRate::B115200), 0));
+    assert_eq!((report.change, report.writes), (SettingChange::Unchanged(BaudRate::B115200), 0));
     assert_eq!((run.rates.len(), run.requests), (0, 1));
 }
 

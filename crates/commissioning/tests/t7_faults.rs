@@ -10,7 +10,7 @@ use clino_codec::angle::Range;
 use clino_codec::t7::{Axis, BaudRate, Direction, Millidegrees};
 use clino_commissioning::Operation;
 use clino_commissioning::t7::{
-    ChangeAddress, ChangeBaud, Failure, Identify, Rates, Set, SetZero, Setting, Sweep,
+    ChangeAddress, ChangeBaud, DeviceSetting, Failure, Identify, Rates, Set, SetZero, Sweep,
 };
 use clino_rig::Bench;
 use clino_segment::chance::Chance;
@@ -38,7 +38,7 @@ const TASKS: [Task; 7] = [
     (
         "offset",
         |bench| {
-            let offset = Setting::Offset { axis: Axis::Two, offset: Millidegrees(4_321) };
+            let offset = DeviceSetting::Offset { axis: Axis::Two, offset: Millidegrees(4_321) };
             settled(bench, Set::new(device(5), offset).unwrap())
         },
         |store| store.offsets[2] = 4_321,
@@ -46,19 +46,19 @@ const TASKS: [Task; 7] = [
     (
         "direction",
         |bench| {
-            let reversed = Setting::Direction { axis: Axis::Two, direction: Direction::Reversed };
+            let reversed = DeviceSetting::Direction { axis: Axis::Two, direction: Direction::Reversed };
             settled(bench, Set::new(device(5), reversed).unwrap())
         },
         |store| store.directions[2] = sim::Direction::Reversed,
     ),
     (
         "damping",
-        |bench| settled(bench, Set::new(device(5), Setting::Damping(999)).unwrap()),
+        |bench| settled(bench, Set::new(device(5), DeviceSetting::Damping(999)).unwrap()),
         |store| store.damping_ms = 999,
     ),
     (
         "range",
-        |bench| settled(bench, Set::new(device(5), Setting::Range(Range::Unidirectional)).unwrap()),
+        |bench| settled(bench, Set::new(device(5), DeviceSetting::Range(Range::Unidirectional)).unwrap()),
         |store| store.range = sim::OutputRange::Unidirectional,
     ),
     ("zero", |bench| settled(bench, SetZero::new(device(5), Axis::Two)), |store| store.offsets[2] = -30_000),

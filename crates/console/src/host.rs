@@ -1,7 +1,7 @@
 //! What the console needs of the rest of the gateway.
 
 use clino_bus::{BusCounters, Micros};
-use clino_commissioning::Progress;
+use clino_commissioning::TaskProgress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
@@ -111,7 +111,7 @@ pub struct BusState {
     /// How the line driver behaved.
     pub driver: DriverEnable,
     /// How far the task on it is, if there is one.
-    pub progress: Option<Progress>,
+    pub progress: Option<TaskProgress>,
 }
 
 /// What storing has taken.

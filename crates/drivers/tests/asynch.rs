@@ -8,7 +8,7 @@ mod support;
 use clino_drivers::codec::angle::Angle;
 use clino_drivers::codec::t7::Axis;
 use clino_drivers::rs485::{Echo, Error, PortSettings, Release};
-use clino_drivers::t7::Change;
+use clino_drivers::t7::FlashWrite;
 use clino_drivers::{AsyncPort, Retry, Serial, Timing, asynch, codec, isu, t7};
 use clino_sim::fault::Fault;
 use common::executor::{block_on, block_on_until};
@@ -190,7 +190,7 @@ fn settings_are_written_once() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BUFFERED, &[&sensor]);
     let mut t7 = t7_of(&board);
-    for expected in [Change::Written, Change::Unneeded] {
+    for expected in [FlashWrite::Written, FlashWrite::Unneeded] {
         assert_eq!(block_on(&board, t7.set_damping_ms(address(5), 250)), Ok(expected));
     }
     assert_eq!(block_on(&board, t7.damping_ms(address(5))), Ok(250));

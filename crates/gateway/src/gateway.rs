@@ -2,7 +2,7 @@
 
 use clino_bus::{BusCounters, Event, Isu, Micros, T7, Timing, line};
 use clino_codec::pwm::{self, Ticks};
-use clino_commissioning::Progress;
+use clino_commissioning::TaskProgress;
 use heapless::Vec;
 
 use crate::bits::Bits;
@@ -260,7 +260,7 @@ impl Gateway {
     }
 
     /// How far the task on a bus is, if there is one.
-    pub fn progress(&self, bus: Bus) -> Option<Progress> {
+    pub fn progress(&self, bus: Bus) -> Option<TaskProgress> {
         match bus {
             Bus::T7 => self.t7.progress(),
             Bus::Isu => self.isu.progress(),

@@ -16,7 +16,7 @@ use clino_gateway::{
 };
 use clino_modbus::Refusal;
 use clino_modbus::binding::{Binding, Site, Wish};
-use clino_recovery::{Cause, Clock, Crash, FaultStatus, Mode, MonitoredTask, Registers, Start, Uid};
+use clino_recovery::{Clock, Crash, FaultStatus, Mode, MonitoredTask, Registers, Start, StartCause, Uid};
 use common::board::Board;
 use common::real::Real;
 use common::{Bench, SETTINGS};
@@ -143,7 +143,7 @@ fn started() -> Start {
     let registers = Registers { pc: 0x0801_0203, lr: 0x0801_0405, sp: 0x2001_FF08, exception: 22 };
     let crash = Crash::fault(fault, Some(registers), false);
     Start {
-        cause: Cause::PowerOn,
+        cause: StartCause::PowerOn,
         boots: 70_001,
         crashes: 70_002,
         mode: Mode::Bare,

@@ -5,7 +5,7 @@
 //!   [`TaskMonitor::tick`] returns a task that has not. Call it before feeding the watchdog.
 //! - [`Crash`]: cause, registers, place and time of a crash.
 //! - [`Journal`]: data kept from one start to the next, in memory that a reset does not change. [`Journal::begin`] combines
-//!   it with the reset controller's flags ([`Reset`]) into the [`Start`]: why the gateway has started, how often, and in
+//!   it with the reset controller's flags ([`ResetSource`]) into the [`Start`]: why the gateway has started, how often, and in
 //!   which [`Mode`].
 //!
 //! # How it starts
@@ -35,7 +35,7 @@ mod memory;
 mod monitor;
 mod start;
 
-pub use cause::{Cause, Reset};
+pub use cause::{ResetSource, StartCause};
 pub use crash::{Crash, FaultStatus, PLACE, Registers};
 pub use journal::Journal;
 pub use memory::{Uptime, WORDS};

@@ -16,7 +16,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-use crate::cause::Cause;
+use crate::cause::StartCause;
 use crate::crash::{Crash, FaultStatus, Registers};
 use crate::journal::{Ending, Journal};
 
@@ -137,7 +137,7 @@ impl Journal {
         }
         let registers = Registers { pc: *pc, lr: *lr, sp: *sp, exception: *level as u16 };
         let crash = Crash {
-            cause: Cause::from_number(cause),
+            cause: StartCause::from_number(cause),
             boot: *boot,
             uptime_ms: *uptime_ms,
             registers: (level & KNOWN != 0).then_some(registers),

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::cause::Cause;
+use crate::cause::StartCause;
 use crate::crash::Crash;
 
 /// A crash this soon after the start is a fast one: half a minute, in which every slot was read many times.
@@ -107,7 +107,7 @@ impl fmt::Display for Uid {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Start {
     /// What ended the time before.
-    pub cause: Cause,
+    pub cause: StartCause,
     /// Starts since power came, this one included; wraps.
     pub boots: u32,
     /// How many of the times before ended in a crash; wraps.

@@ -1,16 +1,16 @@
 //! How an exchange ends without its answer, and what may come after that.
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::checks::Check;
 
 use super::late::OutstandingReply;
-use super::{Fault, Master, Outcome, State};
+use super::{ExchangeOutcome, Fault, Master, State};
 use crate::counters::bump;
 use crate::{FailedCheck, Micros, Protocol};
 
 impl<P: Protocol> Master<P> {
     /// The deadline has passed, and the decoder holds nothing more.
-    pub(super) fn missed(&mut self, deadline: Micros, now: Micros) -> Option<Outcome<P>> {
+    pub(super) fn missed(&mut self, deadline: Micros, now: Micros) -> Option<ExchangeOutcome<P>> {
         let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
         if exchange.collecting.is_none() {
             let fault = exchange.fault(deadline);
@@ -18,12 +18,12 @@ impl<P: Protocol> Master<P> {
         }
         match exchange.over() {
             over @ Fault::Over { .. } => self.fail(over, now),
-            fault => Some(Outcome { result: Err(fault), at: exchange.last }),
+            fault => Some(ExchangeOutcome { result: Err(fault), at: exchange.last }),
         }
     }
 
     /// Ends the exchange in hand with a fault, and keeps quiet for a while.
-    pub(super) fn fail(&mut self, fault: Fault<P::DecodeError>, at: Micros) -> Option<Outcome<P>> {
+    pub(super) fn fail(&mut self, fault: Fault<P::DecodeError>, at: Micros) -> Option<ExchangeOutcome<P>> {
         match fault {
             Fault::NoAnswer { .. } => bump(&mut self.counters.no_answer),
             Fault::Garbled { .. } | Fault::Bad(_) => bump(&mut self.counters.bad_answer),
@@ -37,7 +37,7 @@ impl<P: Protocol> Master<P> {
         let (node, longest) = (P::node(&exchange.expected), exchange.longest_wait(&self.timing));
         let clear = at + self.patience(node, &fault);
         self.state = State::Quiet { clear, give_up: clear + longest, outstanding };
-        Some(Outcome { result: Err(fault), at })
+        Some(ExchangeOutcome { result: Err(fault), at })
     }
 
     /// Whether the node may still answer the request that ended so. It does not if it was not asked, and not if it has
@@ -58,7 +58,11 @@ impl<P: Protocol> Master<P> {
         }
     }
 
-    pub(super) fn not_sent(&mut self, fault: Fault<P::DecodeError>, at: Micros) -> Option<Outcome<P>> {
+    pub(super) fn not_sent(
+        &mut self,
+        fault: Fault<P::DecodeError>,
+        at: Micros,
+    ) -> Option<ExchangeOutcome<P>> {
         match self.state {
             State::Sending { .. } => self.fail(fault, at),
             _ => None,
@@ -92,9 +96,9 @@ impl<P: Protocol> Master<P> {
         let Some(exchange) = &mut self.exchange else { return };
         loop {
             match P::idle(&mut exchange.decoder) {
-                Progress::More => break,
-                Progress::Bad(_) => {}
-                Progress::Frame(_) => {
+                DecodeProgress::More => break,
+                DecodeProgress::Bad(_) => {}
+                DecodeProgress::Frame(_) => {
                     bump(&mut self.counters.late);
                     self.late_node = Some(P::node(&exchange.expected));
                     outstanding = None;

@@ -1,6 +1,6 @@
 //! One question and what has been heard since it was asked.
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 
 use super::late::OutstandingReply;
@@ -117,7 +117,7 @@ impl<P: Protocol> Exchange<P> {
     }
 
     /// Takes a character that may belong to the answer.
-    pub fn hear(&mut self, character: Character, at: Micros) -> Progress<P::Answer, P::DecodeError> {
+    pub fn hear(&mut self, character: Character, at: Micros) -> DecodeProgress<P::Answer, P::DecodeError> {
         if self.characters == 0 {
             self.first = at;
         }
@@ -135,7 +135,7 @@ impl<P: Protocol> Exchange<P> {
     /// discarded.
     pub fn finish(&mut self) -> u32 {
         // Each report takes at least one character out of the decoder, so this ends.
-        while !matches!(P::idle(&mut self.decoder), Progress::More) {}
+        while !matches!(P::idle(&mut self.decoder), DecodeProgress::More) {}
         P::discarded(&self.decoder)
     }
 

@@ -1,10 +1,10 @@
 //! What is heard while an exchange is in hand, and what it means.
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 
 use super::exchange::Exchange;
-use super::{Fault, Master, Outcome, State};
+use super::{ExchangeOutcome, Fault, Master, State};
 use crate::counters::bump;
 use crate::{FailedCheck, Micros, Protocol};
 
@@ -30,7 +30,7 @@ impl<P: Protocol> Master<P> {
         }
     }
 
-    pub(super) fn heard(&mut self, character: Character, at: Micros) -> Option<Outcome<P>> {
+    pub(super) fn heard(&mut self, character: Character, at: Micros) -> Option<ExchangeOutcome<P>> {
         self.counters.character(character);
         if matches!(self.state, State::Idle | State::Sending { .. }) {
             bump(&mut self.counters.unasked);
@@ -59,13 +59,13 @@ impl<P: Protocol> Master<P> {
     /// What a decoder's progress means in the state at hand.
     pub(super) fn progressed(
         &mut self,
-        progress: Progress<P::Answer, P::DecodeError>,
+        progress: DecodeProgress<P::Answer, P::DecodeError>,
         at: Micros,
-    ) -> Option<Outcome<P>> {
+    ) -> Option<ExchangeOutcome<P>> {
         let asked = self.exchange()?.asked;
         match progress {
-            Progress::More => None,
-            Progress::Bad(error) => {
+            DecodeProgress::More => None,
+            DecodeProgress::Bad(error) => {
                 let fits = |earlier: &P::Expected| P::answers_refused(&error, earlier);
                 match self.outstanding.claim(asked, fits) {
                     Some(reply) => self.came_late(&reply, at),
@@ -73,7 +73,7 @@ impl<P: Protocol> Master<P> {
                 }
                 self.refused(error, at)
             }
-            Progress::Frame(answer) => {
+            DecodeProgress::Frame(answer) => {
                 if let State::Quiet { .. } = self.state {
                     self.came_late_in_quiet(at);
                     return None;
@@ -97,7 +97,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// A frame was refused while its answer is awaited.
-    fn refused(&mut self, error: P::DecodeError, at: Micros) -> Option<Outcome<P>> {
+    fn refused(&mut self, error: P::DecodeError, at: Micros) -> Option<ExchangeOutcome<P>> {
         let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
         match &mut exchange.collecting {
             None => {
@@ -106,13 +106,13 @@ impl<P: Protocol> Master<P> {
             }
             Some(collecting) => {
                 bump(&mut self.counters.bad_answer);
-                Some(Outcome { result: collecting.report(Err(Fault::Bad(error))), at })
+                Some(ExchangeOutcome { result: collecting.report(Err(Fault::Bad(error))), at })
             }
         }
     }
 
     /// The answer is here: the end of the exchange, unless it collects.
-    fn answered(&mut self, answer: P::Answer, at: Micros) -> Option<Outcome<P>> {
+    fn answered(&mut self, answer: P::Answer, at: Micros) -> Option<ExchangeOutcome<P>> {
         bump(&mut self.counters.good);
         let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
         self.history.answered(P::node(&exchange.expected));
@@ -120,7 +120,7 @@ impl<P: Protocol> Master<P> {
             bump(&mut self.counters.first_try);
         }
         if let Some(collecting) = &mut exchange.collecting {
-            return Some(Outcome { result: collecting.report(Ok(answer)), at });
+            return Some(ExchangeOutcome { result: collecting.report(Ok(answer)), at });
         }
         if let Some(response) = exchange.response() {
             self.counters.response(response);
@@ -128,7 +128,7 @@ impl<P: Protocol> Master<P> {
         }
         self.counters.discarded = self.counters.discarded.wrapping_add(exchange.finish());
         self.state = State::Idle;
-        Some(Outcome { result: Ok(answer), at })
+        Some(ExchangeOutcome { result: Ok(answer), at })
     }
 
     /// What was heard of this exchange so far was a late answer to another one.

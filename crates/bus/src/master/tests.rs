@@ -28,7 +28,7 @@ fn node(address: u8) -> Address {
 struct Bench {
     master: Master<T7>,
     now: u64,
-    outcomes: Vec<Outcome<T7>>,
+    outcomes: Vec<ExchangeOutcome<T7>>,
 }
 
 impl Bench {
@@ -75,7 +75,7 @@ impl Bench {
         self.outcomes.extend(self.master.on(Event::Heard { character, at: Micros(at) }));
     }
 
-    fn only_outcome(&self) -> &Outcome<T7> {
+    fn only_outcome(&self) -> &ExchangeOutcome<T7> {
         assert_eq!(self.outcomes.len(), 1);
         &self.outcomes[0]
     }

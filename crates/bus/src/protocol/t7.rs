@@ -1,6 +1,6 @@
 //! US Digital T7 as a [`Protocol`].
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::checks::{Check, Checks};
 use clino_codec::t7::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
@@ -53,11 +53,11 @@ impl Protocol for T7 {
         decoder.restart(expected);
     }
 
-    fn push(decoder: &mut AnswerDecoder, character: Character) -> Progress<Answer, DecodeError> {
+    fn push(decoder: &mut AnswerDecoder, character: Character) -> DecodeProgress<Answer, DecodeError> {
         decoder.push(character)
     }
 
-    fn idle(decoder: &mut AnswerDecoder) -> Progress<Answer, DecodeError> {
+    fn idle(decoder: &mut AnswerDecoder) -> DecodeProgress<Answer, DecodeError> {
         decoder.idle()
     }
 

@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 use clino_codec::character::Character;
 use clino_codec::checks::Checks;
-use clino_codec::t7::{Address, Answer, AnswerDecoder, Axis, Progress, Request};
+use clino_codec::t7::{Address, Answer, AnswerDecoder, Axis, DecodeProgress, Request};
 
 /// The answer of section 2.1.4 of the T7 guide.
 const ANSWER: [u8; 8] = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
@@ -37,7 +37,7 @@ fn frame(count: u32) {
     for _ in 0..count {
         for &byte in black_box(&ANSWER) {
             match &decoder.push(Character::clean(byte)) {
-                Progress::More => {}
+                DecodeProgress::More => {}
                 done => _ = black_box(done),
             }
         }

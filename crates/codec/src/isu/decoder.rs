@@ -16,7 +16,7 @@ const ERROR_SIZE: usize = 3;
 const HARDWARE_ERROR_SIZE: usize = 4;
 
 /// What one more character led to.
-pub type Progress = crate::Progress<Answer, DecodeError>;
+pub type DecodeProgress = crate::DecodeProgress<Answer, DecodeError>;
 
 /// Finds the expected answer, or one of the three error answers, in a stream of characters.
 ///
@@ -26,7 +26,7 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 ///
 /// ```
 /// use clino_codec::character::Character;
-/// use clino_codec::isu::{Address, AnswerDecoder, Progress, Request};
+/// use clino_codec::isu::{Address, AnswerDecoder, DecodeProgress, Request};
 /// use clino_codec::checks::Checks;
 ///
 /// let expected = Request::READ_ANGLE.expected(Address::ANY);
@@ -34,7 +34,7 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 ///
 /// let mut angle = None;
 /// for byte in [0x00, 0x04, 0x05, 0x58, 0x80, 0x00, 0xDD] {
-///     if let Progress::Frame(answer) = decoder.push(Character::clean(byte)) {
+///     if let DecodeProgress::Frame(answer) = decoder.push(Character::clean(byte)) {
 ///         angle = answer.angle();
 ///     }
 /// }
@@ -65,24 +65,24 @@ impl AnswerDecoder {
     }
 
     /// Takes one character.
-    pub fn push(&mut self, character: Character) -> Progress {
-        if self.stream.push(character) { self.look(false) } else { Progress::More }
+    pub fn push(&mut self, character: Character) -> DecodeProgress {
+        if self.stream.push(character) { self.look(false) } else { DecodeProgress::More }
     }
 
     /// The answer's time is over: settles what is still undecided. Call it until it returns `More`; then
     /// every character is accounted for.
-    pub fn idle(&mut self) -> Progress {
+    pub fn idle(&mut self) -> DecodeProgress {
         self.look(true)
     }
 
     #[inline(never)]
-    fn look(&mut self, silent: bool) -> Progress {
+    fn look(&mut self, silent: bool) -> DecodeProgress {
         let Self { answers, stream } = self;
-        let mut seen = Progress::More;
+        let mut seen = DecodeProgress::More;
         let wanted = [answers.expected.size(), ERROR_SIZE, HARDWARE_ERROR_SIZE];
         let counts =
             stream.look(silent, &wanted, &mut |bytes, errors| answers.examine(bytes, errors, &mut seen));
-        if counts { seen } else { Progress::More }
+        if counts { seen } else { DecodeProgress::More }
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
@@ -105,7 +105,7 @@ struct Answers {
 
 impl Answers {
     /// What starts with these bytes.
-    fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut Progress) -> Verdict {
+    fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut DecodeProgress) -> Verdict {
         let Some(&[length, head]) = bytes.first_chunk() else { return Verdict::Incomplete(HEADER) };
         let size = usize::from(length).saturating_add(OVERHEAD);
         let mut foreign = None;
@@ -126,7 +126,7 @@ impl Answers {
             } else if !self.expected.length_fits(length)
                 && !(possible && (!self.checks.length || function != self.expected.function()))
             {
-                *seen = Progress::Bad(DecodeError::Length { length, function });
+                *seen = DecodeProgress::Bad(DecodeError::Length { length, function });
                 return Verdict::Bad(0);
             }
         }
@@ -136,7 +136,7 @@ impl Answers {
         let errors = errors.get(..size).unwrap_or(&[]);
         if let Some(error) = foreign {
             let intact = LineErrors::all(errors).is_none() && Parts::open(frame, RESPONSE, true).is_ok();
-            *seen = Progress::Bad(error);
+            *seen = DecodeProgress::Bad(error);
             return if intact { Verdict::Bad(size) } else { Verdict::Discard };
         }
         match self.checks.complaint(errors) {

@@ -31,7 +31,7 @@ mod response;
 
 pub use address::{Address, InvalidAddress};
 pub use data::{Data, MAX_DATA, MAX_WORDS, Words};
-pub use decoder::{AnswerDecoder, Progress};
+pub use decoder::{AnswerDecoder, DecodeProgress};
 pub use error::{DecodeError, DeviceError, Differs, EncodeError};
 pub use expected::Expected;
 pub use frame::Frame;

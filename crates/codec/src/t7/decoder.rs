@@ -10,7 +10,7 @@ use crate::checks::Checks;
 use crate::stream::{Stream, Verdict};
 
 /// What one more character led to.
-pub type Progress = crate::Progress<Answer, DecodeError>;
+pub type DecodeProgress = crate::DecodeProgress<Answer, DecodeError>;
 
 /// Finds the expected answer in a stream of characters.
 ///
@@ -21,7 +21,7 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 /// ```
 /// use clino_codec::character::Character;
 /// use clino_codec::checks::Checks;
-/// use clino_codec::t7::{Address, AnswerDecoder, Axis, Progress, Request};
+/// use clino_codec::t7::{Address, AnswerDecoder, Axis, DecodeProgress, Request};
 ///
 /// let expected = Request::GetAngle(Axis::Two).expected(Address::new(5).unwrap());
 /// let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
@@ -29,9 +29,9 @@ pub type Progress = crate::Progress<Answer, DecodeError>;
 /// let noise_and_answer = [0x00, 0xFF, 0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
 /// for byte in noise_and_answer {
 ///     match decoder.push(Character::clean(byte)) {
-///         Progress::More => {}
-///         Progress::Frame(answer) => assert_eq!(answer.address.get(), 5),
-///         Progress::Bad(error) => panic!("{error}"),
+///         DecodeProgress::More => {}
+///         DecodeProgress::Frame(answer) => assert_eq!(answer.address.get(), 5),
+///         DecodeProgress::Bad(error) => panic!("{error}"),
 ///     }
 /// }
 /// assert_eq!(decoder.discarded(), 2);
@@ -64,20 +64,20 @@ impl AnswerDecoder {
 
     /// Takes one character.
     #[inline]
-    pub fn push(&mut self, character: Character) -> Progress {
+    pub fn push(&mut self, character: Character) -> DecodeProgress {
         if !self.stream.push(character) {
-            return Progress::More;
+            return DecodeProgress::More;
         }
         // The usual course of things, apart from the rest because every answer pays for it.
         if let Some(bytes) = self.stream.complete() {
             if bytes == self.answers.header {
                 self.stream.wait(self.answers.size);
-                return Progress::More;
+                return DecodeProgress::More;
             }
             if let Ok(answer) = Answer::decode_with(bytes, self.answers.checks) {
                 self.stream.clear();
                 self.stream.wait(HEADER);
-                return Progress::Frame(answer);
+                return DecodeProgress::Frame(answer);
             }
         }
         self.look(false)
@@ -85,17 +85,17 @@ impl AnswerDecoder {
 
     /// The answer's time is over: settles what is still undecided. Call it until it returns `More`; then
     /// every character is accounted for.
-    pub fn idle(&mut self) -> Progress {
+    pub fn idle(&mut self) -> DecodeProgress {
         self.look(true)
     }
 
     #[inline(never)]
-    fn look(&mut self, silent: bool) -> Progress {
+    fn look(&mut self, silent: bool) -> DecodeProgress {
         let Self { answers, stream } = self;
-        let mut seen = Progress::More;
+        let mut seen = DecodeProgress::More;
         let counts = stream
             .look(silent, &[answers.size], &mut |bytes, errors| answers.examine(bytes, errors, &mut seen));
-        if counts { seen } else { Progress::More }
+        if counts { seen } else { DecodeProgress::More }
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
@@ -127,7 +127,7 @@ impl Answers {
     }
 
     /// What starts with these bytes.
-    fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut Progress) -> Verdict {
+    fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut DecodeProgress) -> Verdict {
         let Some(&[address, length, command]) = bytes.first_chunk() else {
             return Verdict::Incomplete(HEADER);
         };
@@ -146,7 +146,7 @@ impl Answers {
             }
             if self.checks.length {
                 let expected = opcode.response_length();
-                *seen = Progress::Bad(DecodeError::Length { received: length, expected });
+                *seen = DecodeProgress::Bad(DecodeError::Length { received: length, expected });
                 return Verdict::Bad(0);
             }
         }
@@ -156,7 +156,7 @@ impl Answers {
         let errors = errors.get(..size).unwrap_or(&[]);
         if let Some(differs) = differs {
             let intact = LineErrors::all(errors).is_none() && sum(frame) == 0;
-            *seen = Progress::Bad(DecodeError::Foreign { address: from, opcode, differs });
+            *seen = DecodeProgress::Bad(DecodeError::Foreign { address: from, opcode, differs });
             return if intact { Verdict::Bad(size) } else { Verdict::Discard };
         }
         match self.checks.complaint(errors) {

@@ -26,7 +26,7 @@ pub enum Sniffed {
 }
 
 /// What one more character led to.
-pub type SniffProgress = crate::Progress<Sniffed, DecodeError>;
+pub type SniffProgress = crate::DecodeProgress<Sniffed, DecodeError>;
 
 /// Takes apart what host and devices say on one line.
 ///

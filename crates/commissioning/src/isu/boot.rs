@@ -6,7 +6,7 @@
 //!    └─┘ 450 ms                        └─┘ 450 ms, at the other address, for 5 s at most
 //! ```
 
-use clino_bus::{Isu, Micros, Outcome};
+use clino_bus::{ExchangeOutcome, Isu, Micros};
 use clino_codec::isu::{Address, DeviceError, Function, Request, Response};
 
 use super::talk::{Said, Talk};
@@ -60,7 +60,7 @@ impl Boot {
     }
 
     /// An exchange has ended; `Some` at the end of it all.
-    pub fn on(&mut self, talk: &mut Talk, outcome: &Outcome<Isu>) -> Option<Result<Alive, Cause>> {
+    pub fn on(&mut self, talk: &mut Talk, outcome: &ExchangeOutcome<Isu>) -> Option<Result<Alive, Cause>> {
         let at = outcome.at;
         match self.state {
             State::Reset { rounds, .. } => match talk.settle(Function::ResetModule, outcome) {

@@ -40,7 +40,7 @@ impl Module {
     }
 
     /// Whether it is the only one.
-    pub const fn is_alone(self) -> bool {
+    pub const fn is_single(self) -> bool {
         self.0.is_any()
     }
 }

@@ -12,7 +12,7 @@
 //!
 //! Source: AN #201 section 4 (Module is in Error State), sections 6 and 7, appendix A (function 000).
 
-use clino_bus::{Isu, Micros, Outcome};
+use clino_bus::{ExchangeOutcome, Isu, Micros};
 use clino_codec::isu::eeprom::{Audit, ChecksumReading, Plan};
 use clino_codec::isu::{Address, Function, Request, Response};
 
@@ -21,7 +21,7 @@ use super::image::Reader;
 use super::talk::{Said, Talk, response};
 use super::writer::Writer;
 use super::{Cause, Failure, Fault, Module};
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress};
 
 /// The two address bits that the word at 49H holds; the other two are in the word at 48H.
 const LOW_PAIR: u8 = 0b0011;
@@ -159,7 +159,7 @@ impl Repair {
         }
     }
 
-    fn on_look(&mut self, outcome: &Outcome<Isu>) {
+    fn on_look(&mut self, outcome: &ExchangeOutcome<Isu>) {
         match response(Function::ReadRam, self.talk.at, outcome.result) {
             Ok(_) => self.state = State::Read,
             Err(Cause::HardError) => {
@@ -211,7 +211,7 @@ impl Repair {
         if is_one { Boot::new(stored, Some(at)) } else { Boot::new(at, None) }
     }
 
-    fn on_written(&mut self, mut writer: Writer, after: After, outcome: &Outcome<Isu>) {
+    fn on_written(&mut self, mut writer: Writer, after: After, outcome: &ExchangeOutcome<Isu>) {
         let sent = writer.on(&mut self.talk, outcome);
         self.state = State::Write(writer, after);
         match (sent, after) {
@@ -227,7 +227,7 @@ impl Repair {
         }
     }
 
-    fn on_boot(&mut self, mut boot: Boot, reading: Option<ChecksumReading>, outcome: &Outcome<Isu>) {
+    fn on_boot(&mut self, mut boot: Boot, reading: Option<ChecksumReading>, outcome: &ExchangeOutcome<Isu>) {
         let alive = boot.on(&mut self.talk, outcome);
         self.state = State::Boot(boot, reading);
         match alive {
@@ -284,7 +284,7 @@ impl Operation for Repair {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
         match self.state {
             State::Look => self.on_look(outcome),
             State::Read => match self.talk.settle(Function::ReadEeprom, outcome) {
@@ -299,7 +299,7 @@ impl Operation for Repair {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         // Reading, one run of words, reset.
         let of = Reader::EXCHANGES.saturating_add(2);
         let done = match &self.state {
@@ -309,7 +309,7 @@ impl Operation for Repair {
             State::Boot(..) => of.saturating_sub(1),
             State::Ended(_) => of,
         };
-        Progress::new(done, of)
+        TaskProgress::new(done, of)
     }
 
     fn cancel(&mut self) {

@@ -9,14 +9,14 @@
 //! Set Address names the device by type and serial number, so that of two devices at one address only the one named
 //! moves: that is how duplicates are told apart. Source: T7 guide sections 2.7.1, 2.8.
 
-use clino_bus::{Micros, Outcome, Protocol, T7};
+use clino_bus::{ExchangeOutcome, Micros, Protocol, T7};
 use clino_codec::t7::{
     Address, DeviceInformation, DeviceType, EncodeError, Opcode, Request, Response, Status,
 };
 
 use super::set::refusal;
 use super::{Cause, Failure, Fault};
-use crate::{Operation, Progress, READ_TRIES, Report, Step, StepOf, WRITE_TRIES};
+use crate::{Operation, READ_TRIES, Report, Step, StepOf, TaskProgress, WRITE_TRIES};
 
 /// Gives a device another address.
 #[derive(Clone, Copy, Debug)]
@@ -193,7 +193,7 @@ impl Operation for ChangeAddress {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         if matches!(self.state, State::Write) {
             self.writes = self.writes.saturating_add(1);
             self.refused = outcome.result.ok().and_then(|answer| refusal(&answer.response));
@@ -219,7 +219,7 @@ impl Operation for ChangeAddress {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         let done = match self.state {
             State::Name => 0,
             State::Probe { silences } => u16::from(silences).saturating_add(1),
@@ -228,7 +228,7 @@ impl Operation for ChangeAddress {
             State::LookOld => 6,
             State::Ended(_) => 7,
         };
-        Progress::new(done, 7)
+        TaskProgress::new(done, 7)
     }
 
     fn cancel(&mut self) {

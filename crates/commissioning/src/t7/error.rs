@@ -4,7 +4,7 @@ use core::fmt;
 
 use clino_codec::t7::{Address, BaudRate, DecodeError, EncodeError, Millidegrees, Opcode, Status, Text};
 
-use super::Setting;
+use super::DeviceSetting;
 
 /// What is wrong with an exchange.
 pub type Fault = clino_bus::Fault<DecodeError>;
@@ -59,9 +59,9 @@ pub enum Cause {
     /// It was written as often as is reasonable, and still does not read as wished.
     NotTaken {
         /// What it should be.
-        wanted: Setting,
+        wanted: DeviceSetting,
         /// What it reads.
-        seen: Setting,
+        seen: DeviceSetting,
     },
     /// The axis does not read zero after having been set to zero: something else moves it.
     NotZero {

@@ -13,11 +13,11 @@
 
 use core::convert::Infallible;
 
-use clino_bus::{Micros, Outcome, Serial, T7};
+use clino_bus::{ExchangeOutcome, Micros, Serial, T7};
 use clino_codec::t7::{Address, BaudRate, DeviceInformation, Request, Response};
 
 use super::{Fault, RESYNC};
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress};
 
 /// Addresses at each rate: 1–100 and 127.
 const ADDRESSES: u8 = 101;
@@ -247,7 +247,7 @@ impl Operation for Sweep {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Found> {
+    fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Found> {
         let asking = self.asking?;
         match outcome.result {
             Ok(answer) => match answer.response {
@@ -258,8 +258,8 @@ impl Operation for Sweep {
         }
     }
 
-    fn progress(&self) -> Progress {
-        Progress::new(self.swept.asked, self.of)
+    fn progress(&self) -> TaskProgress {
+        TaskProgress::new(self.swept.asked, self.of)
     }
 
     fn cancel(&mut self) {

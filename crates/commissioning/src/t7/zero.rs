@@ -12,14 +12,14 @@
 //! The reported angle is an average over the damping time (section 2.5), so that it is right only when the axis has
 //! stood still for that long. Whether it does is [watched](WATCH) before each write. Source: T7 guide sections 2.1.5, 2.5.1.
 
-use clino_bus::{Micros, Outcome, T7};
+use clino_bus::{ExchangeOutcome, Micros, T7};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{Axis, MAX_DAMPING_MS, Millidegrees, Opcode, Request, Response, Status};
 
 use super::set::refusal;
 use super::{Cause, Device, Failure, Fault};
 use crate::motion::Motion;
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf, WRITE_TRIES};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress, WRITE_TRIES};
 
 /// How far from zero an axis may read after it was set to zero: 0.1°. The guide gives no noise figure; a tenth of a degree
 /// is a hundred steps of the reading, and far less than any offset worth setting.
@@ -188,7 +188,7 @@ impl Operation for SetZero {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         match (self.state, outcome.result) {
             (State::Damping, Ok(answer)) => {
                 if let Response::GetDamping { damping_ms } = answer.response {
@@ -215,14 +215,14 @@ impl Operation for SetZero {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         match self.state {
-            State::Damping => Progress::new(0, 5),
-            State::Settle { .. } => Progress::new(1, 5),
-            State::Watch { .. } => Progress::new(2, 5),
-            State::Write => Progress::new(3, 5),
-            State::Read => Progress::new(4, 5),
-            State::Ended(_) => Progress::new(5, 5),
+            State::Damping => TaskProgress::new(0, 5),
+            State::Settle { .. } => TaskProgress::new(1, 5),
+            State::Watch { .. } => TaskProgress::new(2, 5),
+            State::Write => TaskProgress::new(3, 5),
+            State::Read => TaskProgress::new(4, 5),
+            State::Ended(_) => TaskProgress::new(5, 5),
         }
     }
 

@@ -9,7 +9,7 @@ pub mod t7;
 use std::fmt::Debug;
 
 use clino_bus::{Micros, Protocol, Serial, Timing, earliest};
-use clino_commissioning::{Action, Commissionable, Operation, Runner};
+use clino_commissioning::{Commissionable, Operation, Runner, RunnerAction};
 use clino_rig::Bench;
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, SegmentSettings};
@@ -97,22 +97,22 @@ where
         let progress = runner.progress();
         assert!(progress.done <= progress.of, "{progress:?}");
         match runner.poll(&mut bench.master, now) {
-            Action::Send(frame) => {
+            RunnerAction::Send(frame) => {
                 requests += 1;
                 let give_up = now + bench.master.timing().line_busy;
                 bench.port.submit(frame.as_ref(), give_up).expect("the line is idle");
             }
-            Action::Serial(serial) => {
+            RunnerAction::Serial(serial) => {
                 rates.push(serial.baud);
                 let timing = O::Protocol::timing(serial);
                 bench.port.set_serial(serial, timing.guard);
                 bench.master.set_timing(timing);
                 continue;
             }
-            Action::Done(result) => {
+            RunnerAction::Done(result) => {
                 return Run { result, events, requests, rates, took: now.since(begun) };
             }
-            Action::Idle => {}
+            RunnerAction::Idle => {}
         }
         let at = earliest(bench.master.poll_at(), runner.poll_at().filter(|&at| at > now));
         let at = at.unwrap_or(now + Micros(1_000)).max(now + Micros(1));
