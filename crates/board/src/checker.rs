@@ -14,8 +14,8 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use crate::console::Line;
-use crate::edges::Heard;
-use crate::scenario::{Identity, Kind, Truth};
+use crate::edges::HeardAngle;
+use crate::scenario::{Kind, SensorIdentity, Truth};
 use clino_sim::motion::{DEGREE, Motion, TURN, bidirectional};
 use clino_sim::node::Ns;
 
@@ -55,7 +55,7 @@ pub struct Slot {
     /// When the last right `ok` line was begun.
     pub last_ok: Option<Ns>,
     /// Angles of a PWM input, to be compared with its edges.
-    pub heard: Vec<Heard>,
+    pub heard: Vec<HeardAngle>,
     /// The last reading.
     pub last: Option<(Ns, Reading)>,
     /// Numbers under which it was printed; one if all is well.
@@ -164,7 +164,7 @@ impl Slot {
             self.ok += 1;
             let angle = (angle * DEGREE as f64).round() as i64;
             if self.truth.who.kind == Kind::Pwm {
-                self.heard.push(Heard { began: line.began, at: line.at, angle });
+                self.heard.push(HeardAngle { began: line.began, at: line.at, angle });
             }
             // The age is rounded to a millisecond, either way.
             let measured = line.began.saturating_sub(age.saturating_add(1).saturating_mul(MS) + MARGIN);
@@ -210,7 +210,7 @@ impl Slot {
     }
 }
 
-impl Identity {
+impl SensorIdentity {
     fn is(&self, reading: &Reading) -> bool {
         self.kind.name() == reading.kind && self.bus == reading.bus && self.address == reading.address
     }
@@ -227,7 +227,7 @@ impl Kind {
     }
 }
 
-impl fmt::Display for Identity {
+impl fmt::Display for SensorIdentity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.kind {
             Kind::Pwm => write!(f, "{}", self.bus),

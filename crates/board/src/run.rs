@@ -17,7 +17,7 @@ use crate::reception::Reception;
 use crate::scenario::{Bench, Planned, Scenario};
 use crate::summary::Summary;
 use crate::{Board, BuildError, HostPorts, Ports, SerialPort, Stopped};
-use clino_segment::log::{Event, SegmentLog, SharedLog};
+use clino_segment::log::{LineEvent, SegmentLog, SharedLog};
 
 /// How often the console is looked at, and the run may be stopped, in virtual time.
 const LOOK: Ns = 10_000_000;
@@ -270,7 +270,7 @@ impl Run {
         let buses = self.buses.iter().map(|bus| (bus.name, &bus.log));
         let logs: Vec<_> =
             buses.chain([("modbus", &self.modbus_log)]).map(|(name, log)| (name, lock(log))).collect();
-        let mut events: Vec<(&str, &SegmentLog, &Event)> = Vec::new();
+        let mut events: Vec<(&str, &SegmentLog, &LineEvent)> = Vec::new();
         for (name, log) in &logs {
             events.extend(log.in_order().into_iter().map(|event| (*name, &**log, event)));
         }
@@ -312,8 +312,8 @@ fn lock(log: &SharedLog) -> MutexGuard<'_, SegmentLog> {
 /// Drops what came before the last rise of the gateway's DE that is not after `horizon`; returns when that was.
 fn forget(log: &SharedLog, horizon: Ns) -> Option<Ns> {
     let mut log = lock(log);
-    let is_rise = |event: &Event| matches!(*event, Event::De { at, high: true } if at <= horizon);
+    let is_rise = |event: &LineEvent| matches!(*event, LineEvent::De { at, high: true } if at <= horizon);
     let first = log.events.iter().rposition(is_rise)?;
     log.events.drain(..first);
-    log.events.first().map(Event::at)
+    log.events.first().map(LineEvent::at)
 }

@@ -78,7 +78,7 @@ pub enum Kind {
 
 /// Who a sensor is, as the gateway's console names it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Identity {
+pub struct SensorIdentity {
     /// What it is.
     pub kind: Kind,
     /// Where it hangs: `t7`, `isu`, `pwm1`, `pwm2`.
@@ -91,7 +91,7 @@ pub struct Identity {
 #[derive(Clone, Debug)]
 pub struct Truth {
     /// Who it is.
-    pub who: Identity,
+    pub who: SensorIdentity,
     /// The true angle over time.
     pub motion: Motion,
     /// How old the angle in a good answer may be when the answer is complete.

@@ -8,7 +8,7 @@ use clino_codec::t7::{Axis, Request, Response};
 use clino_codec::{isu, t7};
 use clino_rig::{Bench, sensor};
 use clino_segment::chance::Chance;
-use clino_segment::log::{Event, Fate, Talker};
+use clino_segment::log::{Fate, LineEvent, Talker};
 use clino_segment::{Babble, Faults, Noise, SegmentSettings, Station};
 use clino_sim::fault;
 use clino_sim::latency::Latency;
@@ -57,8 +57,8 @@ fn bench(line: line::LineSettings, echo: bool, nodes: &[&Shared]) -> Bench<T7> {
 fn driver_edges(bench: &Bench<T7>) -> Vec<(u64, bool)> {
     let log = bench.port.log();
     let log = log.lock().unwrap();
-    let edge = |event: &Event| match *event {
-        Event::De { at, high } => Some((at, high)),
+    let edge = |event: &LineEvent| match *event {
+        LineEvent::De { at, high } => Some((at, high)),
         _ => None,
     };
     log.events.iter().filter_map(edge).collect()
@@ -67,7 +67,7 @@ fn driver_edges(bench: &Bench<T7>) -> Vec<(u64, bool)> {
 fn contentions(bench: &Bench<T7>) -> usize {
     let log = bench.port.log();
     let log = log.lock().unwrap();
-    log.events.iter().filter(|event| matches!(event, Event::Contention { .. })).count()
+    log.events.iter().filter(|event| matches!(event, LineEvent::Contention { .. })).count()
 }
 
 /// First start bits of the gateway's requests, ends of their last stop bits, in nanoseconds.
@@ -76,7 +76,7 @@ fn requests(bench: &Bench<T7>) -> Vec<(u64, u64)> {
     let log = log.lock().unwrap();
     let mut requests: Vec<(u64, u64)> = Vec::new();
     for event in &log.events {
-        let Event::Char { who: Talker::Gateway, start, end, fate, .. } = *event else { continue };
+        let LineEvent::Char { who: Talker::Gateway, start, end, fate, .. } = *event else { continue };
         assert_eq!(fate, Fate::Clean);
         match requests.last_mut() {
             Some((_, last)) if start <= *last + US => *last = end,
@@ -206,7 +206,7 @@ fn late_answers_never_become_the_next_ones() {
         let (mut answered, mut good_answered) = (0, 0);
         for round in 0..12 {
             if round % 3 == 1 {
-                slow.lock().unwrap().faults.next = Some(fault::Fault::Late(late * US));
+                slow.lock().unwrap().faults.next = Some(fault::AnswerFault::Late(late * US));
             }
             for (address, node_of) in [(5, &slow), (6, &good)] {
                 let asked = bench.port.now();
@@ -240,7 +240,7 @@ fn a_node_that_becomes_a_millisecond_too_slow_is_lost_only_once() {
     for address in [5, 6] {
         assert!(bench.ask(node(address), &ANGLE).result.is_ok());
     }
-    slow.lock().unwrap().faults.every = Some((1, fault::Fault::Late(MS)));
+    slow.lock().unwrap().faults.every = Some((1, fault::AnswerFault::Late(MS)));
     let mut failed = 0;
     for _ in 0..100 {
         for address in [5, 6] {

@@ -27,7 +27,7 @@ use clino_pty::Terminal;
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, Segment, SegmentSettings, Station};
 
-use crate::outcome::{Failure, Verdict};
+use crate::outcome::{DecodeVerdict, Failure};
 use adapter::Adapter;
 pub use arguments::Arguments;
 use chatter::Chatter;
@@ -38,7 +38,7 @@ const T7_BUS: u64 = 1;
 const ISU_BUS: u64 = 2;
 
 /// Serves until SIGINT or SIGTERM.
-pub fn run(arguments: Arguments) -> Result<Verdict, Failure> {
+pub fn run(arguments: Arguments) -> Result<DecodeVerdict, Failure> {
     arguments.check().map_err(Failure::Usage)?;
     let chance = Chance::new(arguments.seed);
     let mut buses = Vec::new();
@@ -56,7 +56,7 @@ pub fn run(arguments: Arguments) -> Result<Verdict, Failure> {
     let stop = serve::Stop::on_signals()?;
     announce(&buses)?;
     serve::until(&stop, &mut buses)?;
-    Ok(Verdict::Good)
+    Ok(DecodeVerdict::Good)
 }
 
 /// A bus with its sensors, its terminal, and somebody who tells what is said on it.

@@ -8,7 +8,7 @@ use clino_codec::isu::eeprom::{Change, ShutoffBit};
 use clino_commissioning::SingleDevice;
 use clino_commissioning::isu::{Module, Program, Repair, ResetNull};
 use clino_rig::Bench;
-use clino_segment::log::{Event, Talker};
+use clino_segment::log::{LineEvent, Talker};
 use clino_sim::isu::{Adoption, ChecksumScope, Eeprom, Mode, Options, Supervision};
 use clino_sim::node::Ns;
 use common::isu::{
@@ -132,7 +132,7 @@ fn first_write(bench: &Bench<Isu>) -> Ns {
     let log = bench.port.log();
     let log = log.lock().unwrap();
     let mut sent = log.events.iter().filter_map(|event| match event {
-        Event::Char { who: Talker::Gateway, start, word, .. } => Some((*start, *word)),
+        LineEvent::Char { who: Talker::Gateway, start, word, .. } => Some((*start, *word)),
         _ => None,
     });
     // Length, address and function, the rest and a checksum.

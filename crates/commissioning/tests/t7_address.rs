@@ -5,7 +5,7 @@ mod common;
 use clino_codec::t7::{Address, DeviceType, EncodeError, Field, Opcode, Status, Text};
 use clino_commissioning::SettingChange;
 use clino_commissioning::t7::{Cause, ChangeAddress, Fault};
-use clino_sim::fault::Fault as SimFault;
+use clino_sim::fault::AnswerFault as SimFault;
 use clino_sim::t7 as sim;
 use common::spoil::{Fault as Spoilt, Spoil};
 use common::t7::{address, at, bench, spoilt, store, three_axes, with};

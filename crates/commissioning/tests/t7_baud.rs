@@ -7,7 +7,7 @@ use clino_codec::t7::{Axis, BaudRate, Opcode, Request, Response, Status};
 use clino_commissioning::t7::{Cause, ChangeBaud, Device};
 use clino_commissioning::{SettingChange, SingleDevice};
 use clino_rig::Bench;
-use clino_sim::fault::Fault as SimFault;
+use clino_sim::fault::AnswerFault as SimFault;
 use common::spoil::{Fault as Spoilt, Spoil};
 use common::t7::{Shared, address, at, bench, device, spoilt, store, unplugged};
 use common::{MS, SECOND, run, run_and};

@@ -6,7 +6,7 @@ use clino_codec::angle::Range;
 use clino_codec::t7::{Address, Axis, Direction, EncodeError, Field, Millidegrees, Opcode, Status};
 use clino_commissioning::t7::{Cause, Device, DeviceSetting, Fault, Identify, Set, SetZero};
 use clino_commissioning::{SettingChange, SingleDevice};
-use clino_sim::fault::Fault as SimFault;
+use clino_sim::fault::AnswerFault as SimFault;
 use clino_sim::t7 as sim;
 use common::t7::{at, bench, device, store, three_axes};
 use common::{run, run_and};

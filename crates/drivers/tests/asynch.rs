@@ -10,7 +10,7 @@ use clino_drivers::codec::t7::Axis;
 use clino_drivers::rs485::{Echo, Error, PortSettings, Release};
 use clino_drivers::t7::FlashWrite;
 use clino_drivers::{AsyncPort, Retry, Serial, Timing, asynch, codec, isu, t7};
-use clino_sim::fault::Fault;
+use clino_sim::fault::AnswerFault as Fault;
 use common::executor::{block_on, block_on_until};
 use common::uart::Flush;
 use common::{Board, Model, sensors};

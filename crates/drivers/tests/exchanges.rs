@@ -10,7 +10,7 @@ use clino_drivers::rs485::PortSettings;
 use clino_drivers::{Blame, Micros, Retry, T7, Timing, codec, t7};
 use clino_segment::chance::{Chance, Probability};
 use clino_segment::{Babble, Faults, Noise, Station};
-use clino_sim::fault::Fault;
+use clino_sim::fault::AnswerFault as Fault;
 use clino_sim::node::Ns;
 use common::{Board, Model, sensors};
 use support::{CHARACTER, MS, SERIAL, address, io_line, nb_line, nb_t7, turns};

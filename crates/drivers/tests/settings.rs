@@ -11,7 +11,7 @@ use clino_drivers::codec::t7::{Axis, Direction, Field, Status};
 use clino_drivers::rs485::PortSettings;
 use clino_drivers::t7::FlashWrite;
 use clino_drivers::{Isu, Serial, Timing, isu, t7};
-use clino_sim::fault::Fault;
+use clino_sim::fault::AnswerFault as Fault;
 use clino_sim::isu::Mode;
 use common::{Board, Model, sensors};
 use support::{MS, NbLine, address, nb_line, nb_t7};

@@ -4,7 +4,7 @@ use clino_bus::{Isu, Serial, T7, Timing};
 use clino_codec::t7::Axis;
 use clino_codec::{isu, t7};
 use clino_rig::{Bench, sensor};
-use clino_segment::log::{Event, Fate, Talker};
+use clino_segment::log::{Fate, LineEvent, Talker};
 use clino_segment::{Noise, SegmentSettings, chance::Chance};
 use clino_sim::motion::Motion;
 
@@ -34,7 +34,7 @@ fn a_t7_answers() {
         .events
         .iter()
         .filter_map(|event| match event {
-            Event::Char { who: Talker::Gateway, word, fate: Fate::Clean, .. } => Some(*word),
+            LineEvent::Char { who: Talker::Gateway, word, fate: Fate::Clean, .. } => Some(*word),
             _ => None,
         })
         .collect();

@@ -16,7 +16,7 @@ use clino_gateway::config::Filter;
 use clino_gateway::order::Order;
 use clino_gateway::task::{isu, t7};
 use clino_gateway::{Bus, SlotConfig, Source, Status};
-use clino_sim::fault::Fault;
+use clino_sim::fault::AnswerFault as Fault;
 use support::{Dice, House, ISU, Moves, PWM, SECOND, SLOTS, any_config, isu_address, t7_source, table};
 
 /// Nothing moves.

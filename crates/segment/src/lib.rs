@@ -13,5 +13,5 @@ mod segment;
 pub mod wire;
 
 pub use segment::{
-    Babble, Faults, LineFaults, Noise, Probability, Segment, SegmentSettings, Station, Stuck, chance,
+    Babble, Faults, LineFaults, Noise, Probability, Segment, SegmentSettings, Station, StuckLine, chance,
 };

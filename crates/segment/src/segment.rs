@@ -31,7 +31,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use clino_sim::node::{Node, Ns};
 
-use crate::log::{Event, SegmentLog, SharedLog, Talker};
+use crate::log::{LineEvent, SegmentLog, SharedLog, Talker};
 use crate::wire::{Format, Received, Sent, Wire};
 use chance::{Chance, Topic};
 use driver::{Character, Driver};
@@ -41,7 +41,7 @@ use second_master::SecondMaster;
 use slot::Slot;
 
 pub use chance::Probability;
-pub use faults::{Babble, Faults, LineFaults, Stuck};
+pub use faults::{Babble, Faults, LineFaults, StuckLine};
 pub use receiver::Noise;
 
 /// How far receivers look back, in bit times: start, nine data bits, stop and one to spare.
@@ -101,7 +101,7 @@ pub struct Segment {
     clock: Ps,
     next: Option<Ps>,
     received: VecDeque<Received>,
-    news: Vec<Event>,
+    news: Vec<LineEvent>,
     log: SharedLog,
 }
 
@@ -245,7 +245,7 @@ impl Segment {
         if on < 2 {
             if let Some(OpenContention { from, who, fought }) = self.contention.take() {
                 let (from, until) = (to_ns(from), to_ns(at));
-                self.news.push(Event::Contention { from, until, who, fought });
+                self.news.push(LineEvent::Contention { from, until, who, fought });
             }
             return;
         }
@@ -268,7 +268,7 @@ impl Segment {
             && let Some(sampled) = self.receiver.complete(line, noise, &mut self.shared, &mut self.news)
         {
             let Sampled { at, word, framing_error, noise } = sampled;
-            self.news.push(Event::Heard { at, word, framing_error, noise });
+            self.news.push(LineEvent::Heard { at, word, framing_error, noise });
             self.received.push_back(Received { at, word, framing_error, noise });
         }
         for slot in &mut self.slots {
@@ -320,7 +320,7 @@ impl Wire for Segment {
         self.run(at);
         if high != self.de {
             self.de = high;
-            self.news.push(Event::De { at: now, high });
+            self.news.push(LineEvent::De { at: now, high });
             self.switch_gateway(at);
         }
         self.run(at);

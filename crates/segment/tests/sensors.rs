@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use clino_segment::chance::Chance;
-use clino_segment::log::Event;
+use clino_segment::log::LineEvent;
 use clino_segment::wire::{Format, Sent, Wire as _};
 use clino_segment::{Faults, Noise, Segment, SegmentSettings, Station};
 use clino_sim::motion::{DEGREE, Motion};
@@ -77,7 +77,7 @@ fn play(segment: &mut Segment, until: Ns) {
 fn fights(segment: &Segment) -> usize {
     let log = segment.log();
     let log = log.lock().unwrap();
-    log.events.iter().filter(|event| matches!(event, Event::Contention { fought: true, .. })).count()
+    log.events.iter().filter(|event| matches!(event, LineEvent::Contention { fought: true, .. })).count()
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn a_late_t7_talks_into_the_next_exchange() {
         let options = t7::Options { get_latency: Latency::fixed(MS), ..t7::Options::default() };
         t7::T7::new(identity, settings, options).unwrap()
     });
-    late.lock().unwrap().faults.next = Some(clino_sim::fault::Fault::Late(8 * MS));
+    late.lock().unwrap().faults.next = Some(clino_sim::fault::AnswerFault::Late(8 * MS));
     let mut segment = pair(vec![station(late, vec![]), station(punctual, vec![])], T7_BIT_PS);
     // The first answer comes 10 ms after its command, the second 1 ms after one that ends 9.2 ms after it.
     let end = (30 * T7_BIT_PS).div_ceil(1_000);

@@ -27,7 +27,7 @@ use std::collections::VecDeque;
 
 use oorandom::Rand64;
 
-use crate::fault::Faults;
+use crate::fault::AnswerFaults;
 use crate::node::{Burst, Heard, Node, Ns};
 use crate::said::{Record, Said};
 use crate::uart;
@@ -92,8 +92,8 @@ struct Job {
 /// A simulated ISU. A new one has been powered since before time 0, with RX high.
 #[derive(Clone, Debug)]
 pub struct Isu {
-    /// Faults to show; may be changed at any time.
-    pub faults: Faults,
+    /// AnswerFaults to show; may be changed at any time.
+    pub faults: AnswerFaults,
     /// The non-volatile memory; changes made here take effect with the next reset.
     pub eeprom: Eeprom,
     /// The sensing element gives no valid angle: Hard Error with the next measurement, and again after every
@@ -123,7 +123,7 @@ impl Isu {
     #[must_use]
     pub fn new(eeprom: Eeprom, options: Options) -> Self {
         let mut isu = Self {
-            faults: Faults::default(),
+            faults: AnswerFaults::default(),
             random: Rand64::new(u128::from(options.seed)),
             said: Record::default(),
             power: Power::Booting { ready_at: 0 },

@@ -24,7 +24,7 @@ mod settings;
 
 use oorandom::Rand64;
 
-use crate::fault::Faults;
+use crate::fault::AnswerFaults;
 use crate::node::{Burst, Heard, Node, Ns};
 use crate::said::{Record, Said};
 use crate::uart;
@@ -69,8 +69,8 @@ enum Power {
 /// A simulated T7. A new one has been powered since before time 0.
 #[derive(Clone, Debug)]
 pub struct T7 {
-    /// Faults to show; may be changed at any time.
-    pub faults: Faults,
+    /// AnswerFaults to show; may be changed at any time.
+    pub faults: AnswerFaults,
     /// Whether settings can be stored; may be changed at any time.
     pub flash: Flash,
     identity: Identity,
@@ -94,7 +94,7 @@ impl T7 {
     pub fn new(identity: Identity, settings: StoredSettings, options: Options) -> Result<Self, BadOption> {
         options::check(&settings, &options)?;
         Ok(Self {
-            faults: Faults::default(),
+            faults: AnswerFaults::default(),
             flash: Flash::default(),
             identity,
             writes: 0,

@@ -6,7 +6,7 @@ const SECOND: Ns = 1_000_000_000;
 
 fn truth(motion: Motion) -> Truth {
     Truth {
-        who: Identity { kind: Kind::T7, bus: "t7", address: 1 },
+        who: SensorIdentity { kind: Kind::T7, bus: "t7", address: 1 },
         motion,
         hold: 5 * MS,
         tolerance: 2_000,

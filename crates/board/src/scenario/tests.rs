@@ -3,7 +3,7 @@
 use super::*;
 use crate::injection::{Level, What};
 use crate::oscillators::CrystalLife;
-use clino_segment::log::{Event, Talker};
+use clino_segment::log::{LineEvent, Talker};
 use clino_segment::wire::{Format, Sent, Wire};
 
 const SECOND: Ns = 1_000_000_000;
@@ -284,7 +284,7 @@ fn an_isu_built_from_a_file_answers_on_the_line() {
     // 90 degrees are 4000H.
     assert_eq!(answer, [0x04, 0x35, 0x58, 0x40, 0x00, 0x35 + 0x58 + 0x40]);
     let events = bus.log().lock().unwrap().events.clone();
-    assert!(events.iter().any(|event| matches!(event, Event::Char { who: Talker::Node(0), .. })));
+    assert!(events.iter().any(|event| matches!(event, LineEvent::Char { who: Talker::Node(0), .. })));
 }
 
 #[test]

@@ -8,10 +8,10 @@ use clino_codec::character::Character;
 use serde::ser::{Serialize, SerializeMap as _, Serializer};
 
 use crate::bad::Bad;
-use crate::outcome::{Failure, Verdict};
+use crate::outcome::{DecodeVerdict, Failure};
 use crate::stream;
 
-pub fn run() -> Result<Verdict, Failure> {
+pub fn run() -> Result<DecodeVerdict, Failure> {
     Ok(stream::lines(io::stdin().lock(), io::stdout().lock(), decode)?)
 }
 

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Write as _};
 use std::sync::PoisonError;
 
-use clino_segment::log::{Event, Fate, SharedLog, Talker};
+use clino_segment::log::{Fate, LineEvent, SharedLog, Talker};
 use clino_sim::node::Ns;
 
 const NS_PER_S: u64 = 1_000_000_000;
@@ -47,17 +47,17 @@ impl Chatter {
         }
     }
 
-    fn line(&mut self, event: &Event) -> Option<String> {
+    fn line(&mut self, event: &LineEvent) -> Option<String> {
         match *event {
-            Event::Char { who, start, word, fate, .. } => {
+            LineEvent::Char { who, start, word, fate, .. } => {
                 let (_, bytes) = self.speaking.entry(who).or_insert((start, String::new()));
                 let mark = if fate == Fate::Clean { "" } else { "!" };
                 bytes.push_str(&format!(" {word:02X}{mark}"));
                 None
             }
-            Event::De { high: false, .. } => self.ended(Talker::Gateway),
-            Event::Drive { node, on: false, .. } => self.ended(Talker::Node(node)),
-            Event::Contention { from, ref who, fought: true, .. } => {
+            LineEvent::De { high: false, .. } => self.ended(Talker::Gateway),
+            LineEvent::Drive { node, on: false, .. } => self.ended(Talker::Node(node)),
+            LineEvent::Contention { from, ref who, fought: true, .. } => {
                 let names: Vec<&str> = who.iter().map(|who| self.name(*who)).collect();
                 Some(format!("{} {} talk at once", self.head(from), names.join(" and ")))
             }

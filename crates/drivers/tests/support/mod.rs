@@ -5,7 +5,7 @@ use clino_drivers::codec::t7::Address;
 use clino_drivers::rs485::{PortSettings, Rs485};
 use clino_drivers::uart::{Io, Nb};
 use clino_drivers::{Serial, T7, Timing};
-use clino_segment::log::{Event, Fate, Talker};
+use clino_segment::log::{Fate, LineEvent, Talker};
 use clino_sim::node::Ns;
 
 use crate::common::{Board, De, Delay, Uart};
@@ -72,11 +72,11 @@ pub fn turns(board: &Board) -> Turns {
     let mut edges: Vec<(Ns, bool)> = Vec::new();
     for event in &log.events {
         match *event {
-            Event::Char { who: Talker::Gateway, start, end, word, fate, .. } => {
+            LineEvent::Char { who: Talker::Gateway, start, end, word, fate, .. } => {
                 turns.sent.push((word as u8, fate));
                 characters.push((start, end));
             }
-            Event::De { at, high } => edges.push((at, high)),
+            LineEvent::De { at, high } => edges.push((at, high)),
             _ => {}
         }
     }

@@ -12,7 +12,7 @@ use super::Segment;
 use super::driver::{Character, Driver};
 use super::line::{Line, Ps, to_ps};
 use super::receiver::{Noise, Receiver, Sampled, Sampling, Shared};
-use crate::log::{Event, Talker};
+use crate::log::{LineEvent, Talker};
 use crate::wire::{Format, Received, Sent};
 
 /// The second master's receiver and what it has heard.
@@ -39,7 +39,7 @@ impl SecondMaster {
         line: &Line,
         noise: &Noise,
         shared: &mut Shared,
-        log: &mut Vec<Event>,
+        log: &mut Vec<LineEvent>,
     ) {
         if self.receiver.due().is_some_and(|due| due <= clock)
             && let Some(sampled) = self.receiver.complete(line, noise, shared, log)

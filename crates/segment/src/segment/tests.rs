@@ -170,7 +170,7 @@ fn listen(segment: &mut Segment, until: Ns) -> Vec<(u16, bool)> {
     std::iter::from_fn(|| segment.take_received()).map(|got| (got.word, got.framing_error)).collect()
 }
 
-fn events(segment: &Segment) -> Vec<Event> {
+fn events(segment: &Segment) -> Vec<LineEvent> {
     segment.log().lock().unwrap().events.clone()
 }
 
@@ -178,7 +178,7 @@ fn fates(segment: &Segment, who: Talker) -> Vec<(u16, Fate)> {
     events(segment)
         .iter()
         .filter_map(|event| match *event {
-            Event::Char { who: sender, word, fate, .. } if sender == who => Some((word, fate)),
+            LineEvent::Char { who: sender, word, fate, .. } if sender == who => Some((word, fate)),
             _ => None,
         })
         .collect()

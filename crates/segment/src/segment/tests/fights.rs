@@ -6,7 +6,7 @@ fn contentions(segment: &Segment) -> Vec<(Ns, Ns, Vec<Talker>, bool)> {
     events(segment)
         .iter()
         .filter_map(|event| match event {
-            Event::Contention { from, until, who, fought } => Some((*from, *until, who.clone(), *fought)),
+            LineEvent::Contention { from, until, who, fought } => Some((*from, *until, who.clone(), *fought)),
             _ => None,
         })
         .collect()
@@ -24,7 +24,7 @@ fn two_answers_at_once_spoil_each_other_and_are_logged() {
     assert!(fates(&segment, Talker::Node(1)).iter().all(|&(_, fate)| fate == Fate::Fought));
     let end = 1_000_000 + 80 * BIT / 1_000;
     assert_eq!(contentions(&segment), [(1_000_000, end, vec![Talker::Node(0), Talker::Node(1)], true)]);
-    let noisy = events(&segment).iter().any(|event| matches!(event, Event::Heard { noise: true, .. }));
+    let noisy = events(&segment).iter().any(|event| matches!(event, LineEvent::Heard { noise: true, .. }));
     assert!(noisy);
 }
 

@@ -5,7 +5,7 @@ use super::*;
 const MS: Ns = 1_000_000;
 
 fn stuck(from: Ns, until: Ns, high: bool, stations: Vec<Station>) -> Segment {
-    let faults = LineFaults { stuck: vec![Stuck { from, until, high }], ..LineFaults::default() };
+    let faults = LineFaults { stuck: vec![StuckLine { from, until, high }], ..LineFaults::default() };
     segment(stations).with_faults(faults)
 }
 
@@ -67,7 +67,7 @@ fn with_its_de_shorted_the_gateway_still_reaches_the_others() {
     play(&mut segment, 10 * MS);
     assert_eq!(listener.heard(), [(0x12, false), (0x34, false)]);
     // Its pin is logged as it is, not what the short makes of it.
-    let de = |event: &&Event| matches!(event, Event::De { .. });
+    let de = |event: &&LineEvent| matches!(event, LineEvent::De { .. });
     assert_eq!(events(&segment).iter().filter(de).count(), 2);
 }
 

@@ -157,7 +157,7 @@ fn nine_data_bits_are_carried() {
     let lengths: Vec<Ns> = events(&segment)
         .iter()
         .filter_map(|event| match event {
-            Event::Char { start, end, .. } => Some(end - start),
+            LineEvent::Char { start, end, .. } => Some(end - start),
             _ => None,
         })
         .collect();
