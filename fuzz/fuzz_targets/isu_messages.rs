@@ -1,8 +1,8 @@
 //! Whatever decodes, encodes to the bytes it came from.
 #![no_main]
 
-use clino_codec::isu::{Answer, Request};
 use clino_codec::checks::Checks;
+use clino_codec::isu::{Answer, Request};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

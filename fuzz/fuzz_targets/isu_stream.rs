@@ -4,8 +4,8 @@
 #![no_main]
 
 use clino_codec::character::Character;
-use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeProgress, Request};
 use clino_codec::checks::Checks;
+use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeProgress, Request};
 use libfuzzer_sys::fuzz_target;
 
 /// Address 3 says 180°.

@@ -5,7 +5,7 @@
 
 use clino_codec::character::{Character, LineErrors};
 use clino_codec::checks::Checks;
-use clino_codec::t7::{Address, AnswerDecoder, Expected, Opcode, DecodeProgress};
+use clino_codec::t7::{Address, AnswerDecoder, DecodeProgress, Expected, Opcode};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|input: &[u8]| {

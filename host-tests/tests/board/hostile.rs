@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::OnceLock;
 
-use clino_board::analysis::{Analysis, Protocol, Verdict};
+use clino_board::analysis::{Analysis, PollVerdict, Protocol};
 use clino_host_tests::modbus::{self, Exchange};
 use clino_host_tests::{Ran, run};
 
@@ -135,7 +135,8 @@ fn bus(ran: &Ran, bus: Bus) -> (&Analysis, Protocol) {
 /// Good answers on a bus while the fault lasts.
 fn good(ran: &Ran, which: Bus) -> u64 {
     let polls = bus(ran, which).0.polls.iter();
-    polls.filter(|poll| (FROM..UNTIL).contains(&poll.de_high) && poll.verdict == Verdict::Good).count() as u64
+    polls.filter(|poll| (FROM..UNTIL).contains(&poll.de_high) && poll.verdict == PollVerdict::Good).count()
+        as u64
 }
 
 /// Lines of the slots that are not on this bus, while the fault lasts.
@@ -196,7 +197,9 @@ fn back(ran: &Ran, case: &Case) -> u64 {
     let (analysis, protocol) = bus(ran, case.bus);
     let nodes = if case.bus == Bus::T7 { T7S } else { ISUS };
     let mut back: BTreeMap<u8, u64> = BTreeMap::new();
-    for poll in analysis.polls.iter().filter(|poll| poll.de_high >= UNTIL && poll.verdict == Verdict::Good) {
+    for poll in
+        analysis.polls.iter().filter(|poll| poll.de_high >= UNTIL && poll.verdict == PollVerdict::Good)
+    {
         let (Some(address), Some(end)) = (poll.address(protocol), poll.answer_end) else { continue };
         back.entry(address).or_insert(end - UNTIL);
     }
@@ -218,7 +221,9 @@ fn the_fault_is_told(ran: &Ran, exchanges: &[Exchange], case: &Case) {
     // Good answers on the bus since the fault was told: into a pause of what babbles one may fit, and ends the fault.
     let answered = |until: u64| {
         let polls = &bus(ran, case.bus).0.polls;
-        polls.iter().any(|poll| poll.verdict == Verdict::Good && (FROM + MS..until).contains(&poll.de_high))
+        polls
+            .iter()
+            .any(|poll| poll.verdict == PollVerdict::Good && (FROM + MS..until).contains(&poll.de_high))
     };
     for (at, fault, faults) in told_us {
         let during = (FROM + (by + 210) * MS..UNTIL).contains(&at);

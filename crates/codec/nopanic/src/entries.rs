@@ -2,8 +2,8 @@
 
 use clino_codec::angle::{Angle, AngleText, Range};
 use clino_codec::ascii::{Centidegrees, LineDecoder};
-use clino_codec::isu::eeprom::{self, Audit, Image, Plan, Write};
 use clino_codec::checks::CheckCounters;
+use clino_codec::isu::eeprom::{self, Audit, Image, Plan, Write};
 use clino_codec::pwm::{self, Law, Limits, Ticks};
 use clino_codec::{isu, t7};
 

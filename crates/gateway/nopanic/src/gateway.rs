@@ -7,8 +7,8 @@ use clino_gateway::settings::{bus, console, port, slot};
 use clino_gateway::task::News;
 use clino_gateway::trace::{Entry as Exchange, Purpose, Trace, Verdict};
 use clino_gateway::{
-    Action, Bus, BusChange, BusSettings, Configuration, Gateway, Glance, Health, Reading, Reporter, Settings, SlotConfig, SlotCounters,
-    Snapshot, Source, Span, Status, Value, View,
+    Action, Bus, BusChange, BusSettings, Configuration, Gateway, Glance, Health, Reading, Reporter, Settings,
+    SlotConfig, SlotCounters, Snapshot, Source, Span, Status, Value, View,
 };
 
 use crate::{Entry, entries};
