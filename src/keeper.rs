@@ -105,8 +105,8 @@ impl Keeper {
         let saved = saved.map_err(told)?;
         note(Some(stored), false);
         Ok(match saved {
-            clino_storage::Saved::Unchanged => Saved::Unchanged,
-            clino_storage::Saved::Written => Saved::Written,
+            clino_storage::SaveOutcome::Unchanged => Saved::Unchanged,
+            clino_storage::SaveOutcome::Written => Saved::Written,
         })
     }
 

@@ -2,7 +2,7 @@
 
 use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom::{
-    Audit, Change, ChecksumReading, DataWord, Image, Plan, PlanError, ShutoffBit, Write, pack, unpack,
+    Audit, Change, ChecksumReading, DataWord, Image, Plan, PlanError, PlannedWrite, ShutoffBit, pack, unpack,
 };
 use clino_codec::isu::{Address, Request, Words};
 
@@ -149,7 +149,7 @@ fn the_audit_computes_both_readings() {
 }
 
 /// Makes a change on a copy and checks all that must hold of it. Returns the writes.
-fn change(words: [u16; 256], change: Change, start: usize, data: u16) -> Vec<Write> {
+fn change(words: [u16; 256], change: Change, start: usize, data: u16) -> Vec<PlannedWrite> {
     let before = Image::new(words);
     let plan = Plan::change(&before, change).unwrap();
     let mut after = before.clone();

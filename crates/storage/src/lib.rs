@@ -58,4 +58,4 @@ mod wait;
 
 pub use pages::FlashError;
 pub use record::Reject;
-pub use store::{LoadError, Loaded, SaveError, Saved, Store};
+pub use store::{LoadError, Loaded, SaveError, SaveOutcome, Store};

@@ -5,6 +5,7 @@
 
 mod crates;
 mod links;
+mod names;
 mod page;
 mod peripherals;
 

@@ -3,7 +3,7 @@
 use clino_codec::angle::{Angle, AngleText, Range};
 use clino_codec::ascii::{Centidegrees, LineDecoder};
 use clino_codec::checks::CheckCounters;
-use clino_codec::isu::eeprom::{self, Audit, Image, Plan, Write};
+use clino_codec::isu::eeprom::{self, Audit, Image, Plan, PlannedWrite};
 use clino_codec::pwm::{self, Law, Limits, Ticks};
 use clino_codec::{isu, t7};
 
@@ -87,10 +87,10 @@ pub static ENTRIES: &[Entry] = &entries![
     Plan::repair,
     Plan::apply,
     Plan::writes,
-    Write::words,
-    Write::before,
-    Write::request,
-    Write::read_back,
+    PlannedWrite::words,
+    PlannedWrite::before,
+    PlannedWrite::request,
+    PlannedWrite::read_back,
     LineDecoder::push,
     Centidegrees::encode,
     pwm::measure,

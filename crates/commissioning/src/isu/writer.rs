@@ -5,7 +5,7 @@
 //! and it is written again.
 
 use clino_bus::{ExchangeOutcome, Isu};
-use clino_codec::isu::eeprom::{Plan, Write};
+use clino_codec::isu::eeprom::{Plan, PlannedWrite};
 use clino_codec::isu::{Function, Request, Response, Words};
 
 use super::Cause;
@@ -30,7 +30,7 @@ impl Writer {
         Writer { plan, index: 0, writing: false, tries: 0, untouched: true }
     }
 
-    fn run(&self) -> Option<&Write> {
+    fn run(&self) -> Option<&PlannedWrite> {
         self.plan.writes().get(self.index)
     }
 

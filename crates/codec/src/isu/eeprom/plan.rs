@@ -75,14 +75,14 @@ pub enum PlanError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Write {
+pub struct PlannedWrite {
     start: u8,
     count: usize,
     before: [u16; WORDS_PER_DATA_WORD],
     after: [u16; WORDS_PER_DATA_WORD],
 }
 
-impl Write {
+impl PlannedWrite {
     /// Address of the first word.
     pub const fn start(&self) -> u8 {
         self.start
@@ -133,7 +133,7 @@ impl Write {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plan {
-    writes: [Write; 2],
+    writes: [PlannedWrite; 2],
     count: usize,
 }
 
@@ -184,7 +184,7 @@ impl Plan {
     }
 
     /// The writes in the order in which they must be made; at most two, none when there is nothing to do.
-    pub fn writes(&self) -> &[Write] {
+    pub fn writes(&self) -> &[PlannedWrite] {
         self.writes.get(..self.count).unwrap_or(&[])
     }
 
@@ -196,7 +196,7 @@ impl Plan {
     }
 
     const NOTHING: Self =
-        Self { writes: [Write { start: 0, count: 0, before: [0; 8], after: [0; 8] }; 2], count: 0 };
+        Self { writes: [PlannedWrite { start: 0, count: 0, before: [0; 8], after: [0; 8] }; 2], count: 0 };
 
     /// Adds the write of those words of `data_word` that are to hold `data`, unless they do already, and says
     /// how much the sum of all words grows. Only `count` words from `skip` on may differ.
@@ -209,7 +209,7 @@ impl Plan {
         }
         let growth = total(&after).wrapping_sub(total(&before));
         let start = data_word.start().wrapping_add(skip as u8);
-        let write = Write { start, count, before: shifted(before, skip), after: shifted(after, skip) };
+        let write = PlannedWrite { start, count, before: shifted(before, skip), after: shifted(after, skip) };
         put(&mut self.writes, self.count, write);
         self.count = self.count.wrapping_add(1);
         growth
