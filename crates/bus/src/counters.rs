@@ -1,4 +1,4 @@
-//! What happened on one bus since reset, told by the master and measured by the hardware. Counters wrap; readers take differences.
+//! Counters of one bus since reset, from the master and from the hardware. Counters wrap; readers take differences.
 
 use clino_codec::character::{Character, LineErrors};
 use clino_codec::checks::Check;
@@ -36,13 +36,13 @@ pub struct BusCounters {
     pub forced: u32,
     /// Requests dropped because the line did not fall silent.
     pub line_busy: u32,
-    /// Requests into which somebody else talked, as our own echo showed.
+    /// Requests during which another node transmitted, as our own echo showed.
     pub contention: u32,
     /// Our own characters that came back.
     pub echo: u32,
     /// Characters that belong to no frame.
     pub discarded: u32,
-    /// Characters that came before a request was out: nobody had been asked.
+    /// Characters that came before a request was out: unsolicited.
     pub unasked: u32,
     /// Characters with a low stop bit.
     pub framing: u32,

@@ -42,7 +42,7 @@ pub const MAX_FRAME: usize = 40;
 /// character: an interrupt held off that long is a fault, not jitter.
 pub const HOLD_MARGIN: (u64, u64) = (1, 4);
 
-/// Until so many bits after our last stop bit a character heard is still our own, coming back late: half a character,
+/// For this many bits after our last stop bit, a received character is still our own late echo: half a character,
 /// in which no node can have sent a whole one.
 const ECHO_BITS: u64 = 5;
 
@@ -72,8 +72,8 @@ pub struct Line {
 }
 
 impl Line {
-    /// A listening line. A UART whose transmitter was switched on at `started` first sends one character of idle line
-    /// by itself (RM0090 section 30.3.2), which has to be over before DE rises.
+    /// A listening line. A UART whose transmitter was switched on at `started` first sends one idle character
+    /// without being told (RM0090 section 30.3.2); DE must not rise before its end.
     pub fn new(settings: LineSettings, started: Micros) -> Line {
         let clear_at = started + settings.guard.max(settings.serial.characters(1));
         Line {
@@ -160,7 +160,7 @@ impl Line {
                 self.listen(now);
                 // What the UART holds still runs out of it, behind the closed driver.
                 self.clear_at = self.clear_at.max(now + self.settings.serial.characters(2));
-                // Nobody is to blame for what was never sent.
+                // A frame that was never sent is no node's fault.
                 _ = self.echo.end();
                 Some(LineStep::Force)
             }

@@ -11,11 +11,11 @@
 //! character never shortens a wait, so stray characters at turnaround cost nothing; length and checksum make the frame, a gap
 //! only ends the wait. However long a node babbles, a wait ends after the longest answer twice over.
 //!
-//! *Quiet.* For [`Timing::quiet`] after a failure nobody is asked, and for longer if the node is usually there
+//! *Quiet.* After a failure the master sends nothing for [`Timing::quiet`], and for longer if the node usually answers
 //! (`master/history.rs`). After that the master may be asked what cannot be confused with the request that failed
 //! ([`Master::may_ask`]): another node, another command. For the same again it is idle only when no late answer can come
 //! any more, [`Timing::late`] after the deadline (`master/late.rs`). So dead nodes are cheap, and a late answer to one
-//! request is never the answer to the next, be it the same request to the same node. A caller who does not care for this
+//! request is never the answer to the next, be it the same request to the same node. A caller that does not need this
 //! efficiency waits for [`Master::is_idle`].
 //!
 //! *Slow nodes.* Answers seen to be late prolong the waits, up to [`Timing::extension`] (`master/adaptive.rs`).
@@ -67,7 +67,7 @@ enum State {
         give_up: Micros,
     },
     Quiet {
-        /// Nobody is asked before this.
+        /// No request before this.
         clear: Micros,
         give_up: Micros,
         /// A late answer may begin until then; `None` when there is none to come.
@@ -87,7 +87,7 @@ pub struct Master<P: Protocol> {
     history: NodeHistory,
     adaptive: AdaptiveTimeout,
     counters: BusCounters,
-    /// Of the last late answer, until somebody asks.
+    /// The node of the last late answer, until [`Master::take_late`].
     late_node: Option<u8>,
 }
 

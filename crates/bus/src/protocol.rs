@@ -14,7 +14,7 @@ pub use t7::T7;
 
 /// A request/response protocol with one master.
 pub trait Protocol {
-    /// Who is asked.
+    /// Address of the node that is asked.
     type Address: Copy;
     /// What is asked.
     type Request;

@@ -59,7 +59,7 @@ pub struct Timing {
     pub margin: Micros,
     /// Longest pause between two characters of one answer before it counts as cut off.
     pub gap: Micros,
-    /// Silence kept after a failed exchange, before anybody else is asked. A late or garbled answer that begins in it
+    /// Silence kept after a failed exchange, before the next request. A late or garbled answer that begins in it
     /// is heard to its end (until there is a `gap`) before the next request.
     pub quiet: Micros,
     /// The same after a node that has answered the last time it was asked missed its deadline: it may be slow.

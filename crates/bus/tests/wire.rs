@@ -169,7 +169,7 @@ fn the_driver_is_on_for_the_frame_and_its_delays() {
 }
 
 #[test]
-fn somebody_talking_into_our_frame_is_contention() {
+fn a_node_transmitting_during_our_frame_is_contention() {
     // A node that babbles without listening, once a millisecond.
     let babble = Babble { from: 10 * MS, until: 200 * MS, gap: MS };
     let faults = Faults { babble: vec![babble], ..Faults::default() };
@@ -264,7 +264,7 @@ fn the_bit_rate_changes_live() {
     bench.master.set_timing(slow);
     bench.port.set_serial(slow.serial, slow.guard);
     assert!(bench.ask(node(5), &ANGLE).result.is_ok());
-    // At the old rate nobody is there any more, and at the new one again.
+    // No node answers at the old rate any more, and one does at the new rate.
     for (timing, there) in [(timing(), false), (slow, true)] {
         bench.settle();
         bench.master.set_timing(timing);
@@ -294,7 +294,7 @@ fn a_slow_eeprom_write_is_waited_for() {
 }
 
 #[test]
-fn everybody_on_the_bus_is_collected() {
+fn all_nodes_on_the_bus_are_collected() {
     // At 0.4, 1.2 and 1.9 ms, so that the answers of 0.7 ms do not meet.
     let nodes = [turning(1, 200 * US), turning(50, 1_000 * US), turning(100, 1_900 * US)];
     let mut bench = bench(timing().line(), false, &[&nodes[0], &nodes[1], &nodes[2]]);

@@ -20,7 +20,7 @@ pub enum DecodeProgress<T, E> {
 }
 
 impl<T, E> DecodeProgress<T, E> {
-    /// Becomes what was made of so many bytes, and says what that means for them.
+    /// Takes the result of examining these bytes and returns what it means for them.
     #[inline(always)]
     pub(crate) fn settle(&mut self, result: Result<T, E>, length: usize) -> Verdict {
         match result {

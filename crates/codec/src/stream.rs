@@ -3,7 +3,7 @@
 //! The engine keeps the characters that may still belong to a frame. The protocol examines what starts at the
 //! oldest of them; the engine waits until that candidate is complete, and when it comes to nothing moves on
 //! by one byte only, so that a good frame that began among the bad bytes is found. While it waits for
-//! somebody else's frame, which may be long or imaginary, it looks at every character whether a wanted frame
+//! another node's frame, which may be long or imaginary, it checks at every character whether a wanted frame
 //! ends there. Together: stray bytes before a good frame never delay or cost it, unless these bytes and the frame's
 //! first bytes form a good frame of their own.
 //!
@@ -20,11 +20,11 @@ pub(crate) enum Verdict {
     Discard,
     /// With fewer bytes than this there is nothing to say.
     Incomplete(usize),
-    /// Somebody else's frame has begun.
+    /// Another node's frame has begun.
     IncompleteForeign,
-    /// So many bytes are worth a report (none: they count as discarded), and a frame may have begun among them.
+    /// This many bytes are worth a report (none: they count as discarded), and a frame may have begun among them.
     Bad(usize),
-    /// So many bytes are a wanted frame.
+    /// This many bytes are a wanted frame.
     Frame(usize),
 }
 
@@ -50,7 +50,7 @@ struct State {
     dirty: bool,
     /// With fewer bytes than this there is nothing to say.
     look_at: usize,
-    /// No wanted frame ends among so many of the oldest bytes.
+    /// No wanted frame ends among this many of the oldest bytes.
     searched: usize,
 }
 
@@ -170,7 +170,7 @@ impl Kept<'_> {
         examine(bytes, self.errors.get(start..end).unwrap_or(&[]))
     }
 
-    /// So many of the oldest bytes are accounted for, and so many of them are done with.
+    /// The first `reported` of the oldest bytes are accounted for; the first `done` of them are dropped.
     fn report(&mut self, reported: usize, done: usize) {
         self.state.reported = self.state.reported.max(reported);
         self.discard(done);

@@ -88,14 +88,14 @@ fn every_answer_has_the_bytes_of_its_table_and_comes_back() {
 
 // I1
 #[test]
-fn the_error_answers_name_nobody() {
+fn the_error_answers_name_no_module() {
     for (error, bytes) in errors() {
         let answer = Answer::decode(&bytes).unwrap();
         assert_eq!(answer, Answer { address: Address::RESERVED, response: Response::Error(error) });
         assert_eq!(answer.response, Response::from(error));
         assert_eq!(answer.response.function(), None);
         assert_eq!(answer.encode().as_bytes(), bytes);
-        // Whoever was asked, it is the answer to that.
+        // It is the answer to the request in flight, whichever module was asked.
         let expected = Request::READ_ANGLE.expected(address(7));
         assert_eq!(expected.check(&bytes, Checks::ALL), Ok(answer));
     }
@@ -194,7 +194,7 @@ fn an_answer_must_be_about_the_memory_that_was_asked_for() {
 }
 
 #[test]
-fn answers_of_others_are_foreign_unless_everybody_was_asked() {
+fn answers_of_others_are_foreign_unless_all_were_asked() {
     let answer = isu_frame(0x35, &[0x58, 1, 2]);
     let differs = |request: Request, number| match request
         .expected(address(number))

@@ -127,7 +127,7 @@ fn foreign_answers_are_reported_with_their_sender() {
     assert_eq!(foreign(Request::READ_ANGLE, 4), Differs::Address);
     assert_eq!(foreign(Request::ResetModule, 3), Differs::Function);
     assert_eq!(foreign(Request::ResetModule, 4), Differs::Both);
-    // Asked as 0, whoever answers is right.
+    // Asked as 0, an answer from any module is right.
     assert_eq!(run(&mut decoder(Request::READ_ANGLE, 0), &GOOD), [Answer::decode(&GOOD)]);
     // A damaged foreign answer is discarded.
     let mut damaged = GOOD;
@@ -193,7 +193,7 @@ fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
 
 // A module may answer a command for address 0 with its own address, or with 0: the document does not say.
 #[test]
-fn asked_any_everybody_is_heard() {
+fn asked_any_every_module_is_heard() {
     let mut decoder = decoder(Request::READ_ANGLE, 0);
     let frames: Vec<_> = [0, 1, 14].map(|number| isu_frame(number << 4 | 5, &[0x58, 0x80, 0x00])).concat();
     let seen = run(&mut decoder, &frames);

@@ -69,7 +69,7 @@ fn stray_characters_is_counted_and_costs_nothing() {
 
 #[test]
 fn a_good_answer_comes_out_at_its_last_byte_even_while_a_longer_foreign_one_seems_to_arrive() {
-    // The header of somebody's 34 bytes, and then the answer.
+    // The header of another device's 34 bytes, and then the answer.
     let mut decoder = decoder(5, Opcode::GetAngle2);
     for character in clean(&[0x09, 0x20, 0x87]) {
         assert_eq!(decoder.push(character), DecodeProgress::More);
@@ -84,7 +84,7 @@ fn a_good_answer_comes_out_at_its_last_byte_even_while_a_longer_foreign_one_seem
 #[test]
 fn reports_that_take_their_turn_do_not_cost_an_answer_meanwhile() {
     // Found by fuzzing: while damaged answers are reported, one a character, two good ones arrive; the first
-    // of them then lies in the middle of what seems to be somebody's 34 bytes.
+    // of them then lies in the middle of what seems to be another device's 34 bytes.
     let mut decoder = decoder(5, Opcode::SetAddress);
     let bytes =
         hex("5F 20 87 FF FF 01 89 05 03 91 00 00 00 67 05 03 91 FF FF F9 89 FF 5F 05 20 87 FF FF 89 \
@@ -223,7 +223,7 @@ fn with_the_command_layer_off_silence_releases_what_hides_behind_a_damaged_heade
 
 // T11
 #[test]
-fn asked_all_everybody_is_heard() {
+fn asked_all_every_device_is_heard() {
     let expected = Request::GetAngle(Axis::Two).expected(Address::ALL);
     let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     let frames: Vec<_> = [1, 2, 100, 127].map(|number| t7_frame(number, 0x83, &[0; 4], true)).concat();
@@ -313,7 +313,7 @@ fn a_sniffer_hears_all_answers_to_a_command_to_all() {
         let seen = sniff(&mut sniffer, &t7_frame(number, 0x83, &[0; 4], true));
         assert!(matches!(seen[..], [Ok(Sniffed::Answer { to: Some(_), .. })]));
     }
-    // Nobody answers as 126.
+    // No device answers as 126.
     assert_eq!(sniff(&mut sniffer, &t7_frame(126, 0x83, &[0; 4], true)), []);
 }
 

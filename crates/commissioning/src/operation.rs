@@ -7,16 +7,16 @@ use clino_bus::{ExchangeOutcome, Micros, Protocol, Serial};
 pub enum Step<A, Q, R, E> {
     /// One exchange.
     Ask {
-        /// Who is asked.
+        /// The address to ask.
         address: A,
         /// What is asked.
         request: Q,
-        /// How often the request may be sent, until there is an answer. The operation is told the last outcome only.
+        /// How often the request may be sent, until there is an answer. The operation receives the last outcome only.
         tries: u8,
     },
-    /// One request that several may answer. The operation is told every outcome.
+    /// One request that several may answer. The operation receives every outcome.
     Collect {
-        /// Who is asked.
+        /// The address to ask.
         address: A,
         /// What is asked.
         request: Q,
@@ -58,11 +58,11 @@ impl TaskProgress {
     }
 }
 
-/// A task on one bus as a resumable state machine, led by a [`Runner`](crate::Runner).
+/// A task on one bus as a resumable state machine, run by a [`Runner`](crate::Runner).
 pub trait Operation {
     /// What is spoken on the bus.
     type Protocol: Protocol;
-    /// What is told on the way, before the end.
+    /// What it reports before its end.
     type Event;
     /// The result, when all went well.
     type Report;
@@ -79,10 +79,10 @@ pub trait Operation {
     /// How far it is.
     fn progress(&self) -> TaskProgress;
 
-    /// Stop at the next consistent point. The operation still has to be led to its end.
+    /// Stops at the next consistent point. The runner still has to run the operation to its end.
     fn cancel(&mut self);
 
-    /// Whether nobody else may use the line between two exchanges: its bit rate is not the one that the others expect,
+    /// Whether the operation needs the line between two exchanges, too: its bit rate is not the one that the others expect,
     /// or is about to change.
     fn is_exclusive(&self) -> bool {
         false

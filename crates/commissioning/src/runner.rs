@@ -90,12 +90,12 @@ pub struct Runner<O> {
     wait: Option<Micros>,
 }
 
-/// Whose outcomes the master's are.
+/// Which exchange the next outcomes of the master belong to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Asking {
-    Nobody,
+    None,
     One,
-    Everybody,
+    All,
 }
 
 impl<O: Operation> Runner<O>
@@ -104,7 +104,7 @@ where
 {
     /// Has not begun.
     pub fn new(operation: O) -> Self {
-        Runner { operation, asking: Asking::Nobody, tries_left: None, wait: None }
+        Runner { operation, asking: Asking::None, tries_left: None, wait: None }
     }
 
     /// The next thing to do. [`RunnerAction::Idle`] while an exchange is in hand, this operation's or another.
@@ -134,7 +134,7 @@ where
                 }
             }
             Step::Collect { address, ref request, window } => {
-                self.asking = Asking::Everybody;
+                self.asking = Asking::All;
                 master.begin_collecting(address, request, window, now)
             }
             Step::Wait { .. } => return RunnerAction::Idle,
@@ -160,9 +160,9 @@ where
     /// An exchange of this operation has ended; an answer has come, when it is collecting.
     pub fn settle(&mut self, outcome: &ExchangeOutcome<O::Protocol>) -> Option<O::Event> {
         match self.asking {
-            Asking::Nobody => return None,
+            Asking::None => return None,
             Asking::One => {
-                self.asking = Asking::Nobody;
+                self.asking = Asking::None;
                 let failed = match &outcome.result {
                     Ok(answer) => O::Protocol::heard_damaged(answer),
                     Err(_) => true,
@@ -173,9 +173,9 @@ where
                 }
                 self.tries_left = None;
             }
-            Asking::Everybody => {
+            Asking::All => {
                 if let Err(Fault::Over { .. } | Fault::NotSent | Fault::LineBusy) = outcome.result {
-                    self.asking = Asking::Nobody;
+                    self.asking = Asking::None;
                 }
             }
         }
@@ -184,10 +184,10 @@ where
 
     /// Whether an exchange of the operation is under way: the master's outcomes belong to [`Runner::settle`].
     pub fn is_asking(&self) -> bool {
-        self.asking != Asking::Nobody
+        self.asking != Asking::None
     }
 
-    /// Whether nobody else may use the line, even between exchanges.
+    /// Whether the operation needs the line even between exchanges.
     pub fn is_exclusive(&self) -> bool {
         self.is_asking() || self.operation.is_exclusive()
     }

@@ -17,7 +17,7 @@ fn mode(sensor: &common::isu::Shared) -> Mode {
     sensor.lock().unwrap().mode()
 }
 
-/// A module in its Hard Error state, because a word that nobody may change has changed.
+/// A module in its Hard Error state, because a word that must not change has changed.
 fn broken(number: u8) -> common::isu::Shared {
     let sensor = at(number);
     {
@@ -161,7 +161,7 @@ fn address_0_takes_the_statement_that_one_is_attached() {
 }
 
 #[test]
-fn nobody_there_is_no_answer() {
+fn an_empty_line_is_no_answer() {
     let mut bench = bench::<Isu>(&[]);
     let run = run(&mut bench, ReadAngle::new(module(3)));
     let failure = run.result.unwrap_err();

@@ -76,7 +76,7 @@ const TASKS: [Task; 4] = [
 #[derive(Debug, Default)]
 struct Tally {
     cuts: u32,
-    /// The operation coped by itself.
+    /// The operation recovered without help.
     done: u32,
     repaired: u32,
 }
@@ -275,7 +275,7 @@ fn repair_cut_everywhere(scope: ChecksumScope, off: Ns, step: usize) {
 
 /// Cut between its two words, an address change can leave an address that only a lone module can be reached at.
 #[test]
-fn a_third_address_that_nobody_may_have() {
+fn a_third_address_that_no_module_may_have() {
     // From 3 (0011) to 12 (1100): 1111. From 12 to 3: 0000.
     for (from, to, mixed) in [(3, 12, 15), (12, 3, 0)] {
         let change = |at: Module| Program::new(at, Change::ModuleAddress(address(to))).unwrap();

@@ -432,7 +432,7 @@ impl Node for BrokenSensor {
 }
 
 #[test]
-fn repair_of_nobody_is_not_found() {
+fn repair_without_a_module_is_not_found() {
     let mut bench = bench::<Isu>(&[]);
     let failure = run(&mut bench, Repair::after_address_change(module(3), module(9))).result.unwrap_err();
     assert!(matches!(failure.cause, Cause::NotFound { .. }), "{failure}");

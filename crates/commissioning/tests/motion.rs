@@ -1,4 +1,4 @@
-//! A sensor that moves is not set to zero: nothing is written, and the rate is told.
+//! A sensor that moves is not set to zero: nothing is written, and the rate is reported.
 
 mod common;
 

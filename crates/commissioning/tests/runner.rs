@@ -104,7 +104,7 @@ fn a_pause_is_all_the_pollings() {
 }
 
 #[test]
-fn nobody_polls_while_the_bit_rate_is_not_theirs() {
+fn no_polls_while_the_bit_rate_is_another() {
     let (sensor, polled) = (at(5), at(9));
     let mut bench = bench(&[&sensor, &polled]);
     use clino_codec::t7::BaudRate::{B19200, B115200};
@@ -113,7 +113,7 @@ fn nobody_polls_while_the_bit_rate_is_not_theirs() {
     assert!(result.is_ok());
     assert_eq!(store(&sensor).baud_index, 3);
     let turns: String = gateway.turns.iter().collect();
-    // Present, then Set Baud Rate and the look at the new rate with nobody in between.
+    // Present, then Set Baud Rate and the look at the new rate with no other exchange in between.
     assert!(turns.trim_end_matches('p').ends_with("oo"), "{turns}");
 }
 

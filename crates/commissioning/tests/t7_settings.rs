@@ -129,7 +129,7 @@ fn what_is_read_back_counts_not_what_the_status_says() {
 }
 
 #[test]
-fn nobody_there_is_no_answer_after_three_tries() {
+fn an_empty_line_is_no_answer_after_three_tries() {
     let mut bench = bench(&[]);
     let run = run(&mut bench, Set::new(device(5), DeviceSetting::Damping(9)).unwrap());
     let failure = run.result.unwrap_err();
@@ -187,7 +187,7 @@ fn a_lone_device_needs_no_address() {
     run(&mut bench, Set::new(single, DeviceSetting::Damping(123)).unwrap()).result.unwrap();
     run(&mut bench, SetZero::new(single, Axis::Two)).result.unwrap();
     assert_eq!((store(&sensor).damping_ms, store(&sensor).offsets[2]), (123, -30_000));
-    // Answers longer than eight are not for everybody.
+    // Answers longer than eight are refused for the all-respond address.
     let too_long = Identify::new(single).unwrap_err();
     assert!(matches!(too_long, EncodeError::NotForAll { response_length: 20, .. }), "{too_long}");
     let offset = DeviceSetting::Offset { axis: Axis::Two, offset: Millidegrees(0) };

@@ -14,7 +14,7 @@
 //!   dropped) drops it. What the UART still holds then goes nowhere, and is waited for before DE rises again.
 //! - Nothing received is ever flushed: an answer may begin with the bit after ours.
 //! - Own echo, on a transceiver whose receiver is always on, is compared with what was sent and removed
-//!   ([`Echo::Expected`]); a difference means that somebody else talked.
+//!   ([`Echo::Expected`]); a difference means that another node transmitted.
 
 #[cfg(feature = "async")]
 mod asynch;

@@ -47,7 +47,7 @@ pub trait Uart: ErrorType {
 
     /// Whether everything is *sent*: the last stop bit is on the line. May wait for that.
     ///
-    /// A UART that only knows when its last character was *accepted* may say so here instead, if the line is told:
+    /// A UART that only knows when its last character was *accepted* may say so here instead, if the line is set accordingly:
     /// [`Release::Held`](crate::rs485::Release::Held).
     ///
     /// # Errors

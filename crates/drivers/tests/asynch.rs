@@ -207,8 +207,8 @@ fn an_isu_is_nulled() {
     block_on(&board, isu.reset_null(module)).unwrap();
     board.pass(600 * MS);
     assert_eq!(block_on(&board, isu.angle(module)), Ok(Angle::ZERO));
-    let everybody = codec::isu::Address::ANY;
-    assert_eq!(block_on(&board, isu.angle(everybody)), Err(isu::Error::NotSingleDevice));
+    let all = codec::isu::Address::ANY;
+    assert_eq!(block_on(&board, isu.angle(all)), Err(isu::Error::NotSingleDevice));
 }
 
 /// Anything half-duplex, through `embedded_io_async`.

@@ -184,7 +184,7 @@ fn stray_characters_before_an_answer_are_skipped() {
     assert_eq!(t7.angle(address(5), Axis::Two).unwrap(), codec::angle::Angle::ZERO);
 }
 
-/// Somebody who never stops costs a bounded time, and the line is left alone.
+/// A node that never stops transmitting costs a bounded time, and the driver stays off.
 #[test]
 fn babble_is_not_talked_into() {
     for model in [Model::BARE, Model::BUFFERED] {
@@ -208,7 +208,7 @@ fn babble_is_not_talked_into() {
     }
 }
 
-/// Somebody who starts when an answer is due costs a bounded time, too.
+/// A node that starts to transmit when an answer is due costs a bounded time, too.
 #[test]
 fn babble_instead_of_an_answer_ends() {
     let babble = Babble { from: MS, until: 300 * MS, gap: 0 };
@@ -227,8 +227,8 @@ fn what_cannot_be_sent_is_not() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
     let mut t7 = nb_t7(&board);
-    let everybody = codec::t7::Address::ALL;
-    assert_eq!(t7.angle(everybody, Axis::Two), Err(t7::Error::NotSingleDevice));
+    let all = codec::t7::Address::ALL;
+    assert_eq!(t7.angle(all, Axis::Two), Err(t7::Error::NotSingleDevice));
     let error = t7.set_damping_ms(address(5), 1).unwrap_err();
     let limits =
         codec::t7::EncodeError::OutOfRange { field: codec::t7::Field::Damping, value: 1, min: 2, max: 5_000 };
@@ -238,8 +238,8 @@ fn what_cannot_be_sent_is_not() {
     assert_eq!((turns(&board).count, board.now() < MS), (0, true));
     // On a line with one sensor, its address need not be known.
     let mut t7 = T7::single(t7.release(), Timing::t7(SERIAL));
-    assert!(is_true(&board, t7.angle(everybody, Axis::Two).unwrap()));
-    assert!(matches!(t7.all_data(everybody), Err(t7::Error::Request(_))), "its answer is too long");
+    assert!(is_true(&board, t7.angle(all, Axis::Two).unwrap()));
+    assert!(matches!(t7.all_data(all), Err(t7::Error::Request(_))), "its answer is too long");
 }
 
 #[test]

@@ -73,7 +73,7 @@ pub const LONGEST: usize = {
 pub enum Reject {
     /// It ends too early.
     Short,
-    /// So many bytes are left over.
+    /// This many bytes are left over.
     Surplus(u16),
     /// Its checksum is wrong.
     Checksum {
@@ -116,7 +116,7 @@ pub(crate) enum Part<'a> {
     Slot(u8, &'a SlotConfig),
 }
 
-/// What there is to be stored.
+/// What to store.
 #[derive(Clone, Copy)]
 pub(crate) enum Content<'a> {
     /// A configuration.

@@ -59,7 +59,7 @@ pub enum LoadError<E> {
 pub enum SaveError<E> {
     /// The gateway could not run like this.
     Rejected(Reject),
-    /// The flash does not do as it is told.
+    /// The flash did not do what it was ordered to do.
     Flash(FlashError<E>),
     /// The library does not find its way in what is stored.
     Library,
@@ -166,7 +166,7 @@ impl<F: NorFlash> Store<F> {
                 true
             }
             Ok(None) => false,
-            // What is there serves nobody, and would hide what is written behind it.
+            // The content is useless, and would hide what is written behind it.
             Err(Failure::Library) => {
                 self.clear()?;
                 false
@@ -226,7 +226,7 @@ impl Value<'_> for Content<'_> {
         Ok(room.saturating_sub(left))
     }
 
-    /// Nobody reads one: what is read is bytes.
+    /// Never called: the store reads bytes.
     fn deserialize_from(_: &[u8]) -> Result<(Self, usize), SerializationError> {
         Err(SerializationError::InvalidFormat)
     }

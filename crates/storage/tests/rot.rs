@@ -1,4 +1,4 @@
-//! Flash with something in it that nobody has stored: it can be set up again, whatever that is.
+//! Flash with foreign content: the store can be set up again, whatever the content is.
 
 mod support;
 
@@ -34,7 +34,7 @@ fn a_record_that_is_too_long_is_replaced() {
     serves(&mut flash);
 }
 
-/// No page is free, which never happens by itself.
+/// No page is free, which the store itself never causes.
 #[test]
 fn pages_that_all_say_that_they_are_full_are_used_again() {
     let mut flash = Flash::new();
@@ -48,7 +48,7 @@ fn pages_that_all_say_that_they_are_full_are_used_again() {
     serves(&mut flash);
 }
 
-/// Words that have changed behind the last record, in a sector that is not full: the record goes behind them by itself.
+/// Words that have changed behind the last record, in a sector that is not full: the record goes behind them.
 #[test]
 fn one_save_goes_behind_words_that_have_changed() {
     let mut random = Random(12);

@@ -6,21 +6,21 @@
 //! exactly like the end of our frame.
 //!
 //! In that time, where an echo is known to be there, the n-th character heard has to be the n-th one sent, without a
-//! receiver error; anything else is somebody talking into our frame. Where it is not known, characters that fit are
+//! receiver error; any other character comes from another transmitter. Where it is not known, characters that fit are
 //! taken for an echo and others are heard.
 
 use clino_codec::character::Character;
 
 use super::EchoMode;
 
-/// What a character heard in the echo's time is.
+/// The source of a character heard while the echo is expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EchoVerdict {
     /// Ours.
     Own,
-    /// Ours, spoiled: somebody else talks.
+    /// Ours, damaged: another node transmits.
     Contention,
-    /// Somebody else's.
+    /// From another node.
     Foreign,
 }
 

@@ -56,12 +56,12 @@ pub enum Event {
         /// When DE was forced low.
         at: Micros,
     },
-    /// Our frame was dropped before its first character, because somebody else kept talking.
+    /// Our frame was dropped before its first character, because another node kept transmitting.
     GivenUp {
         /// When it was dropped.
         at: Micros,
     },
-    /// A character of somebody else's was received.
+    /// A character of another node was received.
     Heard {
         /// The character with the receiver's error flags.
         character: Character,
@@ -73,7 +73,7 @@ pub enum Event {
         /// Centre of its stop bit.
         at: Micros,
     },
-    /// A character of ours came back changed, or not at all: somebody else talked into our frame.
+    /// A character of ours came back changed, or not at all: another node transmitted during our frame.
     Contention {
         /// When it showed.
         at: Micros,

@@ -2,7 +2,7 @@
 
 use crate::{Micros, Serial};
 
-/// Everything a [`Line`](super::Line) is told about its wires. Spans in microseconds.
+/// The properties of the wires of a [`Line`](super::Line). Spans in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LineSettings {
@@ -30,7 +30,7 @@ impl LineSettings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EchoMode {
-    /// It does not: everything heard is somebody else's.
+    /// It does not: every character comes from another node.
     #[default]
     Off,
     /// It does: every character of ours has to come back as it was sent.

@@ -31,7 +31,7 @@ fn line() -> Line {
     line_with(PLAIN)
 }
 
-/// Somebody else's character.
+/// A character of another node.
 fn hear(line: &mut Line, at: u64) -> Event {
     line.heard(Character::clean(0x55), Micros(at))
 }

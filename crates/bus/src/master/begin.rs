@@ -96,7 +96,7 @@ impl<P: Protocol> Master<P> {
         frame
     }
 
-    /// An exchange begins with a frame of so many characters.
+    /// An exchange begins with a frame of this many characters.
     fn opened(
         &mut self,
         expected: P::Expected,

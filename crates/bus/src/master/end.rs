@@ -50,7 +50,7 @@ impl<P: Protocol> Master<P> {
         }
     }
 
-    /// For how long nobody is asked after a failure.
+    /// How long the master sends nothing after a failure.
     fn patience(&mut self, node: u8, fault: &Fault<P::DecodeError>) -> Micros {
         match fault {
             Fault::NoAnswer { .. } => self.history.missed(node, &self.timing),

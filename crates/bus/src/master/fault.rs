@@ -20,9 +20,9 @@ pub enum Fault<E> {
     },
     /// A frame came, but not the awaited one, or it failed a check.
     Bad(E),
-    /// Somebody else talked into our frame, as its echo showed, and no good answer came.
+    /// Another node transmitted during our frame, as its echo showed, and no good answer came.
     Contention,
-    /// Somebody else kept talking: our frame was dropped before its first character.
+    /// Another node kept transmitting: our frame was dropped before its first character.
     LineBusy,
     /// Our own frame did not get out whole: the driver was switched off by force, or the line never said how the frame
     /// ended.

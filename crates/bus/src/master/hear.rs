@@ -37,7 +37,7 @@ impl<P: Protocol> Master<P> {
         }
         let gap = self.timing.gap + self.character;
         let progress = match (&mut self.state, &mut self.exchange) {
-            // Nobody was asked.
+            // Unsolicited.
             (State::Idle, _) | (_, None) => {
                 bump(&mut self.counters.discarded);
                 return None;
@@ -86,7 +86,7 @@ impl<P: Protocol> Master<P> {
                         None
                     }
                     (State::Waiting { .. }, None) => self.answered(answer, at),
-                    // Intact, but nobody has been asked yet.
+                    // Intact, but no request is out yet.
                     (_, None) => {
                         bump(&mut self.counters.foreign);
                         None

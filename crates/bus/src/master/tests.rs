@@ -134,7 +134,7 @@ fn stray_characters_at_turnaround_costs_nothing() {
 }
 
 #[test]
-fn a_late_answer_is_counted_and_credited_to_nobody() {
+fn a_late_answer_is_counted_and_never_used() {
     let mut bench = Bench::asked();
     bench.hear(1_000 + DEADLINE + 20, &ANSWER);
     assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Micros(DEADLINE) });

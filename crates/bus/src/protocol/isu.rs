@@ -65,7 +65,7 @@ impl Protocol for Isu {
         decoder.discarded()
     }
 
-    /// An error answer names no module: it may be anybody's.
+    /// An error answer names no module: it may come from any.
     fn answers(answer: &Answer, earlier: &Expected) -> bool {
         answer.response.function().is_none_or(|function| {
             function == earlier.function() && may_be(answer.address, earlier.address())

@@ -41,7 +41,7 @@ pub fn answer_of(node: &mut dyn Node, command: &[u8]) -> Vec<u8> {
     panic!("no answer to {command:02X?}")
 }
 
-/// A master whose line is played by arithmetic: frames go out at once, and what is heard is told.
+/// A master on a computed line: frames go out at once, and the test supplies what the master hears.
 pub struct Desk<P: Protocol> {
     pub master: Master<P>,
     pub now: Micros,

@@ -1,4 +1,4 @@
-//! Runs one operation so many times: `clino-codec-bench decode|frame COUNT`.
+//! Runs one operation `COUNT` times: `clino-codec-bench decode|frame COUNT`.
 //!
 //! The difference between two counts, divided by the difference of their instructions, is the cost of one
 //! operation: start-up, and the loop around the first one, cancel out.

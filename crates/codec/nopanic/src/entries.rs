@@ -8,9 +8,9 @@ use clino_codec::pwm::{self, Law, Limits, Ticks};
 use clino_codec::{isu, t7};
 
 /// Address of a function.
-pub struct Entry(#[expect(dead_code, reason = "nobody calls it")] *const ());
+pub struct Entry(#[expect(dead_code, reason = "never called")] *const ());
 
-// SAFETY: nobody calls or dereferences it.
+// SAFETY: never called or dereferenced.
 unsafe impl Sync for Entry {}
 
 macro_rules! entries {

@@ -96,7 +96,7 @@ impl AnswerDecoder {
     }
 }
 
-/// The grammar of answers, seen by someone who waits for one of them.
+/// The grammar of answers, for a receiver that waits for one of them.
 #[derive(Clone, Debug)]
 struct Answers {
     expected: Expected,

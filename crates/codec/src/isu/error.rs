@@ -30,7 +30,7 @@ pub enum DeviceError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum EncodeError {
-    /// Address 15 belongs to nobody.
+    /// Address 15 belongs to no module.
     ReservedAddress,
     /// Nothing to transfer, or more than one message can carry.
     Count {
@@ -103,7 +103,7 @@ pub enum DecodeError {
     },
     /// An intact answer, but not the one that was asked for.
     Foreign {
-        /// Who sent it.
+        /// Sender.
         address: Address,
         /// What it answers.
         function: Function,

@@ -43,7 +43,7 @@ impl Expected {
         Self { address, function: request.function(), length, start, count, or_count }
     }
 
-    /// Who was asked. [`Address::ANY`] expects an answer from anybody.
+    /// The module that was asked. [`Address::ANY`] expects an answer from any module.
     pub const fn address(&self) -> Address {
         self.address
     }

@@ -15,7 +15,7 @@
 //! - 16-bit numbers are sent high byte first; the line is 9600 bit/s, 8N1.
 //! - A module cannot hear while it sends, and discards commands that take longer than 400 ms. A new angle
 //!   appears every 8/15 s. Times are the caller's business.
-//! - Error answers carry address 15 and name nobody: they belong to the transaction in flight.
+//! - Error answers carry address 15 and name no module: they belong to the transaction in flight.
 
 mod address;
 mod data;

@@ -68,14 +68,14 @@ pub enum Response {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Answer {
-    /// Who answered; [`Address::RESERVED`] in the error answers, which name nobody.
+    /// The module that answered; [`Address::RESERVED`] in the error answers, which name no module.
     pub address: Address,
     /// What it said.
     pub response: Response,
 }
 
 impl Answer {
-    /// The answer that these bytes are, whole and exactly, whoever sent it to whatever question.
+    /// Decodes bytes that are exactly one answer, from any module and to any request.
     ///
     /// # Errors
     /// Whatever is wrong with them.

@@ -27,7 +27,7 @@ const GET_ANGLE_LENGTH: u8 = Opcode::GetAngle0.response_length();
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Answer {
-    /// Who answered: a device, never [`Address::ALL`].
+    /// The device that answered, never [`Address::ALL`].
     pub address: Address,
     /// What it said.
     pub response: Response,
@@ -41,7 +41,7 @@ pub struct Answer {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Expected {
-    /// Who was asked. [`Address::ALL`] expects an answer from anybody.
+    /// The device that was asked. [`Address::ALL`] expects an answer from any device.
     pub address: Address,
     /// What was asked.
     pub opcode: Opcode,
@@ -84,7 +84,7 @@ impl Expected {
 }
 
 impl Answer {
-    /// The answer that these bytes are, whole and exactly, whoever sent it to whatever question.
+    /// Decodes bytes that are exactly one answer, from any device and to any request.
     ///
     /// # Errors
     /// Whatever is wrong with them.

@@ -109,7 +109,7 @@ impl AnswerDecoder {
     }
 }
 
-/// The grammar of answers, seen by someone who waits for one of them.
+/// The grammar of answers, for a receiver that waits for one of them.
 #[derive(Clone, Debug)]
 struct Answers {
     expected: Expected,
@@ -134,7 +134,7 @@ impl Answers {
         let (Some(from), Some(opcode)) = (Address::of_request(address), Opcode::new(command)) else {
             return Verdict::Discard;
         };
-        // Nobody answers as the all-respond address; but who asked it waits for what begins so, and reports it.
+        // No device answers as the all-respond address; but a decoder that expects it waits for such a frame and reports it.
         if from.is_all() && [address, length, command] != self.header {
             return Verdict::Discard;
         }

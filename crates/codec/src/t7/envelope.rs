@@ -12,7 +12,7 @@ pub(super) const HEADER: usize = 3;
 /// Longest body, the checksum behind it included.
 pub(super) const BODY: usize = LONGEST - HEADER;
 
-/// Who speaks.
+/// The sender: host or device.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Speaker {
     Host,

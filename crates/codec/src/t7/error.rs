@@ -74,7 +74,7 @@ pub enum DecodeError {
     },
     /// An intact answer, but not the one that was asked for.
     Foreign {
-        /// Who sent it.
+        /// Sender.
         address: Address,
         /// What it answers.
         opcode: Opcode,

@@ -132,7 +132,7 @@ impl Conversation {
                 Ok(answer) => answer,
                 Err(error) => return seen.settle(Err(error), size),
             };
-            // Everybody answers a command to all: more may come.
+            // All devices answer a command to all: more may come.
             self.asked = self.asked.filter(|asked| asked.address.is_all());
             seen.settle(Ok(Sniffed::Answer { answer, to }), size)
         } else {

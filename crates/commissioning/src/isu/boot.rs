@@ -13,7 +13,7 @@ use super::talk::{Said, Talk};
 use super::{BOOT_AGAIN, BOOT_FIRST, BOOT_LIMIT, Cause};
 use crate::{READ_TRIES, Step};
 
-/// A module that boots is asked for its reset again in so many rounds: together, with what each takes in vain, they are
+/// A module that boots is asked for its reset again in this many rounds. Together with their failed attempts they take
 /// about [`BOOT_LIMIT`].
 const RESETS: u8 = 3;
 

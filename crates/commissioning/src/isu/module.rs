@@ -1,4 +1,4 @@
-//! Whom an operation is about.
+//! The module that an operation addresses.
 
 use core::fmt;
 
@@ -11,7 +11,7 @@ use crate::SingleDevice;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Module(Address);
 
-/// Address 0 is every module's, 15 nobody's; [`Module::single`] takes the statement that there is but one.
+/// Address 0 addresses every module, 15 none. [`Module::single`] takes the caller's statement that there is only one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NotOneModule(pub Address);

@@ -197,7 +197,7 @@ impl Operation for ResetNull {
                 response.angle_word().into_iter().for_each(|seen| self.on_read_back(seen, outcome.at));
             }
             (Ok(_), _) => {}
-            // The module writes by itself: silent or in its Hard Error state, it may have got half-way.
+            // The module itself writes the memory: if it is silent or in its Hard Error state, it may have stopped half-way.
             (Err(cause), _) => self.fail(cause, self.writes > 0),
         }
         None

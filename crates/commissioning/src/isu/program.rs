@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  Probe ──▶ Read all ──▶ audit ──▶ Write (data, then checksum) ──▶ Boot ──▶ Verify ──▶ done
-//!    │ somebody             │ bad
+//!    │ an answer            │ bad
 //!    ▼                      ▼
 //!  taken                  refused
 //! ```
@@ -37,7 +37,7 @@ pub struct Program {
 
 #[derive(Clone, Copy, Debug)]
 enum State {
-    /// Nobody may answer at the new address, however often it is asked.
+    /// No module may answer at the new address, however often it is asked.
     Probe {
         at: Address,
         silences: u8,
@@ -94,7 +94,7 @@ impl Program {
                 let silences = silences.saturating_add(1);
                 self.state = if silences < READ_TRIES { State::Probe { at, silences } } else { State::Read };
             }
-            // Somebody, or several on top of each other.
+            // One module, or several at once.
             Ok(_) | Err(Fault::Garbled { .. } | Fault::Bad(_)) => {
                 self.fail(Cause::AddressTaken { address: at });
             }

@@ -2,7 +2,7 @@
 //!
 //! "Modification of other data will most likely render the module inoperable and irreparable" (AN #201 section 6).
 //!
-//! Two locks, so that nobody gets here by accident: an ordinary master refuses such writes, so that it takes one that
+//! Two locks against accidents: an ordinary master refuses such writes, so that it takes one that
 //! speaks [`UnprotectedIsu`]; and the operation's constructor says what it risks.
 
 mod protocol;

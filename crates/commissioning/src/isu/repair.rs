@@ -3,7 +3,7 @@
 //! ```text
 //!  Look ──▶ (soft error state) ──▶ Read all ──▶ audit ── wrong ──▶ Write the checksum ──▶ Boot ── measures ──▶ done
 //!   │ ▲                              ▲            │ right                                  │
-//!   ▼ │ nobody, or a healthy one     └──────────── still in error: the other reading ◀─────┘
+//!   ▼ │ none, or a healthy one        └──────────── still in error: the other reading ◀─────┘
 //!  next address
 //! ```
 //! What the checksum covers the document says in two ways ([`ChecksumReading`]). One that is known is tried first;
@@ -99,7 +99,7 @@ impl Repair {
     pub fn after_address_change(from: Module, to: Module) -> Repair {
         let (from, to) = (from.address(), to.address());
         let mixed = to.get() & !LOW_PAIR | from.get() & LOW_PAIR;
-        // 0 and 15 are nobody's alone.
+        // 0 and 15 address no single module.
         let mixed = Address::new(mixed).filter(|address| !address.is_any()).unwrap_or(to);
         Self::at([from, to, mixed])
     }

@@ -9,7 +9,7 @@ use crate::{READ_TRIES, Step};
 /// How often a module is taken out of its Hard Error state in one operation.
 const SOFTENINGS: u8 = 4;
 
-/// Whom to ask, and what has to be asked first.
+/// Which module to ask, and what has to be asked first.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Talk {
     /// Where it answers, as far as is known.

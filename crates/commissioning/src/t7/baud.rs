@@ -96,7 +96,7 @@ impl ChangeBaud {
     }
 }
 
-/// What a device is looked for with: short, and anybody may be asked it.
+/// The request used to find a device: short, and valid for every device.
 const LOOK: Request = Request::GetDamping;
 
 impl Operation for ChangeBaud {

@@ -1,4 +1,4 @@
-//! Whom an operation is about.
+//! The device that an operation addresses.
 
 use core::fmt;
 
@@ -11,7 +11,7 @@ use crate::SingleDevice;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Device(Address);
 
-/// The all-respond address names no single device; [`Device::single`] takes the statement that there is but one.
+/// The all-respond address names no single device. [`Device::single`] takes the caller's statement that there is only one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NotOneDevice;

@@ -34,7 +34,7 @@ pub enum Cause {
     NoAnswer {
         /// What was asked.
         opcode: Opcode,
-        /// Of whom.
+        /// The device that was asked.
         address: Address,
         /// The last fault.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -87,7 +87,7 @@ pub enum Cause {
         /// Serial number of the device that answered.
         seen: u32,
     },
-    /// Somebody answers at the new address.
+    /// Another device answers at the new address.
     AddressTaken {
         /// The new address.
         address: Address,
@@ -147,7 +147,7 @@ impl fmt::Display for Cause {
                 write!(f, "address {} is taken by serial number {serial}", address.get())
             }
             Self::AddressTaken { address, serial: None } => {
-                write!(f, "somebody answers at address {}, unintelligibly", address.get())
+                write!(f, "a device answers at address {}, unintelligibly", address.get())
             }
             Self::StillAt { address } => write!(f, "the device is still at address {}", address.get()),
             Self::StillAtRate { rate } => {

@@ -1,4 +1,4 @@
-//! Who a device is and how it is set up. Source: T7 guide sections 2.2.1, 2.4.1, 2.5.1, 2.6.1, 2.7.1.
+//! The identity and settings of a device. Source: T7 guide sections 2.2.1, 2.4.1, 2.5.1, 2.6.1, 2.7.1.
 
 use clino_bus::{ExchangeOutcome, Micros, Protocol, T7};
 use clino_codec::angle::Range;
@@ -17,7 +17,7 @@ pub struct Identify {
     state: State,
 }
 
-/// Who a device is and how it is set up.
+/// The identity and settings of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Identity {

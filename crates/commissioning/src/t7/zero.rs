@@ -34,7 +34,7 @@ const SETTLE_MARGIN: Micros = Micros::from_millis(10);
 /// Pauses between the readings by which motion is seen, 258 ms together.
 ///
 /// - A zero is read back within 150 ms: 25 ms until a write is answered, two readings, and before each of the three an
-///   exchange of somebody else (38 characters at 9600 bit/s: 40 ms). So an axis that passes moves by less than
+///   exchange with another node (38 characters at 9600 bit/s: 40 ms). So an axis that passes moves by less than
 ///   [`ZERO_TOLERANCE`] until then. At a steady rate that is 0.1° in 258 ms, 0.39° a second.
 /// - The sensor's bandwidth is 8 Hz (data sheet): a vibration of 125 ms and longer is seen over two periods. The pauses
 ///   differ, so that no period fits them all.

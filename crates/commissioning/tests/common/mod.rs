@@ -122,7 +122,7 @@ where
     }
 }
 
-/// Lets time pass on the line while nobody asks.
+/// Lets time pass on the line without a request.
 pub fn idle_for<P: Protocol>(bench: &mut Bench<P>, time: Micros) {
     let until = bench.port.now() + time;
     while bench.port.now() < until {

@@ -38,7 +38,7 @@ pub struct World {
     timers: BTreeMap<u64, Ns>,
 }
 
-/// Everybody's way to the world.
+/// Shared access to the world.
 #[derive(Clone)]
 pub struct Board(Rc<RefCell<World>>);
 
@@ -90,14 +90,14 @@ impl Board {
 }
 
 impl World {
-    /// The next instant at which something happens by itself.
+    /// The next instant at which the simulation does something.
     fn next_event(&self) -> Option<Ns> {
         let timer = self.timers.values().copied().min();
         [self.segment.next_event(), self.uart.next_event(), timer].into_iter().flatten().min()
     }
 
     fn advance(&mut self, to: Ns) {
-        assert!(self.now < DOOMSDAY, "somebody waits for ever");
+        assert!(self.now < DOOMSDAY, "a task waits for ever");
         loop {
             let next = [self.segment.next_event(), self.uart.next_event()].into_iter().flatten().min();
             let at = next.filter(|&next| next <= to).unwrap_or(to).max(self.now);

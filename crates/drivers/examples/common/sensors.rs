@@ -42,7 +42,7 @@ pub fn t7_with(address: u8, options: t7::Options) -> SharedT7 {
     Arc::new(Mutex::new(node))
 }
 
-/// An ISU, tilted by so many micro-degrees.
+/// An ISU, tilted by this many micro-degrees.
 pub fn isu(address: u8, angle: i64) -> SharedIsu {
     let content = isu::Content { address, ..Default::default() };
     let eeprom = isu::Eeprom::factory(content, isu::ChecksumScope::default(), 1);

@@ -1,5 +1,5 @@
-//! The phases of one exchange, driven by whoever has a port: [`step`](Exchange::step) says what to do, the other methods
-//! take what came of it.
+//! The phases of one exchange. The caller has the port: [`step`](Exchange::step) says what to do, the other methods
+//! take the result.
 
 use core::ops::ControlFlow;
 
@@ -8,8 +8,8 @@ use clino_codec::character::Character;
 
 use super::{Exchanges, Sensor};
 
-/// More characters than this that nobody asked for are not what a receive buffer had left over, but somebody who does
-/// not stop talking. Our choice: larger than the usual buffers.
+/// More unsolicited characters than this are not left over in a receive buffer, but come from a node that does
+/// not stop transmitting. Our choice: larger than the usual buffers.
 const MOST_STALE: u32 = 1_024;
 
 /// What the port has to do next.

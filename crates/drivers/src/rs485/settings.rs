@@ -8,7 +8,7 @@ use clino_bus::{Micros, Serial};
 pub enum Release {
     /// When the UART's `flush` says so: it waits for *transmission complete*.
     Flushed,
-    /// So many characters after the UART's `flush` returned, because it returns too early; never more than the
+    /// This many characters after the UART's `flush` returned, because it returns too early; never more than the
     /// frame has. One bit time in forty is added for the clocks, at least one.
     Held {
         /// Characters that the UART may still have to send after `flush`.

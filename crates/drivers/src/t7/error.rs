@@ -18,7 +18,7 @@ pub enum Error<E> {
     NotSingleDevice,
     /// The port could not send.
     Port(E),
-    /// Somebody did not stop talking: the request was not sent.
+    /// Another node did not stop transmitting: the request was not sent.
     LineBusy,
     /// The line stayed silent.
     NoAnswer {

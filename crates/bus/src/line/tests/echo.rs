@@ -135,7 +135,7 @@ fn an_echo_is_found_and_lost_again() {
     send(&mut line, 2_000, &FRAME[..1]);
     assert_eq!(line.poll(Micros(2_500)), Some(LineStep::EchoLost));
     assert_eq!(line.has_echo(), Some(true));
-    // Gone: nobody's fault.
+    // Gone: no node's fault.
     send(&mut line, 3_000, &[]);
     assert_eq!(line.poll(Micros(3_500)), None);
     assert_eq!(line.has_echo(), Some(false));

@@ -1,4 +1,4 @@
-//! Whatever the order of events: the driver is not left on, nobody is talked over, nothing foreign is eaten.
+//! Whatever the order of events: the driver does not stay on, no node is interrupted, no foreign character is lost.
 
 use super::*;
 use proptest::prelude::*;

@@ -65,7 +65,7 @@ fn own_characters_are_counted_and_nothing_else() {
 }
 
 #[test]
-fn every_fault_has_somebody_to_blame() {
+fn every_fault_has_a_blame() {
     let foreign = DecodeError::Foreign {
         address: node(6),
         opcode: clino_codec::t7::Opcode::GetAngle2,

@@ -1,4 +1,4 @@
-//! Answers that come when nobody expects them any more.
+//! Answers that come after their deadline.
 
 use super::*;
 

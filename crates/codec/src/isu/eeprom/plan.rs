@@ -67,7 +67,7 @@ pub enum PlanError {
     /// The image's checksum is wrong in both readings: the image was misread, or the module needs a
     /// [repair](Plan::repair) first.
     UnsoundChecksum(Audit),
-    /// Address 15 belongs to nobody.
+    /// Address 15 belongs to no module.
     ReservedAddress,
 }
 
