@@ -49,7 +49,7 @@ pub fn exit_code(outcome: Result<DecodeVerdict, Failure>) -> ExitCode {
             eprintln!("error: {message}\n\nFor more information, try '--help'.");
             BAD_USAGE.into()
         }
-        // Whoever read the output has seen enough, as in `clino … | head`.
+        // The reader of the output has closed it, as in `clino … | head`.
         Err(Failure::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(Failure::Io(error)) => {
             eprintln!("error: {error}");

@@ -4,7 +4,7 @@
 //! program ── pseudo-terminal ── adapter ── pair ┬─ sensor
 //!              (clino-pty)    (adapter.rs)       └─ sensor
 //! ```
-//! The sensors are `clino-sim`'s, the pair is `clino-segment`'s: bits on a line that everybody samples at his own rate.
+//! The sensors are `clino-sim`'s, the pair is `clino-segment`'s: bits on a line that every receiver samples at its own rate.
 //! So a wrong bit rate, two sensors at one address, or a command sent into an answer come out as on a real pair.
 //!
 //! Virtual time is the time since the start. Nothing happens early; what is due late, because the computer was busy,
@@ -59,7 +59,7 @@ pub fn run(arguments: Arguments) -> Result<DecodeVerdict, Failure> {
     Ok(DecodeVerdict::Good)
 }
 
-/// A bus with its sensors, its terminal, and somebody who tells what is said on it.
+/// A bus with its sensors, its terminal, and the log of its frames.
 fn bus(
     name: &'static str,
     baud: u32,
@@ -70,7 +70,7 @@ fn bus(
     let noise = Noise { bit_errors: arguments.bit_error_rate, ..Noise::default() };
     let mut notes = io::stderr().lock();
     for sensor in &sensors {
-        // Notes are for whoever reads them; the bus is served for others too.
+        // A note that cannot be written is no error: the bus goes on.
         let _ = writeln!(notes, "{name} bus: {}", sensor.name);
     }
     let segment = Segment::new(SegmentSettings { chance, echo: arguments.echo, noise }, sensors);

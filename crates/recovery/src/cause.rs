@@ -1,9 +1,9 @@
-//! Why the gateway has started. The numbers are told upstream: they never change their meaning.
+//! Why the gateway has started. The numbers never change their meaning: Modbus masters read them.
 
 /// What the reset controller says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResetSource {
-    /// The power came.
+    /// Power-up.
     PowerOn,
     /// It was too low for a while.
     BrownOut,
@@ -21,22 +21,22 @@ pub enum ResetSource {
     Unknown,
 }
 
-/// What ended the time before.
+/// What ended the previous run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum StartCause {
-    /// Nobody says.
+    /// Not known.
     #[default]
     Unknown = 0,
-    /// The power came.
+    /// Power-up.
     PowerOn = 1,
     /// The supply was too low for a while.
     BrownOut = 2,
     /// The reset pin.
     Pin = 3,
-    /// Somebody has asked for it, at the console or from safe mode.
+    /// Requested, or safe mode has ended.
     Software = 4,
-    /// The watchdog was not fed, and nobody could say why: interrupts were held off, or the core was locked up.
+    /// The watchdog was not fed, for a reason not recorded: interrupts were masked, or the core was locked up.
     Watchdog = 5,
     /// The window watchdog, which this firmware does not use.
     WindowWatchdog = 6,
@@ -44,15 +44,15 @@ pub enum StartCause {
     LowPower = 7,
     /// A monitored task has not checked in.
     Stalled = 8,
-    /// The program has found itself to be wrong.
+    /// The program detected an internal error.
     Panic = 9,
-    /// A fault of no particular kind.
+    /// A fault without a more specific kind.
     HardFault = 10,
     /// An access that is not allowed.
     MemoryFault = 11,
-    /// An access to nothing.
+    /// An access to an address without memory or peripheral.
     BusFault = 12,
-    /// An instruction that is none.
+    /// An undefined instruction.
     UsageFault = 13,
     /// The stack ran out of its memory.
     StackOverflow = 14,
@@ -64,7 +64,7 @@ impl StartCause {
     /// All of them, by number, with their names and meanings.
     pub const ALL: [(StartCause, &'static str, &'static str); 16] = [
         (StartCause::Unknown, "unknown", "not known"),
-        (StartCause::PowerOn, "power_on", "the power came"),
+        (StartCause::PowerOn, "power_on", "power-up"),
         (StartCause::BrownOut, "brown_out", "the supply was too low for a while"),
         (StartCause::Pin, "pin", "the reset pin"),
         (StartCause::Software, "software", "it was ordered, or safe mode has ended"),
@@ -72,11 +72,11 @@ impl StartCause {
         (StartCause::WindowWatchdog, "window_watchdog", "the window watchdog, which is not used"),
         (StartCause::LowPower, "low_power", "low-power management, which is not used"),
         (StartCause::Stalled, "stalled", "a monitored task has not checked in"),
-        (StartCause::Panic, "panic", "the program has found itself to be wrong"),
-        (StartCause::HardFault, "hard_fault", "a fault of no particular kind"),
+        (StartCause::Panic, "panic", "the program detected an internal error"),
+        (StartCause::HardFault, "hard_fault", "a fault without a more specific kind"),
         (StartCause::MemoryFault, "memory_fault", "an access that is not allowed"),
-        (StartCause::BusFault, "bus_fault", "an access to nothing"),
-        (StartCause::UsageFault, "usage_fault", "an instruction that is none"),
+        (StartCause::BusFault, "bus_fault", "an access to an address without memory or peripheral"),
+        (StartCause::UsageFault, "usage_fault", "an undefined instruction"),
         (StartCause::StackOverflow, "stack_overflow", "the stack ran out of its memory"),
         (StartCause::ClockFailed, "clock_failed", "the crystal has stopped"),
     ];

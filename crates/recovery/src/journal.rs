@@ -7,13 +7,13 @@ use crate::start::{BARE_AFTER, Clock, FAST_MS, Mode, SAFE_AFTER, Start};
 /// What a start leaves for the next one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Journal {
-    /// Starts since power came; wraps.
+    /// Starts since power-up; wraps.
     pub(crate) boots: u32,
-    /// Crashes since power came; wraps.
+    /// Crashes since power-up; wraps.
     pub(crate) crashes: u32,
     /// Fast crashes in a row.
     pub(crate) fast_crashes: u8,
-    /// The crystal has stopped since power came, or since somebody asked for a restart.
+    /// The crystal has stopped since power-up, or since the last requested restart.
     pub(crate) crystal_stopped: bool,
     /// What is to be made of the next reset.
     pub(crate) ending: Ending,

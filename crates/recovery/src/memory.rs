@@ -1,5 +1,5 @@
-//! The journal as words of memory that a reset leaves alone, with a checksum: what is there after power came, or after
-//! something wrote over it, is not taken for a journal.
+//! The journal as words of memory that a reset does not change, with a checksum: random content after power-up, or
+//! overwritten words, do not pass for a journal.
 //!
 //! ```text
 //! 0        mark and version
@@ -86,8 +86,8 @@ impl Journal {
         words
     }
 
-    /// Notes a crash; a reset follows. Of two crashes in one start the first is kept: it is the cause of the other. If the
-    /// words are no journal, one begins. It is done in the words themselves: who crashes may have little stack left.
+    /// Records a crash; a reset follows. Of two crashes in one start the first is kept: it is the cause of the other. If the
+    /// words hold no journal, a new one begins. The function works in place, because little stack may be left.
     pub fn note(words: &mut [u32; WORDS], crash: &Crash, uptime_ms: u32) {
         if !is_journal(words) {
             *words = [0; WORDS];

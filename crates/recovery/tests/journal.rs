@@ -1,4 +1,4 @@
-//! What a start is told of the one before, over every way a start can end.
+//! What a start reports of the previous run, for every way a run can end.
 
 use clino_recovery::{
     Clock, Crash, FAST_MS, FaultStatus, Journal, Mode, MonitoredTask, Registers, ResetSource, Start,
@@ -73,7 +73,7 @@ fn what_is_known_of_a_crash_is_told_by_the_next_start_and_the_ones_after() {
     board.start(ResetSource::Pin);
     let start = board.crash(Crash::stalled(MonitoredTask::T7Bus, REGISTERS), 31_000);
     assert_eq!((start.cause, start.boots, start.crashes), (StartCause::Stalled, 3, 1));
-    let crash = start.crash.expect("it is told");
+    let crash = start.crash.expect("it is reported");
     assert_eq!((crash.boot, crash.uptime_ms, crash.registers), (2, 31_000, Some(REGISTERS)));
     assert_eq!((crash.task(), crash.line()), (Some(MonitoredTask::T7Bus), None));
     let later = board.start(ResetSource::Software);
@@ -110,11 +110,11 @@ fn faults_are_told_apart_by_the_status_registers() {
 }
 
 #[test]
-fn a_watchdog_that_nobody_can_explain_is_a_crash_all_the_same() {
+fn a_watchdog_reset_without_a_known_cause_is_a_crash() {
     let mut board = Board::new();
     board.start(ResetSource::PowerOn);
     let start = board.start_after(ResetSource::Watchdog, Some(77_000));
-    let crash = start.crash.expect("it is told");
+    let crash = start.crash.expect("it is reported");
     assert_eq!((start.cause, start.crashes), (StartCause::Watchdog, 1));
     assert_eq!((crash.boot, crash.uptime_ms, crash.registers), (1, 77_000, None));
 }
@@ -136,7 +136,7 @@ fn three_fast_crashes_in_a_row_lead_to_safe_mode_and_six_to_nothing_stored() {
     let expected =
         [Mode::Normal, Mode::Normal, Mode::Safe, Mode::Safe, Mode::Safe, Mode::Bare, Mode::Bare, Mode::Bare];
     assert_eq!(modes, expected);
-    // Somebody asks for another start, or switches it off and on.
+    // A requested restart, or power off and on.
     assert_eq!(board.start(ResetSource::Software).mode, Mode::Normal);
 }
 
@@ -171,7 +171,7 @@ fn safe_mode_ends_by_itself_and_one_more_fast_crash_brings_it_back() {
 }
 
 #[test]
-fn a_crystal_that_has_stopped_is_not_trusted_until_somebody_says_so() {
+fn a_crystal_that_has_stopped_is_not_trusted_until_a_requested_restart() {
     let mut board = Board::new();
     board.start(ResetSource::PowerOn);
     let start = board.crash(Crash::clock_failed(None), 100);

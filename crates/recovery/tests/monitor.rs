@@ -23,7 +23,7 @@ fn a_silent_task_is_named_within_its_deadline_and_two_ticks() {
         assert_eq!(named, task);
         assert!(ticks * TICK_MS >= deadline_ms, "{named:?} after {} ms", ticks * TICK_MS);
         assert!(ticks * TICK_MS <= deadline_ms + 2 * TICK_MS, "{named:?} after {} ms", ticks * TICK_MS);
-        // It stays named: nobody feeds again.
+        // It stays named: the watchdog is not fed again.
         assert_eq!(until_stalled(&monitor, 1), Some((1, task)));
     }
 }

@@ -46,7 +46,7 @@ enum Shifter {
     },
 }
 
-/// The clock of whoever holds the port: its microseconds, and its bits.
+/// The clock of the port's owner: its microseconds, and its bits.
 #[derive(Clone, Copy)]
 struct Clock {
     /// How much too fast it is, in parts per million; above −[`PPM`].
@@ -82,7 +82,7 @@ impl Port {
         Port::with_line(line::LineSettings::new(serial, guard), settings, stations)
     }
 
-    /// A listening port at time 0. For an echo on the wire, [`Settings::echo`] has to be set, too.
+    /// A listening port at time 0. For an echo on the wire, [`SegmentSettings::echo`] has to be set, too.
     pub fn with_line(line: line::LineSettings, settings: SegmentSettings, stations: Vec<Station>) -> Port {
         let mut segment = Segment::new(settings, stations);
         let clock = Clock { ppm: 0 };

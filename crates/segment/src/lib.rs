@@ -2,7 +2,7 @@
 //!
 //! | Part | What |
 //! |---|---|
-//! | [`Segment`] | the pair: who drives it, what each receiver samples, disturbances |
+//! | [`Segment`] | the pair: its drivers, what each receiver samples, disturbances |
 //! | [`wire`] | the seam to the master's UART |
 //! | [`log`] | everything that happened on it, for tests and figures |
 //!

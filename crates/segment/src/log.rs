@@ -29,7 +29,7 @@ pub enum Talker {
 /// What became of a character between its transmitter and the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// It was on the line from start to stop bit and nobody contradicted it.
+    /// It was on the line from start to stop bit, and no other driver opposed it.
     Clean,
     /// Another driver drove the opposite level at some time during it.
     Fought,
@@ -52,7 +52,7 @@ pub enum Fate {
 pub enum LineEvent {
     /// A transmitter shifted out a character.
     Char {
-        /// Who sent it.
+        /// The sender.
         who: Talker,
         /// Beginning of the start bit.
         start: Ns,
@@ -98,7 +98,7 @@ pub enum LineEvent {
         from: Ns,
         /// At most one was left.
         until: Ns,
-        /// Everybody who took part.
+        /// All senders that took part.
         who: Vec<Talker>,
         /// They drove opposite levels at some time, so something was spoiled.
         fought: bool,

@@ -1,12 +1,12 @@
 //! An RS485 half-duplex segment: the gateway's USART behind its DE pin, and simulated sensors, on one pair.
 //!
-//! It knows who drives the line at every instant. Undriven, the line idles high (fail-safe bias). What a
+//! It knows which drivers are on at every instant. Undriven, the line idles high (fail-safe bias). What a
 //! transmitter shifts out while its driver is off never reaches the line; a driver switched off within a
 //! character cuts it. Every receiver samples the resulting level at its own bit times, so a wrong baud rate, two talkers
 //! at once or a cut character come out as the wrong bytes and framing errors they really give.
 //!
 //! The gateway's RE̅ is tied to its DE (it hears nothing while it drives, its RO pulled up) unless
-//! [`Settings::echo`] says that RE̅ is always on. So a DE that is shorted high makes it deaf as well, without `echo`; with
+//! [`SegmentSettings::echo`] says that RE̅ is always on. So a DE that is shorted high makes it deaf as well, without `echo`; with
 //! it, it hears its own idle level fighting the answers. A node that is deaf while it sends has its receiver off while its
 //! driver is on.
 //!
@@ -151,7 +151,7 @@ impl Segment {
         Arc::clone(&self.log)
     }
 
-    /// Earliest thing that happens by itself.
+    /// The earliest event of the segment itself.
     fn find_next(&self) -> Option<Ps> {
         let characters = self.drivers.iter().filter_map(Driver::next_event);
         let nodes = self.slots.iter().filter_map(Slot::next);
@@ -159,7 +159,7 @@ impl Segment {
         characters.chain(nodes).chain(faults).chain(self.receivers().filter_map(Receiver::due)).min()
     }
 
-    /// Everybody who samples the line.
+    /// All receivers of the line.
     fn receivers(&self) -> impl Iterator<Item = &Receiver> {
         let second_master = self.second_master.iter().map(SecondMaster::receiver);
         self.slots.iter().map(Slot::receiver).chain(second_master).chain([&self.receiver])
@@ -210,7 +210,7 @@ impl Segment {
         }
     }
 
-    /// Works out the level from all drivers and tells everybody about a change.
+    /// Computes the level from all drivers and reports a change to all receivers.
     fn resolve(&mut self, at: Ps) {
         let (mut on, mut highs) = (0, 0);
         for level in self.drivers.iter().filter_map(Driver::drives) {

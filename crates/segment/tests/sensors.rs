@@ -15,7 +15,7 @@ const SECOND: Ns = 1_000 * MS;
 const T7_BIT_PS: u64 = 8_680_555;
 const ISU_BIT_PS: u64 = 104_166_666;
 
-/// Two T7s that nobody told apart yet, both as fast as each other.
+/// Two T7s with the same address, both as fast as each other.
 const ANGLE_A: i64 = 10 * DEGREE;
 const ANGLE_B: i64 = -77_777 * DEGREE / 1_000;
 const ANSWER_A: [u8; 8] = [0x05, 0x06, 0x83, 0x00, 0x00, 0x27, 0x10, 0x3B];

@@ -23,7 +23,7 @@ pub enum AnswerFault {
     Instead(Vec<u8>),
 }
 
-/// The faults a node is told to show. The default is none.
+/// The faults that a node shows. The default is none.
 #[derive(Clone, Debug, Default)]
 pub struct AnswerFaults {
     /// Hears nothing at all while set.

@@ -1,4 +1,4 @@
-//! What a sensor told the line, kept for whoever compares it with what the gateway made of it.
+//! What a sensor sent, kept to compare it with what the gateway published.
 
 use std::collections::VecDeque;
 

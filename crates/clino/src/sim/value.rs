@@ -82,7 +82,7 @@ pub fn latency(text: &str, limit: Ns) -> Result<Latency, String> {
 /// How an angle moves.
 ///
 /// # Errors
-/// What there is.
+/// Lists the accepted values.
 pub fn motion(text: &str) -> Result<Motion, String> {
     let parts: Vec<&str> = text.split(':').collect();
     match parts[..] {
@@ -101,7 +101,7 @@ pub fn motion(text: &str) -> Result<Motion, String> {
 /// A fault, and how often it strikes.
 ///
 /// # Errors
-/// What there is.
+/// Lists the accepted values.
 pub fn fault(text: &str) -> Result<Every, String> {
     let (kind, every) = text.rsplit_once('/').ok_or(NO_FAULT)?;
     let every = within::<i64>(every, 1..=i64::MAX)?.unsigned_abs();

@@ -171,7 +171,7 @@ impl Driver {
         }
     }
 
-    /// Somebody drives the opposite level.
+    /// Another driver drives the opposite level.
     pub fn mark_fought(&mut self) {
         if let Some(in_flight) = &mut self.in_flight {
             in_flight.fought = true;

@@ -1,6 +1,6 @@
 //! A second UART on the pair, such as that of a computer, behind a line driver of its own.
 //!
-//! It is played by the host like the gateway's: it is told when to switch its driver and when a character begins. Its
+//! The host controls it like the gateway's: it says when the driver switches and when a character begins. Its
 //! receiver is deaf while its driver is on. In the log it is the node after the last sensor.
 
 use std::collections::VecDeque;

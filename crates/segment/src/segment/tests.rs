@@ -18,7 +18,7 @@ const BIT: u64 = 8_680_555;
 const CHAR_NS: Ns = 86_805;
 const BAUD: u32 = 115_200;
 
-/// A node that says what it is told to say and remembers what it heard.
+/// A node that sends what the test gives it and remembers what it heard.
 #[derive(Clone, Default)]
 struct Puppet(Arc<Mutex<PuppetState>>);
 

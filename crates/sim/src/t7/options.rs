@@ -28,8 +28,8 @@ pub enum Damping {
 
 /// What a device makes of an answer that carries its own address, which is that of a twin.
 ///
-/// Answers have the form of commands; the document does not say how a device tells them apart. Nobody can tell
-/// those to Set Angle Output Range and Set Baud Rate: they are commands, byte for byte, to set value 0, and are
+/// Answers have the form of commands; the document does not say how a device tells them apart. No device can tell
+/// the answers to Set Angle Output Range and Set Baud Rate: they are byte for byte commands to set value 0, and are
 /// carried out either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TwinsAnswers {

@@ -88,7 +88,7 @@ pub enum Flash {
     /// It does.
     #[default]
     Sound = 0,
-    /// "Command failed", for no reason that is told.
+    /// "Command failed", without a reason.
     Fails = 5,
     /// "Flash erase error".
     EraseFails = 7,

@@ -112,7 +112,7 @@ fn sharing_a_decoded_character_gives_what_each_would_have_sampled() {
     assert_eq!(shared[0], shared[1]);
     assert_eq!(shared[0], shared[2]);
     for baud in [BAUD - 1, BAUD, BAUD + 1] {
-        // A lone listener has nobody to share with except the gateway's receiver.
+        // A lone listener shares only with the gateway's receiver.
         let alone = run([baud, BAUD - 20, BAUD + 20]);
         assert_eq!(alone[0], shared[0], "{baud}");
     }

@@ -42,7 +42,7 @@ fn a_line_shorted_high_is_silent() {
     let mut segment = stuck(MS, 8 * MS, true, vec![node.station()]);
     poll(&mut segment, 4 * MS, &[0x12]);
     assert_eq!(listen(&mut segment, 10 * MS), [(0x77, false)]);
-    assert_eq!(node.heard(), [], "nor does the gateway reach anybody");
+    assert_eq!(node.heard(), [], "nor does the gateway reach a node");
 }
 
 #[test]

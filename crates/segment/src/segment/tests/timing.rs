@@ -1,4 +1,4 @@
-//! One talker at a time: who hears what, and when.
+//! One talker at a time: what each receiver hears, and when.
 
 use super::*;
 
