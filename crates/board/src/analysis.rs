@@ -176,7 +176,7 @@ pub struct Analysis {
     pub framing_errors: u64,
     /// Times that two drivers were on at once, and among them those that drove opposite levels.
     pub contentions: (u64, u64),
-    /// Share of the time in which somebody's character was on the line, 0…1.
+    /// Share of the time in which a character was on the line, 0…1.
     pub utilisation: f64,
     /// Beginning of the time that all this is about.
     pub since: Ns,

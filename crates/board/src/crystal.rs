@@ -10,7 +10,7 @@
 //! - Without the clock security system the core stands still until a reset or until the crystal is back.
 //!
 //! Not modelled: that everything else on the core's clock stands still with it (a character under way is finished; a
-//! timer counts on, and nobody reads it), and what a PLL gives for a moment that has lost its input. From the stop to the
+//! timer counts on, and no code reads it), and what a PLL gives for a moment that has lost its input. From the stop to the
 //! switch it takes up to 1 µs.
 
 mod pins;

@@ -1,4 +1,4 @@
-//! Faults planted into the running image from outside: what, at which level, how often.
+//! Fault injection: faults planted into the running image from outside: which, at which level, how often.
 //!
 //! The image is not changed. When a fault is due, and the core is about to execute an instruction at its level, the
 //! registers are set so that the fault follows: what it takes of code and constants is found in the image itself. Only
@@ -36,7 +36,7 @@ pub enum What {
     Panic,
     /// The supply is too low for a moment, and the chip is reset. Memory is kept: it dips no further than that.
     BrownOut,
-    /// Somebody pulls the reset pin.
+    /// The reset pin is pulled low.
     PinReset,
     /// A bit of memory turns, and the level goes on.
     Flip {

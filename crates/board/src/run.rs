@@ -39,7 +39,7 @@ pub struct Run {
     modbus_log: SharedLog,
     impairments: HostPorts<SharedImpairments>,
     buses: [Bus; 2],
-    /// Somebody is at the console or at the Modbus port.
+    /// A user is at the console or at the Modbus port.
     attended: bool,
     checker: Checker,
     duration: Ns,
@@ -107,8 +107,8 @@ impl Run {
         self.duration = duration;
     }
 
-    /// Somebody is at the console or at the Modbus port. What is no JSON on the console is for people then, and the
-    /// readings are nobody's fault: it may be they who switch them off, or set a zero.
+    /// A user is at the console or at the Modbus port. What is no JSON on the console is for people then, and the
+    /// readings do not fail the run: the user may have switched them off, or set a zero.
     pub fn attend(&mut self) {
         self.attended = true;
     }

@@ -76,7 +76,7 @@ pub enum Kind {
     Pwm,
 }
 
-/// Who a sensor is, as the gateway's console names it.
+/// The identity of a sensor, as the gateway's console names it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SensorIdentity {
     /// What it is.
@@ -90,7 +90,7 @@ pub struct SensorIdentity {
 /// What is true about one sensor.
 #[derive(Clone, Debug)]
 pub struct Truth {
-    /// Who it is.
+    /// Its identity.
     pub who: SensorIdentity,
     /// The true angle over time.
     pub motion: Motion,

@@ -10,7 +10,7 @@
 mod flash;
 
 mod watchdog {
-    /// None runs here: nobody has to look at duties before a sector is erased.
+    /// No watchdog runs here: no check of the tasks before a sector is erased.
     pub fn look() {}
 }
 

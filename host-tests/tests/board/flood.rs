@@ -1,4 +1,4 @@
-//! Whoever talks at the console or at the Modbus port, however much and whatever: the buses are polled on.
+//! Whatever arrives at the console or the Modbus port, and however much: the gateway goes on polling the buses.
 
 use std::fmt::Write as _;
 

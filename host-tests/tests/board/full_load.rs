@@ -104,7 +104,7 @@ fn half_of_the_t7s_dead_cost_the_others_five_percent_at_most() {
     assert!(alive >= 0.95 * alone, "{alive} of {alone}");
 }
 
-/// Good polls a second of the sixteen when nobody is configured that is not there.
+/// Good polls a second of the sixteen nodes when only nodes that exist are configured.
 fn alone() -> f64 {
     let scenario = scenario(|address| address % 2 == 0);
     let lines = scenario.lines().map(|line| {

@@ -1,4 +1,4 @@
-//! What a fault takes of the image: an instruction that does it, and constants that it needs.
+//! The payload of a fault: the instruction of the image that causes it, and the constants that it needs.
 
 use std::fmt;
 

@@ -154,6 +154,6 @@ fn a_fault_is_planted_again_after_the_reset_that_it_brought() {
     board.run_until(1_700 * MS).unwrap();
     let [first, reset, second, _, third] = board.incidents()[..] else { panic!("{:?}", board.incidents()) };
     assert!(first.at.abs_diff(5 * MS) < 1_000 && second.at.abs_diff(reset.at + 20 * MS) < 1_000);
-    // Twice is enough: the third reset is the watchdog's own, which nobody feeds.
+    // Twice is enough: the third reset is the watchdog's own, which is not fed.
     assert_eq!(third.event, Event::Reset(ResetCause::Watchdog));
 }

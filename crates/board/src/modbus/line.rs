@@ -44,7 +44,7 @@ impl ModbusLine {
         self.pair.log()
     }
 
-    /// When the master does something by itself.
+    /// The master's next act of its own.
     fn next_act(&self) -> Option<Ns> {
         let master = self.master.lock();
         if master.framing != self.framing {

@@ -93,7 +93,7 @@ fn an_answer_has_its_times_and_those_of_de() {
 }
 
 #[test]
-fn what_is_sent_with_de_low_reaches_nobody() {
+fn what_is_sent_with_de_low_is_lost() {
     let (mut line, master) = line();
     let ended = gateway(&mut line, MS, &[0x107]);
     play(&mut line, ended + 10 * MS);

@@ -15,7 +15,7 @@ use crate::oscillators::LSI_RANGE;
 
 /// Most T7s on a bus ("T7 Communication User Guide", section 1).
 const MOST_T7: usize = 32;
-/// Addresses of ISUs that share a line ("Interfacing to an ISU Module", section 4): 0 is everybody, 15 reserved.
+/// Addresses of ISUs that share a line ("Interfacing to an ISU Module", section 4): 0 is every module, 15 reserved.
 const ISU_ADDRESSES: RangeInclusive<u8> = 1..=14;
 /// Longest time an ISU may take in a scenario; its document gives no limit.
 const ISU_LATENCY_LIMIT: Time = Time(1_000_000_000);

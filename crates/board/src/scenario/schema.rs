@@ -53,7 +53,7 @@ pub struct File {
     /// PWM sources.
     #[serde(default)]
     pub pwm: Vec<Pwm>,
-    /// What somebody types at the console.
+    /// Input typed at the console.
     #[serde(default)]
     pub typed: Vec<Typed>,
     /// The console's line.
