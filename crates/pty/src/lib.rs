@@ -1,6 +1,6 @@
 //! A pseudo-terminal as a serial port: bytes both ways, the bit rate that the program has set, and whether it is open.
 //!
-//! A real port loses what comes in while nobody has it open. So bytes are handed over only to an open terminal, and
+//! A real port loses what comes in while no program has it open. So bytes are handed over only to an open terminal, and
 //! what a program left unread is thrown away when it closes: the next one does not read answers to questions it never
 //! asked. That is why the terminal's own end is not held open, which would also keep a program's exclusive lock alive.
 //!
@@ -105,7 +105,7 @@ impl Terminal {
     pub fn read<'a>(&self, buffer: &'a mut [u8]) -> io::Result<&'a [u8]> {
         match rustix::io::read(&self.master, &mut *buffer) {
             Ok(count) => Ok(buffer.get(..count).unwrap_or(buffer)),
-            // Nothing there, or nobody.
+            // Nothing there, or no program.
             Err(Errno::AGAIN | Errno::IO | Errno::INTR) => Ok(&[]),
             Err(error) => Err(error.into()),
         }

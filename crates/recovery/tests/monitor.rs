@@ -2,7 +2,7 @@
 
 use clino_recovery::{MonitoredTask, TICK_MS, TaskMonitor};
 
-/// Ticks until somebody is blamed, who that is.
+/// Ticks until a task is named, and the task.
 fn until_stalled(monitor: &TaskMonitor, most: u32) -> Option<(u32, MonitoredTask)> {
     (1..=most).find_map(|tick| monitor.tick().map(|task| (tick, task)))
 }
