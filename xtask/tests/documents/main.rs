@@ -4,6 +4,7 @@
 //! `UPDATE=1 cargo test -p xtask --test documents` writes the parts that are made from the sources.
 
 mod crates;
+mod glossary;
 mod language;
 mod links;
 mod names;
