@@ -5,7 +5,7 @@
 //! the analysis of the virtual board. Characters are logged when they end, so records are nearly, not exactly, in the order
 //! of their times; [`SegmentLog::in_order`] sorts them.
 //!
-//! Text form ([`SegmentLog::write_text`]): one record per line, `time_ns line what who details`, documented in
+//! Text form ([`SegmentLog::write_text`]): one record per line, `time_ns line event node details`, documented in
 //! `docs/scenario.md`.
 
 use std::fmt;
