@@ -1,4 +1,4 @@
-//! Figures of a bus, worked out from its wire log alone.
+//! Figures of a bus, computed from its wire log only.
 //!
 //! The log is cut into polls at the edges of DE: what the gateway sent while DE was high is the request, what
 //! it heard until the next rise is the answer. Both are judged by the vendors' documents (`analysis/t7.rs`,
@@ -30,7 +30,7 @@ pub enum Protocol {
     Isu,
 }
 
-/// What came of a poll.
+/// The result of a poll.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PollVerdict {
     /// A whole answer to this request, with the right checksum.

@@ -1,4 +1,4 @@
-//! Compares what the gateway prints with what the simulator knows to be true.
+//! Compares the angles that the gateway prints with the true angles of the simulation.
 //!
 //! A reading line of age *a* whose first character is sent at *t* is right if the true angle comes within the
 //! tolerance at some instant in [*t* − *a* − hold − margin, *t*]. The hold is how old the angle in a sensor's
@@ -22,7 +22,7 @@ use clino_sim::node::Ns;
 pub use reading::{Reading, parse};
 
 const MS: Ns = 1_000_000;
-/// Longest wait of a line for those before it. The gateway makes a line when fewer than 16 characters are ahead of it, 1.4 ms
+/// Longest wait of a line for the lines before it. The gateway makes a line when fewer than 16 characters are ahead of it, 1.4 ms
 /// at 115200 bit/s. The rest is for the time between the reading and the line: levels above the main loop, which makes the
 /// lines, may hold it off.
 pub const MARGIN: Ns = 10 * MS;

@@ -1,6 +1,6 @@
-//! The crystal, and what the reset and clock controller makes of one that fails (RM0090 sections 7.2.1 and 7.2.7).
+//! The crystal, and the reaction of the reset and clock controller when it fails (RM0090 sections 7.2.1 and 7.2.7).
 //!
-//! The stock controller knows only crystals that start. What stands in front of its registers here:
+//! The emulator's controller knows only crystals that start. This front of its registers adds:
 //!
 //! - HSEON does not get through to it while the crystal cannot swing, and reads as firmware has written it: HSERDY
 //!   never comes.

@@ -1,4 +1,4 @@
-//! PWM readings against the true edges: how far off, and how long after the first edge of the cycle they tell of.
+//! PWM readings against the true edges: their error, and their delay after the first edge of their cycle.
 //!
 //! The angle of a cycle is the document's line, `6.749 * duty[%] - 157.45` (AN #201 section 5), in floating point
 //! and written down here again, so that it shares nothing with the gateway's.
@@ -15,7 +15,7 @@ const RECENT: Ns = 70_000_000;
 const SAME: f64 = 600.0;
 const TURN: f64 = 360.0 * DEGREE as f64;
 
-/// An angle that the console said.
+/// An angle that the console printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HeardAngle {
     /// First start bit of its line.
@@ -38,7 +38,7 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// Compares what was said with what the line did.
+    /// Compares the printed angles with the edges on the line.
     pub fn of(pulses: &[Pulse], heard: &[HeardAngle]) -> Edges {
         heard.iter().fold(Edges::default(), |mut edges, heard| {
             let until = pulses.partition_point(|pulse| pulse.next_rising <= heard.began);

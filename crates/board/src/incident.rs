@@ -8,7 +8,7 @@ use clino_sim::node::Ns;
 use crate::injection::{Level, What};
 use crate::timeline::lock;
 
-/// One thing that befell the chip.
+/// One incident of the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Incident {
     /// When.

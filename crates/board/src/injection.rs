@@ -16,17 +16,17 @@ use serde::Deserialize;
 
 pub use payload::{NoPayload, Payload};
 
-/// What a planted fault does.
+/// The kind of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum What {
-    /// The level goes round in an endless loop; higher levels interrupt it. Planted where interrupts are let in.
+    /// The level runs an endless loop; higher levels interrupt it. Injected where interrupts are enabled.
     Hang,
     /// The same with all interrupts masked (PRIMASK).
     MaskedHang,
-    /// The level jumps to an address where there is nothing: IBUSERR.
+    /// The level jumps to an address without memory: IBUSERR.
     BusFault,
-    /// The level loads from an address where there is nothing: PRECISERR.
+    /// The level loads from an address without memory: PRECISERR.
     DataFault,
     /// The level executes an undefined instruction: UNDEFINSTR.
     UsageFault,
@@ -38,7 +38,7 @@ pub enum What {
     BrownOut,
     /// The reset pin is pulled low.
     PinReset,
-    /// A bit of memory turns, and the level goes on.
+    /// A bit of memory is inverted, and the level goes on.
     Flip {
         /// Address of the byte.
         address: u32,
@@ -47,7 +47,7 @@ pub enum What {
     },
 }
 
-/// Where a fault is planted: what the core is executing.
+/// Where a fault is injected: what the core is executing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
@@ -95,10 +95,10 @@ impl Level {
     }
 }
 
-/// A fault to be planted.
+/// A fault to inject.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Injection {
-    /// From when on: it happens when the level executes next.
+    /// Earliest instant: it happens when the level executes next.
     pub at: Ns,
     /// What it does.
     pub what: What,

@@ -1,4 +1,4 @@
-//! The assembled board: image in, virtual time forward, and what can be looked at from outside.
+//! The assembled board: takes an image, advances virtual time, and shows its state.
 
 mod assembly;
 mod parts;
@@ -117,7 +117,7 @@ impl Board {
         self.cpu.cut_power_at(step, seed);
     }
 
-    /// Plants a fault into the running image.
+    /// Injects a fault into the running image.
     ///
     /// # Errors
     ///
@@ -127,7 +127,7 @@ impl Board {
         Ok(())
     }
 
-    /// What has befallen the chip since power-up, in order: resets, planted faults, lockups.
+    /// The incidents of the chip since power-up, in order: resets, injected faults, lockups.
     pub fn incidents(&self) -> Vec<Incident> {
         self.chronicle.incidents()
     }

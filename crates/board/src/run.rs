@@ -257,12 +257,12 @@ impl Run {
         (summary.to_string(), faults.is_empty())
     }
 
-    /// What has befallen the chip so far: resets, planted faults.
+    /// The incidents of the chip so far: resets, injected faults.
     pub fn incidents(&self) -> Vec<Incident> {
         self.board.incidents()
     }
 
-    /// Writes what happened on both buses and the Modbus port and what befell the chip, in order.
+    /// Writes the events of both buses and of the Modbus port and the incidents of the chip, in order.
     ///
     /// # Errors
     /// Those of `out`.

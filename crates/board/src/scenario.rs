@@ -1,4 +1,4 @@
-//! A scenario: which sensors hang on the board, how they move, what goes wrong, for how long.
+//! A scenario: the sensors of the board, their motion, the faults, and the duration.
 //!
 //! Read from a TOML file, documented in `docs/scenario.md`. The same file gives the same run, byte for byte:
 //! everything that is left to chance comes from `seed`.

@@ -1,4 +1,4 @@
-//! The summary of a run as people read it: what the gateway read against the truth, how it used its buses, and
+//! The summary of a run as people read it: the gateway's readings against the truth, the use of its buses, and
 //! what is wrong.
 
 use std::fmt::{self, Write};
@@ -30,7 +30,7 @@ pub struct Summary<'a> {
     pub modbus: Traffic,
     /// What the core did.
     pub core: CpuStats,
-    /// What befell the chip.
+    /// The incidents of the chip.
     pub incidents: &'a [Incident],
     /// What is wrong with the run; empty if it worked.
     pub faults: &'a [String],

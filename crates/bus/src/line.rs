@@ -1,4 +1,4 @@
-//! The half-duplex line: when the driver is on, which character goes out next, when the line is ours again.
+//! The half-duplex line: when the driver is on, the next character to send, when the line is free again.
 //!
 //! ```text
 //!            submit            guard over          pre-delay over          no character left
@@ -13,10 +13,10 @@
 //! | | |
 //! |---|---|
 //! | driver | DE is [`Line::driving`], after every call. Released on *transmission complete* of the last character, never when it was merely accepted by the UART, plus the post-delay. |
-//! | listening | A line that is not sending listens, always: for an answer, in the quiet after a failure, or idle; which of them it is, the [`Master`](crate::Master) knows. |
+//! | listening | A line that is not sending listens, always: for an answer, in the quiet after a failure, or idle; the [`Master`](crate::Master) knows which. |
 //! | early answer | The frame counts as out with its last stop bit. What is heard from then on is handed over, even while the post-delay still holds the driver, and ends it. |
 //! | echo | Own characters that come back are verified and removed, see [`EchoMode`]; the rule is in `line/echo.rs`. |
-//! | stray characters | Delays the next frame by the guard, and nothing else. |
+//! | stray characters | They delay the next frame by the guard, and have no other effect. |
 //!
 //! Limits: one frame of at most [`MAX_FRAME`] characters at a time; the driver is never held longer than the
 //! frame needs plus [`HOLD_MARGIN`] of its length, plus both delays.

@@ -1,4 +1,4 @@
-//! One question, one answer, one deadline.
+//! One request, one answer, one deadline.
 //!
 //! ```text
 //!        begin           Released           first character late, gap too long

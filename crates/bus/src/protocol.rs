@@ -1,4 +1,4 @@
-//! What the [`Master`](crate::Master) has to know of a vendor's protocol.
+//! A vendor's protocol, as the [`Master`](crate::Master) needs it.
 
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;

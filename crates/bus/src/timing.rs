@@ -1,4 +1,4 @@
-//! How long things take on the line, and how long to wait for them.
+//! Durations on the line, and the waits derived from them.
 
 use crate::{Micros, line};
 

@@ -1,4 +1,4 @@
-//! What all operations have in common.
+//! The interface of all operations.
 
 use clino_bus::{ExchangeOutcome, Micros, Protocol, Serial};
 

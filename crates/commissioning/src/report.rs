@@ -1,6 +1,6 @@
-//! What an operation that changes something has done.
+//! The report of an operation that changes a setting.
 
-/// What became of a setting.
+/// The old and the new value of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SettingChange<T> {

@@ -1,4 +1,4 @@
-//! Leads an operation through a master, one step at a time.
+//! Runs an operation on a master, one step at a time.
 
 use clino_bus::{ExchangeOutcome, Fault, Isu, Master, Micros, Protocol, Serial, T7};
 use clino_codec::isu::{DeviceError, Response};
@@ -116,7 +116,7 @@ where
         self.wait = match &step {
             Step::Wait { until } => Some(*until),
             Step::Ask { address, request, .. } | Step::Collect { address, request, .. } => {
-                // Not before a late answer could be told from its own.
+                // Not before a late answer can be distinguished from its own.
                 master.ask_at(*address, request).filter(|&at| at > now)
             }
             Step::Serial(_) | Step::Done(_) => None,

@@ -1,4 +1,4 @@
-//! One question and its answer on a [`Port`], blocking or async: what both have in common.
+//! One request and its answer on a [`Port`]: the code shared by blocking and async drivers.
 //!
 //! ```text
 //!  Settling ──────────▶ Guarding ────────▶ Sending ────▶ Waiting ────▶ over

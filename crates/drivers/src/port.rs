@@ -1,4 +1,4 @@
-//! What a driver asks of a half-duplex line.
+//! A half-duplex line, as a driver needs it.
 //!
 //! [`Rs485`](crate::Rs485) offers both; anything else that can send a frame and listen with a deadline may, too: a
 //! serial port of an operating system, a radio.

@@ -10,8 +10,8 @@
 //! - DE falls when the last stop bit is *sent*, never when the last character was merely accepted by the UART:
 //!   the UART's `flush` has to wait for *transmission complete* (TC), not for *transmit register empty* (TXE). Where a
 //!   HAL's does not, [`Release::Held`] adds the time of the characters it leaves behind.
-//! - DE never stays high: whatever ends the sending (an error, a UART that does not get on, a future that is
-//!   dropped) drops it. What the UART still holds then goes nowhere, and is waited for before DE rises again.
+//! - DE never stays high: every end of the sending (an error, a UART that is stuck, a future that is
+//!   dropped) lowers it. Characters still in the UART then do not reach the line; DE rises again only after they are out.
 //! - Nothing received is ever flushed: an answer may begin with the bit after ours.
 //! - Own echo, on a transceiver whose receiver is always on, is compared with what was sent and removed
 //!   ([`Echo::Expected`]); a difference means that another node transmitted.

@@ -1,4 +1,4 @@
-//! What is known of a crash.
+//! The record of a crash.
 //!
 //! Fault status bits: ARMv7-M Architecture Reference Manual, section B3.2.15 (CFSR) and B3.2.16 (HFSR).
 

@@ -1,4 +1,4 @@
-//! What is kept from one start to the next.
+//! The data kept from one start to the next.
 
 use crate::cause::{ResetSource, StartCause};
 use crate::crash::Crash;
@@ -24,7 +24,7 @@ pub struct Journal {
 /// How a time has ended, as far as it could say itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Ending {
-    /// It has not said anything.
+    /// Not known.
     #[default]
     Unsaid,
     /// With the crash that is noted.

@@ -1,4 +1,4 @@
-//! One question at a time on a simulated segment.
+//! One request at a time on a simulated segment.
 
 use clino_bus::{ExchangeOutcome, Master, Micros, Protocol, Timing, earliest, line};
 use clino_segment::{Faults, SegmentSettings, Station};
@@ -30,7 +30,7 @@ impl<P: Protocol> Bench<P> {
         Bench { port: Port::with_line(line, settings, stations), master: Master::new(timing) }
     }
 
-    /// Asks as soon as an answer could be told from late ones, and runs until the exchange has ended.
+    /// Asks as soon as an answer can be distinguished from late ones, and runs until the exchange has ended.
     ///
     /// # Panics
     /// If the request cannot be encoded, or the exchange does not end.

@@ -1,6 +1,6 @@
-//! AnswerFaults of a sensor that is powered and on the line: it spoils, delays, shortens or withholds answers.
+//! Faults in the answers of a sensor that is powered and on the line: it damages, delays, shortens or withholds answers.
 //!
-//! AnswerFaults act on a finished answer just before it is sent, so a command that changes a setting has changed it
+//! The faults act on a finished answer just before it is sent, so a command that changes a setting has changed it
 //! even when its answer never comes. Noise on the line is not a fault of the sensor and not made here.
 
 use crate::node::Ns;

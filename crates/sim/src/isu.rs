@@ -92,7 +92,7 @@ struct Job {
 /// A simulated ISU. A new one has been powered since before time 0, with RX high.
 #[derive(Clone, Debug)]
 pub struct Isu {
-    /// AnswerFaults to show; may be changed at any time.
+    /// Faults to show; may be changed at any time.
     pub faults: AnswerFaults,
     /// The non-volatile memory; changes made here take effect with the next reset.
     pub eeprom: Eeprom,
@@ -164,7 +164,7 @@ impl Isu {
         self.writes
     }
 
-    /// Angles told so far, in both modes.
+    /// Angles sent so far, in both modes.
     #[must_use]
     pub fn said(&self) -> &Record {
         &self.said
@@ -182,7 +182,7 @@ impl Isu {
         u16::from_be_bytes([self.ram[usize::from(CURRENT_ANGLE)], self.ram[usize::from(CURRENT_ANGLE) + 1]])
     }
 
-    /// The last angle, in µ°, as something told; the instant of telling is filled in when it is sent.
+    /// The last angle, in µ°, as a record of the sent angles; its instant is filled in when it is sent.
     fn reading(&self, microdegrees: i64) -> Said {
         Said { at: 0, sampled_at: self.measured_at, axis: 0, microdegrees }
     }

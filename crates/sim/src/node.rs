@@ -1,4 +1,4 @@
-//! The seam between a simulated sensor and the line it hangs on.
+//! The interface between a simulated sensor and its line.
 //!
 //! Everything is sans-IO: a node takes what its receiver sampled and when, returns when it next wants to act,
 //! and hands out whole [`Burst`]s. It knows nothing of other nodes, of noise or of other drivers on the line:

@@ -69,7 +69,7 @@ enum Power {
 /// A simulated T7. A new one has been powered since before time 0.
 #[derive(Clone, Debug)]
 pub struct T7 {
-    /// AnswerFaults to show; may be changed at any time.
+    /// Faults to show; may be changed at any time.
     pub faults: AnswerFaults,
     /// Whether settings can be stored; may be changed at any time.
     pub flash: Flash,
@@ -133,7 +133,7 @@ impl T7 {
         self.writes
     }
 
-    /// Angles told so far.
+    /// Angles sent so far.
     #[must_use]
     pub fn said(&self) -> &Record {
         &self.said

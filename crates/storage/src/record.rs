@@ -1,4 +1,4 @@
-//! The record: everything that is configured, in a few hundred bytes.
+//! The record: the whole configuration in a few hundred bytes.
 //!
 //! ```text
 //! ┌─────────┬──────┬────────────────────────────────────────────────────────┬────────┐
@@ -19,7 +19,7 @@
 //! Buses, Modbus port and console are each written as their differences from the usual. A slot is a byte for
 //! its kind, a byte for its address if there is a kind, and its differences from the slot of `record/base.rs`.
 //!
-//! Numbers are LEB128: seven bits a byte, the lowest first, the top bit says that more follow. Nothing is believed: decoding
+//! Numbers are LEB128: seven bits a byte, the lowest first, the top bit says that more follow. Nothing is trusted: decoding
 //! refuses what [`Order::check`] would refuse.
 
 mod base;

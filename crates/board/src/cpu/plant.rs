@@ -1,4 +1,4 @@
-//! Plants faults: sets the core's registers when a fault is due and its level is executing.
+//! Injects faults: sets the core's registers when a fault is due and its level is executing.
 
 use clino_sim::node::Ns;
 use rsemu::core::space::MemAttrs;

@@ -1,4 +1,4 @@
-//! A wire of which what comes in is impaired.
+//! A wire whose input is impaired.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! Puts a board together: the board text, the image in flash, and what hangs on the pins.
+//! Assembles a board: the board text, the image in flash, and the circuits at the pins.
 
 use std::fmt;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! From a checked scenario to sensors on their lines, and to the truth about them.
+//! Builds the sensors on their lines from a checked scenario, and the truth about them.
 
 use clino_sim::latency;
 use clino_sim::node::Ns;

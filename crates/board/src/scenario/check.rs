@@ -1,4 +1,4 @@
-//! What a scenario must keep to beyond the type of each value: addresses, limits of the documents, order of
+//! The rules of a scenario beyond the type of each value: addresses, limits of the documents, order of
 //! intervals. Every complaint carries the place in the file.
 
 use std::ops::{Range, RangeInclusive};

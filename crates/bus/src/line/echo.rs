@@ -1,6 +1,6 @@
-//! Our own characters, coming back.
+//! The echo: our own characters, received again.
 //!
-//! The rule that keeps an answer from being eaten is one of time, not of value: while a frame goes out, and until half
+//! Time decides what is an echo, not the value, so that no answer is removed: while a frame goes out, and until half
 //! a character after its last stop bit, no node can have sent a whole character in answer to it. Only in that time is
 //! a character taken for an echo, and never more of them than were sent; what comes later is heard, even if it looks
 //! exactly like the end of our frame.

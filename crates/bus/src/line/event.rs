@@ -1,4 +1,4 @@
-//! What a line refuses, what it asks of the hardware, and what it tells the master.
+//! The errors of a line, its steps for the hardware, and its events for the master.
 
 use clino_codec::character::Character;
 
@@ -16,7 +16,7 @@ pub enum SubmitError {
     Length(usize),
 }
 
-/// What the hardware has to do next, besides setting DE to [`Line::driving`].
+/// The next step of the hardware, besides setting DE to [`Line::driving`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum LineStep {

@@ -1,4 +1,4 @@
-//! How a line is set.
+//! The settings of a line.
 
 use crate::{Micros, Serial};
 

@@ -1,4 +1,4 @@
-//! One question and what has been heard since it was asked.
+//! One request and the characters received since.
 
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;

@@ -1,4 +1,4 @@
-//! What is heard while an exchange is in hand, and what it means.
+//! Characters received during an exchange, and their meaning.
 
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;

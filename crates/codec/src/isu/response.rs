@@ -1,4 +1,4 @@
-//! What modules answer. Source: AN #201 §4, appendix A.
+//! Answers of modules. Source: AN #201 §4, appendix A.
 
 use core::slice;
 
@@ -70,7 +70,7 @@ pub enum Response {
 pub struct Answer {
     /// The module that answered; [`Address::RESERVED`] in the error answers, which name no module.
     pub address: Address,
-    /// What it said.
+    /// The response.
     pub response: Response,
 }
 

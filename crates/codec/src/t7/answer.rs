@@ -29,7 +29,7 @@ const GET_ANGLE_LENGTH: u8 = Opcode::GetAngle0.response_length();
 pub struct Answer {
     /// The device that answered, never [`Address::ALL`].
     pub address: Address,
-    /// What it said.
+    /// The response.
     pub response: Response,
     /// The length byte of a Get All Angles answer was 0A, as in the guide's example, instead of the right 10.
     /// Worth counting, not worth refusing: checksum and number of bytes are demanded all the same.

@@ -18,7 +18,7 @@ pub enum Sniffed {
     Command(Command),
     /// From a device.
     Answer {
-        /// What it said.
+        /// The answer.
         answer: Answer,
         /// The command that it answers, if that was heard.
         to: Option<Command>,

@@ -1,4 +1,4 @@
-//! Bringing back a module whose EEPROM checksum is wrong: it is in its Hard Error state and answers nothing but that.
+//! Repairs a module whose EEPROM checksum is wrong: it is in its Hard Error state and answers every request with that error.
 //!
 //! ```text
 //!  Look ──▶ (soft error state) ──▶ Read all ──▶ audit ── wrong ──▶ Write the checksum ──▶ Boot ── measures ──▶ done
@@ -6,9 +6,9 @@
 //!   ▼ │ none, or a healthy one        └──────────── still in error: the other reading ◀─────┘
 //!  next address
 //! ```
-//! What the checksum covers the document says in two ways ([`ChecksumReading`]). One that is known is tried first;
-//! the module's own opinion after the reset decides. A checksum that was right when it was found, and did not turn out to
-//! be what is wrong, is put back.
+//! The document describes in two ways what the checksum covers ([`ChecksumReading`]). A known one is tried first;
+//! the state of the module after the reset decides. A checksum that was right at first, and turned out not to
+//! be the problem, is restored.
 //!
 //! Source: AN #201 section 4 (Module is in Error State), sections 6 and 7, appendix A (function 000).
 

@@ -7,7 +7,7 @@
 //!             taken                └──────── LookOld ── silence ─▶ lost
 //! ```
 //! Set Address names the device by type and serial number, so that of two devices at one address only the one named
-//! moves: that is how duplicates are told apart. Source: T7 guide sections 2.7.1, 2.8.
+//! moves: this separates duplicates. Source: T7 guide sections 2.7.1, 2.8.
 
 use clino_bus::{ExchangeOutcome, Micros, Protocol, T7};
 use clino_codec::t7::{

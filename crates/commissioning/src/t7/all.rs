@@ -1,6 +1,6 @@
 //! Asking all devices at once (address 126), and reporting everything that comes back.
 //!
-//! Every T7 answers within 2 ms, so that two on one line overlap: an answer is well-formed or not. Both are told; a bad
+//! Every T7 answers within 2 ms, so that two on one line overlap: an answer is well-formed or not. Both are reported; a bad
 //! one is a suspected collision. Only readings are sent so, and only those whose answers are short enough. Source: T7
 //! guide section 1.4.
 

@@ -44,7 +44,7 @@ pub enum Cause {
     Status {
         /// What was asked.
         opcode: Opcode,
-        /// What it said.
+        /// Its status byte.
         status: Status,
     },
     /// The value cannot be in the device's output range.

@@ -1,4 +1,4 @@
-//! Set zero: waits out the damping, then makes an axis read zero as it stands.
+//! Set zero: waits for the damping, then sets an axis to zero at its present angle.
 //!
 //! ```text
 //!  Damping ──▶ Settle ──▶ Watch ── zero ──▶ done

@@ -1,4 +1,4 @@
-//! Why an ISU did not do what it was asked.
+//! Errors of an ISU driver.
 
 use core::fmt::{self, Display};
 

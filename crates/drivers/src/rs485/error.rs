@@ -1,4 +1,4 @@
-//! Why a line did not do what it was asked.
+//! Errors of a line.
 
 use core::fmt::{self, Debug, Display};
 

@@ -1,4 +1,4 @@
-//! Why a T7 did not do what it was asked.
+//! Errors of a T7 driver.
 
 use core::fmt::{self, Display};
 

@@ -1,4 +1,4 @@
-//! What goes wrong by order of the scenario. With a node: unplugged, babbling, spoiling its own answers. With the line:
+//! Faults that the scenario orders. Of a node: unplugged, babbling, spoiling its own answers. With the line:
 //! shorted, driven by the gateway without a pause.
 
 use clino_sim::node::{Burst, Ns};

@@ -1,4 +1,4 @@
-//! A sensor's place on the line: the node with its receiver, its power and what goes wrong with it.
+//! A sensor's place on the line: the node with its receiver, its power and its faults.
 
 use clino_sim::node::{Burst, Heard, Node, Ns};
 

@@ -1,4 +1,4 @@
-//! What a T7 is by birth, and what it keeps in non-volatile memory.
+//! The factory data of a T7, and the settings in its non-volatile memory.
 //!
 //! Source: "T7 Communication User Guide" 1.7, sections 1 to 1.3 and the tables of section 2.
 

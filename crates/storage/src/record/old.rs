@@ -1,4 +1,4 @@
-//! What versions 1 and 2 of the record were written like. They are read for ever.
+//! Formats 1 and 2 of the record. Every later version reads them.
 //!
 //! Numbers are LEB128: seven bits a byte, the lowest first, the top bit says that more follow; signed ones zigzag. Spans
 //! are in microseconds, angles in micro-degrees.

@@ -1,4 +1,4 @@
-//! What the command line asks for.
+//! The command line.
 
 use std::path::PathBuf;
 
@@ -53,7 +53,7 @@ pub struct Arguments {
 /// How long to run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Duration {
-    /// Nothing was said.
+    /// Not given.
     #[default]
     Usual,
     /// Until the user ends it.

@@ -1,4 +1,4 @@
-//! How a node answers: when, and what goes wrong with every n-th answer.
+//! How a node answers: the latency, and the faults of every n-th answer.
 
 use std::fmt;
 use std::num::NonZeroU64;

@@ -1,4 +1,4 @@
-//! What befalls the chip itself: its oscillators, and faults planted into the running firmware.
+//! Faults of the chip itself: its oscillators, and fault injection into the running firmware.
 
 use std::num::NonZeroU32;
 
