@@ -9,7 +9,7 @@ use clino_bus::{Event, Micros, Timing, earliest};
 use clino_codec::pwm;
 use clino_console::BusState;
 use clino_gateway::{Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput, Restraint};
-use clino_recovery::Duty;
+use clino_recovery::MonitoredTask;
 use cortex_m::peripheral::NVIC;
 use heapless::spsc::Consumer;
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
@@ -110,10 +110,10 @@ impl BusLevel {
             });
         }
         let ports_at = ports::poll();
-        for (bus, duty) in [(Bus::T7, Duty::T7Bus), (Bus::Isu, Duty::IsuBus)] {
+        for (bus, task) in [(Bus::T7, MonitoredTask::T7Bus), (Bus::Isu, MonitoredTask::IsuBus)] {
             // A bus that still wants something of the past has not gone on.
             if self.gateway.poll_at(bus).is_none_or(|at| at > now) {
-                watchdog::check_in(duty);
+                watchdog::check_in(task);
             }
         }
         if self.gateway.publish(&mut self.snapshot) || self.gateway.has_news(Asker::Console) {
@@ -141,6 +141,6 @@ impl BusLevel {
         while let Some(capture) = self.inbox.pwm2.dequeue() {
             self.gateway.pwm(PwmInput::Pwm2, capture, now);
         }
-        watchdog::check_in(Duty::Pwm);
+        watchdog::check_in(MonitoredTask::Pwm);
     }
 }

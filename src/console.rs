@@ -15,7 +15,7 @@ use core::convert::Infallible;
 use clino_bus::Micros;
 use clino_codec::character::LineErrors;
 use clino_console::Received;
-use clino_recovery::Duty;
+use clino_recovery::MonitoredTask;
 use critical_section::Mutex;
 use embedded_io::{ErrorType, Write};
 use heapless::spsc::{Consumer, Producer, Queue};
@@ -130,7 +130,7 @@ impl Write for Console {
             });
             if taken > 0 || bytes.is_empty() {
                 // A long answer is no hang for as long as its characters go out.
-                watchdog::check_in(Duty::Console);
+                watchdog::check_in(MonitoredTask::Console);
                 return Ok(taken);
             }
             // The next character that goes out ends the sleep.

@@ -9,7 +9,7 @@ use core::cell::Cell;
 use clino_bus::Micros;
 use clino_console::{Saved, StorageError};
 use clino_gateway::Gateway;
-use clino_recovery::Duty;
+use clino_recovery::MonitoredTask;
 use clino_storage::{LoadError, Loaded, SaveError, Store};
 use critical_section::Mutex;
 use stm32f4xx_hal::pac;
@@ -105,8 +105,8 @@ impl Keeper {
         let saved = saved.map_err(told)?;
         note(Some(stored), false);
         Ok(match saved {
-            clino_storage::Saved::Unchanged => Saved::Unchanged,
-            clino_storage::Saved::Written => Saved::Written,
+            clino_storage::SaveOutcome::Unchanged => Saved::Unchanged,
+            clino_storage::SaveOutcome::Written => Saved::Written,
         })
     }
 
@@ -128,12 +128,12 @@ pub fn await_silence() -> bool {
 fn silently<R>(mut work: impl FnMut(&Gateway) -> R) -> Result<R, StorageError> {
     let begin = clock::now();
     while clock::now().since(begin) < LONGEST_WAIT {
-        watchdog::check_in(Duty::Console);
+        watchdog::check_in(MonitoredTask::Console);
         let result = bus::while_silent(|gateway| {
             // Nobody else can check in meanwhile: this takes less than the shortest of their deadlines, stalls left out.
-            watchdog::check_in(Duty::Storage);
+            watchdog::check_in(MonitoredTask::Storage);
             let result = clock::across_stall(|| work(gateway));
-            watchdog::rest(Duty::Storage);
+            watchdog::rest(MonitoredTask::Storage);
             result
         });
         if let Some(result) = result {

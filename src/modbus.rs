@@ -9,7 +9,7 @@ use clino_bus::{DriverEnable, Micros};
 use clino_gateway::Gateway;
 use clino_modbus::binding::{Binding, Site, Wish};
 use clino_modbus::{Identification, Refusal, Server, Settings};
-use clino_recovery::{Duty, Start};
+use clino_recovery::{MonitoredTask, Start};
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer};
@@ -139,7 +139,7 @@ impl ModbusLevel {
         }
         let next = self.server.poll_at();
         if next.is_none_or(|at| at > now) {
-            watchdog::check_in(Duty::Modbus);
+            watchdog::check_in(MonitoredTask::Modbus);
         }
         if let Some(at) = next {
             clock::wake_at(Level::Modbus, at);

@@ -83,7 +83,7 @@ pub fn submit(bus: Bus, frame: &[u8]) {
 }
 
 /// Runs a bus with another bit rate and other waits. Only between two exchanges.
-pub fn run(bus: Bus, timing: &Timing, line: line::Settings) {
+pub fn run(bus: Bus, timing: &Timing, line: line::LineSettings) {
     with(|ports| match bus {
         Bus::T7 => ports.t7.run(timing, line),
         Bus::Isu => ports.isu.run(timing, line),

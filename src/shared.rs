@@ -4,7 +4,7 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use clino_gateway::{Bus, Reading, Snapshot};
-use clino_recovery::Duty;
+use clino_recovery::MonitoredTask;
 
 use crate::watchdog;
 
@@ -29,7 +29,7 @@ pub fn note_work() {
 pub fn sleep_until_work() {
     // With interrupts masked, an interrupt that comes between the look and the sleep still ends the sleep.
     while !critical_section::with(|_| {
-        watchdog::check_in(Duty::Console);
+        watchdog::check_in(MonitoredTask::Console);
         if !WORK.load(Ordering::Relaxed) {
             cortex_m::asm::dsb();
             cortex_m::asm::wfi();

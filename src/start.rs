@@ -7,7 +7,7 @@ use core::cell::Cell;
 use core::mem::MaybeUninit;
 use core::ptr;
 
-use clino_recovery::{Clock, Crash, Journal, Reset, Start, TICK_MS, Uid, Uptime, WORDS};
+use clino_recovery::{Clock, Crash, Journal, ResetSource, Start, TICK_MS, Uid, Uptime, WORDS};
 use cortex_m::peripheral::SCB;
 use critical_section::Mutex;
 use stm32f4xx_hal::pac;
@@ -30,7 +30,7 @@ static mut JOURNAL: Kept<WORDS> = Kept::new();
 static mut UPTIME: Kept<2> = Kept::new();
 
 static START: Mutex<Cell<Start>> = Mutex::new(Cell::new(Start {
-    cause: clino_recovery::Cause::Unknown,
+    cause: clino_recovery::StartCause::Unknown,
     boots: 0,
     crashes: 0,
     mode: clino_recovery::Mode::Normal,
@@ -62,26 +62,26 @@ pub fn note_clock(clock: Clock) {
 }
 
 /// What the reset controller says; it is told to forget it.
-fn reset(rcc: &pac::RCC) -> Reset {
+fn reset(rcc: &pac::RCC) -> ResetSource {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
     // Each reset sets the flag of the pin, too, and each power-on that of the brown-out detector.
     if flags.porrstf().bit_is_set() {
-        Reset::PowerOn
+        ResetSource::PowerOn
     } else if flags.borrstf().bit_is_set() {
-        Reset::BrownOut
+        ResetSource::BrownOut
     } else if flags.wdgrstf().bit_is_set() {
-        Reset::Watchdog
+        ResetSource::Watchdog
     } else if flags.wwdgrstf().bit_is_set() {
-        Reset::WindowWatchdog
+        ResetSource::WindowWatchdog
     } else if flags.sftrstf().bit_is_set() {
-        Reset::Software
+        ResetSource::Software
     } else if flags.lpwrrstf().bit_is_set() {
-        Reset::LowPower
+        ResetSource::LowPower
     } else if flags.padrstf().bit_is_set() {
-        Reset::Pin
+        ResetSource::Pin
     } else {
-        Reset::Unknown
+        ResetSource::Unknown
     }
 }
 

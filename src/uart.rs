@@ -10,7 +10,7 @@
 
 use core::ops::Deref;
 
-use clino_bus::line::{Settings, Step, SubmitError};
+use clino_bus::line::{LineSettings, LineStep, SubmitError};
 use clino_bus::{DriverEnable, Event, Line, Micros, Timing};
 use clino_codec::character::{Character, LineErrors};
 use cortex_m::peripheral::DWT;
@@ -94,7 +94,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
     }
 
     /// Runs with another bit rate and other waits. A frame in hand is lost; its exchange ends by its deadline.
-    pub fn run(&mut self, timing: &Timing, settings: Settings) {
+    pub fn run(&mut self, timing: &Timing, settings: LineSettings) {
         let now = clock::now();
         if self.line.set(settings, now).is_err() {
             self.stop();
@@ -114,9 +114,9 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
         self.follow();
         let Some(step) = step else { return };
         match step {
-            Step::Begin => self.begin(),
-            Step::Force => self.stop(),
-            Step::GiveUp | Step::EchoLost => {}
+            LineStep::Begin => self.begin(),
+            LineStep::Force => self.stop(),
+            LineStep::GiveUp | LineStep::EchoLost => {}
         }
         if let Some(event) = step.event(now) {
             self.report(event);

@@ -1,13 +1,13 @@
-//! The watchdog: fed at one place, and only while every duty goes on.
+//! The watchdog: fed at one place, and only while every task goes on.
 //!
-//! A tick of its own timer (SysTick, above every other interrupt) looks at the duties every 10 ms. If all have checked in
+//! A tick of its own timer (SysTick, above every other interrupt) looks at the tasks every 10 ms. If all have checked in
 //! within their own deadlines it feeds the independent watchdog; if one has not, it notes which, and where the program is,
 //! and starts again at once. If even the tick does not come, because interrupts are held off or the core is locked up,
 //! the watchdog runs out.
 //!
 //! | hang | ends after |
 //! |---|---|
-//! | a duty of the buses, of the PWM inputs, of Modbus | 0.5 s and two ticks |
+//! | a task of the buses, of the PWM inputs, of Modbus | 0.5 s and two ticks |
 //! | the console or storing | 0.9 s and two ticks |
 //! | everything | 0.53 to 1.48 s, as its oscillator runs at 47 to 17 kHz |
 //! | everything, before [`start()`] has set the time | 0.35 to 0.96 s |
@@ -28,7 +28,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{DWT, SCB, SYST};
 use stm32f4xx_hal::pac;
 
-use clino_recovery::{Crash, Duties, Duty, Mode, TICK_MS};
+use clino_recovery::{Crash, Mode, MonitoredTask, TICK_MS, TaskMonitor};
 
 use crate::faults::Frame;
 use crate::{params, start};
@@ -61,7 +61,7 @@ const START: u16 = 0xCCCC;
 const TICK_CYCLES: u32 = params::CORE_HZ / 1_000 * TICK_MS;
 const _: () = assert!(TICK_CYCLES <= 1 << 24);
 
-static DUTIES: Duties = Duties::new();
+static MONITOR: TaskMonitor = TaskMonitor::new();
 
 /// Starts the watchdog before anything else, memory included. In assembly: no Rust may run before memory is set up.
 mod pre_init {
@@ -111,13 +111,19 @@ fn wait_for_update(iwdg: &pac::IWDG) {
     }
 }
 
-/// From here on every duty that this mode has is expected to check in.
+/// From here on every task that this mode has is expected to check in.
 pub fn begin(mut timer: SYST, scb: &mut SCB, mode: Mode) {
-    let duties: &[Duty] = match mode {
-        Mode::Normal => &[Duty::T7Bus, Duty::IsuBus, Duty::Pwm, Duty::Modbus, Duty::Console],
-        Mode::Safe | Mode::Bare => &[Duty::Modbus, Duty::Console],
+    let tasks: &[MonitoredTask] = match mode {
+        Mode::Normal => &[
+            MonitoredTask::T7Bus,
+            MonitoredTask::IsuBus,
+            MonitoredTask::Pwm,
+            MonitoredTask::Modbus,
+            MonitoredTask::Console,
+        ],
+        Mode::Safe | Mode::Bare => &[MonitoredTask::Modbus, MonitoredTask::Console],
     };
-    duties.iter().for_each(|duty| check_in(*duty));
+    tasks.iter().for_each(|task| check_in(*task));
     // SAFETY: the tick shares nothing but atomic numbers and the watchdog, and holds nobody off.
     unsafe { scb.set_priority(SystemHandler::SysTick, 0) };
     timer.set_clock_source(SystClkSource::Core);
@@ -127,19 +133,19 @@ pub fn begin(mut timer: SYST, scb: &mut SCB, mode: Mode) {
     timer.enable_counter();
 }
 
-/// The duty goes on.
-pub fn check_in(duty: Duty) {
-    DUTIES.check_in(duty);
+/// The task goes on.
+pub fn check_in(task: MonitoredTask) {
+    MONITOR.check_in(task);
 }
 
-/// The duty has nothing to do until it checks in again.
-pub fn rest(duty: Duty) {
-    DUTIES.rest(duty);
+/// The task has nothing to do until it checks in again.
+pub fn rest(task: MonitoredTask) {
+    MONITOR.rest(task);
 }
 
-/// Feeds the watchdog, if all duties are in time: before something that keeps the tick away.
+/// Feeds the watchdog, if all tasks are in time: before something that keeps the tick away.
 pub fn look() {
-    if DUTIES.stalled().is_none() {
+    if MONITOR.stalled().is_none() {
         feed();
     }
 }
@@ -153,8 +159,8 @@ fn feed() {
 /// A tick, above every other level. `frame` is what the core has put on the stack.
 pub extern "C" fn tick(frame: *const Frame) {
     start::keep_uptime();
-    match DUTIES.tick() {
+    match MONITOR.tick() {
         None => feed(),
-        Some(duty) => start::crash(&Crash::stalled(duty, Frame::registers(frame))),
+        Some(task) => start::crash(&Crash::stalled(task, Frame::registers(frame))),
     }
 }

@@ -1,7 +1,7 @@
 //! Lines come out exactly where they stand in the stream.
 #![no_main]
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::ascii::{LINE_LENGTH, LineDecoder};
 use clino_codec::character::Character;
 use libfuzzer_sys::fuzz_target;
@@ -12,7 +12,7 @@ fuzz_target!(|bytes: &[u8]| {
         let progress = decoder.push(Character::clean(byte));
         let line = (index + 1).checked_sub(LINE_LENGTH).map_or(&[][..], |start| &bytes[start..=index]);
         match progress {
-            Progress::Frame(angle) => assert_eq!(Some(angle.get()), meaning(line)),
+            DecodeProgress::Frame(angle) => assert_eq!(Some(angle.get()), meaning(line)),
             _ => assert_eq!(meaning(line), None, "a good line was missed"),
         }
     }

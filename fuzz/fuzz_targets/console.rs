@@ -68,7 +68,7 @@ fn later(rest: &mut Rest, byte: u8) {
     rest.publish();
 }
 
-/// What somebody knows who sees what is typed and printed, and nothing else.
+/// What an observer of the input and the output knows.
 #[derive(Default)]
 struct Typist {
     /// Typed since the last line ended.

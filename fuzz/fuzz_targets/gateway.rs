@@ -260,7 +260,7 @@ impl World {
                 Source::Isu { address } => self.wires[1].isu_said(address.get(), raw.udeg()),
                 Source::Pwm { input } => self.cycles[usize::from(input != PwmInput::Pwm1)],
             };
-            assert!(said, "nobody has said {reading:?}");
+            assert!(said, "no source for {reading:?}");
         }
     }
 }

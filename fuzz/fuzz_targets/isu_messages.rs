@@ -1,8 +1,8 @@
 //! Whatever decodes, encodes to the bytes it came from.
 #![no_main]
 
+use clino_codec::checks::Checks;
 use clino_codec::isu::{Answer, Request};
-use clino_codec::layers::Layers;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -15,5 +15,5 @@ fuzz_target!(|bytes: &[u8]| {
     if let Ok(answer) = Answer::decode(bytes) {
         assert_eq!(answer.encode().as_bytes(), bytes);
     }
-    let _ = Answer::decode_with(bytes, Layers::NONE);
+    let _ = Answer::decode_with(bytes, Checks::NONE);
 });

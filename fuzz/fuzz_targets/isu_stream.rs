@@ -4,8 +4,8 @@
 #![no_main]
 
 use clino_codec::character::Character;
-use clino_codec::isu::{Address, Answer, AnswerDecoder, Progress, Request};
-use clino_codec::layers::Layers;
+use clino_codec::checks::Checks;
+use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeProgress, Request};
 use libfuzzer_sys::fuzz_target;
 
 /// Address 3 says 180°.
@@ -20,19 +20,19 @@ fuzz_target!(|input: &[u8]| {
         Err(_) => (Request::READ_ANGLE, Address::new(3).unwrap()),
     };
     let expected = request.expected(address);
-    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     for &byte in stream {
-        if let Progress::Frame(answer) = decoder.push(Character::clean(byte)) {
+        if let DecodeProgress::Frame(answer) = decoder.push(Character::clean(byte)) {
             let frame = answer.encode();
-            assert!(expected.check(frame.as_bytes(), Layers::ALL).is_ok());
+            assert!(expected.check(frame.as_bytes(), Checks::ALL).is_ok());
             assert!(stream.windows(frame.as_bytes().len()).any(|window| window == frame.as_bytes()));
         }
     }
-    while decoder.idle() != Progress::More {}
+    while decoder.idle() != DecodeProgress::More {}
     assert_eq!(decoder.pending(), 0);
-    assert!(decoder.junk() as usize <= stream.len());
+    assert!(decoder.discarded() as usize <= stream.len());
     if request == Request::READ_ANGLE && address.get() == 3 {
         let last = GOOD.map(|byte| decoder.push(Character::clean(byte)))[5];
-        assert_eq!(last, Progress::Frame(Answer::decode(&GOOD).unwrap()));
+        assert_eq!(last, DecodeProgress::Frame(Answer::decode(&GOOD).unwrap()));
     }
 });

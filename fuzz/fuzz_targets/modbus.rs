@@ -36,7 +36,7 @@ fuzz_target!(|input: &[u8]| {
         assert!(answers.len() == asked || echo && answers.is_empty(), "{frame:02X?}");
         answers.iter().for_each(|(_, answer)| check(answer, frame));
         if *bench.server.settings() != SETTINGS {
-            // The port was told to run otherwise: nobody understands this traffic any more.
+            // The port's settings have changed: no side understands this traffic any more.
             return;
         }
         meanwhile(&board, bench.now, &mut publisher);

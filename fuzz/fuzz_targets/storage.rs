@@ -11,7 +11,7 @@ mod support;
 
 use std::collections::BTreeSet;
 
-use clino_recovery::{Journal, Reset, WORDS};
+use clino_recovery::{Journal, ResetSource, WORDS};
 use clino_storage::{FlashError, Loaded, SaveError, Store};
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
@@ -42,7 +42,7 @@ fn journal(input: &mut Unstructured<'_>) -> Result<()> {
     let (journal, start) = Journal::begin(found, reset(input.arbitrary()?), input.arbitrary()?);
     assert_eq!(Journal::from_words(&journal.to_words()), Some(journal));
     if let Some(crash) = start.crash {
-        _ = (crash.file(), crash.line(), crash.duty());
+        _ = (crash.file(), crash.line(), crash.task());
     }
     Ok(())
 }
@@ -52,14 +52,14 @@ fn crc(crc: u32, byte: u8) -> u32 {
     (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })
 }
 
-fn reset(number: u8) -> Reset {
+fn reset(number: u8) -> ResetSource {
     match number % 6 {
-        0 => Reset::PowerOn,
-        1 => Reset::Software,
-        2 => Reset::Watchdog,
-        3 => Reset::Pin,
-        4 => Reset::BrownOut,
-        _ => Reset::Unknown,
+        0 => ResetSource::PowerOn,
+        1 => ResetSource::Software,
+        2 => ResetSource::Watchdog,
+        3 => ResetSource::Pin,
+        4 => ResetSource::BrownOut,
+        _ => ResetSource::Unknown,
     }
 }
 

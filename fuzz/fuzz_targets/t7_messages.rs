@@ -1,7 +1,7 @@
 //! Whatever decodes, encodes to the bytes it came from.
 #![no_main]
 
-use clino_codec::layers::Layers;
+use clino_codec::checks::Checks;
 use clino_codec::t7::{Answer, EncodeError, Request};
 use libfuzzer_sys::fuzz_target;
 
@@ -18,5 +18,5 @@ fuzz_target!(|bytes: &[u8]| {
         assert!(bytes.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)) == 0);
     }
     // With every check off, whatever is long enough has a meaning or an error, and never a panic.
-    let _ = Answer::decode_with(bytes, Layers::NONE);
+    let _ = Answer::decode_with(bytes, Checks::NONE);
 });

@@ -2,7 +2,7 @@
 #![no_main]
 
 use clino_codec::character::Character;
-use clino_codec::layers::Layers;
+use clino_codec::checks::Checks;
 use clino_codec::t7::{SniffProgress, Sniffed, Sniffer};
 use libfuzzer_sys::fuzz_target;
 
@@ -10,12 +10,12 @@ use libfuzzer_sys::fuzz_target;
 const EXCHANGE: [u8; 11] = [0x05, 0x01, 0x83, 0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
 
 fuzz_target!(|bytes: &[u8]| {
-    let mut sniffer = Sniffer::new(Layers::ALL);
+    let mut sniffer = Sniffer::new(Checks::ALL);
     for &byte in bytes {
         let _ = sniffer.push(Character::clean(byte));
     }
     while sniffer.idle() != SniffProgress::More {}
-    assert!(sniffer.junk() as usize <= bytes.len());
+    assert!(sniffer.discarded() as usize <= bytes.len());
     let mut seen = Vec::new();
     for byte in EXCHANGE {
         match sniffer.push(Character::clean(byte)) {

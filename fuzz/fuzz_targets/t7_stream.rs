@@ -4,8 +4,8 @@
 #![no_main]
 
 use clino_codec::character::{Character, LineErrors};
-use clino_codec::layers::Layers;
-use clino_codec::t7::{Address, AnswerDecoder, Expected, Opcode, Progress};
+use clino_codec::checks::Checks;
+use clino_codec::t7::{Address, AnswerDecoder, DecodeProgress, Expected, Opcode};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|input: &[u8]| {
@@ -32,28 +32,28 @@ fuzz_target!(|input: &[u8]| {
         let clean = window.iter().all(|character| character.errors.is_none());
         if end - size >= free
             && clean
-            && let Ok(answer) = expected.check(&bytes, Layers::ALL)
+            && let Ok(answer) = expected.check(&bytes, Checks::ALL)
         {
             wanted.push(answer);
             free = end;
         }
     }
 
-    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     let mut seen = Vec::new();
     for &character in &characters {
-        if let Progress::Frame(answer) = decoder.push(character) {
+        if let DecodeProgress::Frame(answer) = decoder.push(character) {
             seen.push(answer);
         }
     }
     loop {
         match decoder.idle() {
-            Progress::More => break,
-            Progress::Frame(answer) => seen.push(answer),
-            Progress::Bad(_) => {}
+            DecodeProgress::More => break,
+            DecodeProgress::Frame(answer) => seen.push(answer),
+            DecodeProgress::Bad(_) => {}
         }
     }
     assert_eq!(seen, wanted);
     assert_eq!(decoder.pending(), 0);
-    assert!(decoder.junk() as usize + seen.len() * size <= characters.len());
+    assert!(decoder.discarded() as usize + seen.len() * size <= characters.len());
 });

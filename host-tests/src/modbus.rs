@@ -1,6 +1,6 @@
 //! What the Modbus port carried, decoded from the wire log.
 //!
-//! Frames are told apart by who sends and by silences; checksums are made here, bit by bit, from the specification
+//! The sender and silences separate the frames; checksums are made here, bit by bit, from the specification
 //! (MODBUS over Serial Line V1.02, section 6.2.2).
 
 /// A frame on the wire.

@@ -6,11 +6,11 @@ use std::sync::OnceLock;
 
 use clino_board::HostPorts;
 use clino_board::analysis::Analysis;
+use clino_board::checker::{self, Reading};
 use clino_board::console::Line;
 use clino_board::elf::Image;
 use clino_board::impairment::Impaired;
 use clino_board::incident::{Event, Incident};
-use clino_board::oracle::{self, Reading};
 use clino_board::pwm::Pulse;
 use clino_board::reception::Reception;
 use clino_board::run::Run;
@@ -130,7 +130,7 @@ fn spoken(line: &Line) -> Option<Spoken> {
     if !line.text.starts_with('{') {
         return None;
     }
-    let reading = oracle::parse(&line.text).unwrap_or_else(|error| panic!("{error}: {}", line.text))?;
+    let reading = checker::parse(&line.text).unwrap_or_else(|error| panic!("{error}: {}", line.text))?;
     Some(Spoken { began: line.began, at: line.at, reading })
 }
 

@@ -167,14 +167,14 @@ fn soak(seed: u64, seconds: u64) -> Soak {
         assert_eq!(run.board().stats().resets, 0, "a reset before {} ms", run.now() / MS);
         if run.now() >= next_window * SECOND {
             next_window += WINDOW;
-            for (slot, before) in run.oracle().slots().iter().zip(&mut before) {
+            for (slot, before) in run.checker().slots().iter().zip(&mut before) {
                 assert!(slot.ok > *before, "{}: nothing for {WINDOW} s before {next_window}", slot.truth.who);
                 *before = slot.ok;
             }
         }
     }
     let (summary, _) = run.summary();
-    for slot in run.oracle().slots() {
+    for slot in run.checker().slots() {
         assert_eq!(slot.wrong, 0, "{}: {:?}", slot.truth.who, slot.wrong_kept);
         let last = slot.last_ok.expect("good readings");
         assert!(last + 2 * SECOND > seconds * SECOND, "{}: last {} ms", slot.truth.who, last / MS);
@@ -186,7 +186,7 @@ fn soak(seed: u64, seconds: u64) -> Soak {
     let start = said.iter().find(|line| line.text.contains("\"what\":\"start\"")).expect("an answer");
     assert!(start.text.contains("\"boots\":1"), "{}", start.text);
     assert!(said.iter().any(|line| line.text.contains("\"stored\":\"written\"")), "it was saved");
-    let readings = run.oracle().slots().iter().map(|slot| slot.readings).sum();
+    let readings = run.checker().slots().iter().map(|slot| slot.readings).sum();
     println!("seed {seed}, {seconds} s: {readings} readings, {answers} Modbus answers, digest {digest:016x}");
     println!("{summary}");
     Soak { digest, readings, answers }

@@ -1,14 +1,14 @@
-//! What happened on one bus since reset, told by the master and measured by the hardware. Counters wrap; readers take differences.
+//! Counters of one bus since reset, from the master and from the hardware. Counters wrap; readers take differences.
 
 use clino_codec::character::{Character, LineErrors};
-use clino_codec::layers::Layer;
+use clino_codec::checks::Check;
 
 use crate::Micros;
 
 /// Counts per bus, one for each kind of fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Counters {
+pub struct BusCounters {
     /// Requests handed to the line, retries included.
     pub requests: u32,
     /// Of these, repetitions of a request that failed.
@@ -36,13 +36,13 @@ pub struct Counters {
     pub forced: u32,
     /// Requests dropped because the line did not fall silent.
     pub line_busy: u32,
-    /// Requests into which somebody else talked, as our own echo showed.
+    /// Requests during which another node transmitted, as our own echo showed.
     pub contention: u32,
     /// Our own characters that came back.
     pub echo: u32,
     /// Characters that belong to no frame.
-    pub junk: u32,
-    /// Characters that came before a request was out: nobody had been asked.
+    pub discarded: u32,
+    /// Characters that came before a request was out: unsolicited.
     pub unasked: u32,
     /// Characters with a low stop bit.
     pub framing: u32,
@@ -54,8 +54,8 @@ pub struct Counters {
     pub overrun: u32,
     /// Characters with wrong parity.
     pub parity: u32,
-    /// From our last stop bit to the end of the first character of the last good answer (answers with junk before
-    /// them left out, here and below).
+    /// From our last stop bit to the end of the first character of the last good answer (here and below, answers with
+    /// stray characters before them are left out).
     pub response_last: Micros,
     /// The shortest of these; zero while there was none.
     pub response_min: Micros,
@@ -73,7 +73,7 @@ pub struct DriverEnable {
     pub high_max_us: u32,
 }
 
-impl Counters {
+impl BusCounters {
     pub(crate) fn character(&mut self, Character { byte, errors }: Character) {
         let count = |flag, counter: &mut u32| {
             if errors.contains(flag) {
@@ -89,12 +89,12 @@ impl Counters {
         }
     }
 
-    pub(crate) fn refused(&mut self, layer: Layer) {
-        match layer {
-            Layer::Checksum => bump(&mut self.checksum),
-            Layer::Length => bump(&mut self.length),
-            Layer::Address | Layer::Command => bump(&mut self.foreign),
-            Layer::LineErrors | Layer::Value => {}
+    pub(crate) fn refused(&mut self, check: Check) {
+        match check {
+            Check::Checksum => bump(&mut self.checksum),
+            Check::Length => bump(&mut self.length),
+            Check::Address | Check::Command => bump(&mut self.foreign),
+            Check::LineErrors | Check::Value => {}
         }
     }
 

@@ -1,10 +1,10 @@
-//! RS485 master for inclinometers: the half-duplex line, and one question and answer at a time.
+//! RS485 master for inclinometers: the half-duplex line, and one request and answer at a time.
 //!
-//! Everything here is sans-IO. [`Line`] is driven by the events a UART has (transmit register empty,
-//! transmission complete, character received) and says when the driver is on; [`Master`] turns a request
-//! into a frame, the characters that come back into a typed [`Outcome`], and silence into an error after a
-//! deadline derived from the vendor's figures. Neither reads a clock: time comes in as [`Micros`], and
-//! `poll_at` says when to come back.
+//! Everything here is sans-IO. [`Line`] takes the events of a UART (transmit register empty,
+//! transmission complete, character received) and decides when the driver is on; [`Master`] turns a request
+//! into a frame, the characters that come back into a typed [`ExchangeOutcome`], and silence into an error after a
+//! deadline derived from the vendor's figures. Neither reads a clock: the caller passes time as [`Micros`], and
+//! `poll_at` returns the next deadline.
 //!
 //! The same code runs in the firmware's interrupts, in host tests and on the virtual board.
 #![no_std]
@@ -32,10 +32,10 @@ mod serial;
 mod time;
 mod timing;
 
-pub use counters::{Counters, DriverEnable};
+pub use counters::{BusCounters, DriverEnable};
 pub use line::Line;
-pub use master::{Blame, Event, Fault, Master, Outcome};
-pub use protocol::{Isu, Protocol, Refusal, T7};
+pub use master::{Blame, Event, ExchangeOutcome, Fault, Master};
+pub use protocol::{FailedCheck, Isu, Protocol, T7};
 pub use retry::Retry;
 pub use serial::Serial;
 pub use time::{Micros, earliest};

@@ -1,4 +1,4 @@
-//! The half-duplex line: when the driver is on, which character goes out next, when the line is ours again.
+//! The half-duplex line: when the driver is on, the next character to send, when the line is free again.
 //!
 //! ```text
 //!            submit            guard over          pre-delay over          no character left
@@ -13,10 +13,10 @@
 //! | | |
 //! |---|---|
 //! | driver | DE is [`Line::driving`], after every call. Released on *transmission complete* of the last character, never when it was merely accepted by the UART, plus the post-delay. |
-//! | listening | A line that is not sending listens, always: for an answer, in the quiet after a failure, or idle; which of them it is, the [`Master`](crate::Master) knows. |
+//! | listening | A line that is not sending listens, always: for an answer, in the quiet after a failure, or idle; the [`Master`](crate::Master) knows which. |
 //! | early answer | The frame counts as out with its last stop bit. What is heard from then on is handed over, even while the post-delay still holds the driver, and ends it. |
 //! | echo | Own characters that come back are verified and removed, see [`EchoMode`]; the rule is in `line/echo.rs`. |
-//! | junk | Delays the next frame by the guard, and nothing else. |
+//! | stray characters | They delay the next frame by the guard, and have no other effect. |
 //!
 //! Limits: one frame of at most [`MAX_FRAME`] characters at a time; the driver is never held longer than the
 //! frame needs plus [`HOLD_MARGIN`] of its length, plus both delays.
@@ -30,9 +30,9 @@ mod echo;
 mod event;
 mod settings;
 
-pub use echo::{Echo, Verdict};
-pub use event::{Event, Step, SubmitError};
-pub use settings::{EchoMode, Settings};
+pub use echo::{EchoTracker, EchoVerdict};
+pub use event::{Event, LineStep, SubmitError};
+pub use settings::{EchoMode, LineSettings};
 
 /// Longest frame that is sent: the longest write to the places in an ISU's EEPROM that its document names (16 words)
 /// takes 36 characters; the T7's longest command has 10.
@@ -42,7 +42,7 @@ pub const MAX_FRAME: usize = 40;
 /// character: an interrupt held off that long is a fault, not jitter.
 pub const HOLD_MARGIN: (u64, u64) = (1, 4);
 
-/// Until so many bits after our last stop bit a character heard is still our own, coming back late: half a character,
+/// For this many bits after our last stop bit, a received character is still our own late echo: half a character,
 /// in which no node can have sent a whole one.
 const ECHO_BITS: u64 = 5;
 
@@ -59,22 +59,22 @@ enum State {
 /// A half-duplex line. See the module documentation.
 #[derive(Debug)]
 pub struct Line {
-    settings: Settings,
+    settings: LineSettings,
     /// Half a bit: a division that is not done for each character that comes in.
     half_bit: Micros,
     state: State,
     frame: Vec<u8, MAX_FRAME>,
     /// No DE before this instant: the end of the last thing heard or sent, plus the guard.
     clear_at: Micros,
-    echo: Echo,
+    echo: EchoTracker,
     /// Until then a character heard may be our own.
     echo_until: Micros,
 }
 
 impl Line {
-    /// A listening line. A UART whose transmitter was switched on at `started` first sends one character of idle line
-    /// by itself (RM0090 section 30.3.2), which has to be over before DE rises.
-    pub fn new(settings: Settings, started: Micros) -> Line {
+    /// A listening line. A UART whose transmitter was switched on at `started` first sends one idle character
+    /// without being told (RM0090 section 30.3.2); DE must not rise before its end.
+    pub fn new(settings: LineSettings, started: Micros) -> Line {
         let clear_at = started + settings.guard.max(settings.serial.characters(1));
         Line {
             settings,
@@ -82,7 +82,7 @@ impl Line {
             state: State::Listening,
             frame: Vec::new(),
             clear_at,
-            echo: Echo::new(settings.echo),
+            echo: EchoTracker::new(settings.echo),
             echo_until: Micros::ZERO,
         }
     }
@@ -91,14 +91,14 @@ impl Line {
     ///
     /// # Errors
     /// [`SubmitError::Busy`]; nothing has changed then.
-    pub fn set(&mut self, settings: Settings, now: Micros) -> Result<(), SubmitError> {
+    pub fn set(&mut self, settings: LineSettings, now: Micros) -> Result<(), SubmitError> {
         if self.state != State::Listening {
             return Err(SubmitError::Busy);
         }
         // What comes from now on is not the echo of what was sent before.
         _ = self.echo.end();
         if settings.echo != self.settings.echo {
-            self.echo = Echo::new(settings.echo);
+            self.echo = EchoTracker::new(settings.echo);
         }
         self.settings = settings;
         self.half_bit = settings.serial.half_bit();
@@ -107,7 +107,7 @@ impl Line {
     }
 
     /// The settings in force.
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &LineSettings {
         &self.settings
     }
 
@@ -135,7 +135,7 @@ impl Line {
     }
 
     /// Lets time pass. To be called until it returns `None`; DE may have changed all the same.
-    pub fn poll(&mut self, now: Micros) -> Option<Step> {
+    pub fn poll(&mut self, now: Micros) -> Option<LineStep> {
         match self.state {
             State::Turnaround { .. } if now >= self.clear_at => {
                 self.echo.begin();
@@ -143,14 +143,14 @@ impl Line {
                 let release_by = now + self.longest_drive();
                 if self.settings.pre_delay == Micros::ZERO {
                     self.state = State::Sending { next: 0, release_by };
-                    return Some(Step::Begin);
+                    return Some(LineStep::Begin);
                 }
                 self.state = State::PreDelay { until: now + self.settings.pre_delay, release_by };
                 None
             }
             State::Turnaround { give_up } if now >= give_up => {
                 self.state = State::Listening;
-                Some(Step::GiveUp)
+                Some(LineStep::GiveUp)
             }
             State::PreDelay { release_by, .. }
             | State::Sending { release_by, .. }
@@ -160,19 +160,21 @@ impl Line {
                 self.listen(now);
                 // What the UART holds still runs out of it, behind the closed driver.
                 self.clear_at = self.clear_at.max(now + self.settings.serial.characters(2));
-                // Nobody is to blame for what was never sent.
+                // A frame that was never sent is no node's fault.
                 _ = self.echo.end();
-                Some(Step::Force)
+                Some(LineStep::Force)
             }
             State::PreDelay { until, release_by } if now >= until => {
                 self.state = State::Sending { next: 0, release_by };
-                Some(Step::Begin)
+                Some(LineStep::Begin)
             }
             State::PostDelay { until } if now >= until => {
                 self.listen(now);
                 None
             }
-            _ if self.echo.is_missed() && now > self.echo_until => self.echo.end().then_some(Step::EchoLost),
+            _ if self.echo.is_missed() && now > self.echo_until => {
+                self.echo.end().then_some(LineStep::EchoLost)
+            }
             _ => None,
         }
     }
@@ -233,12 +235,12 @@ impl Line {
         let verdict = if at <= self.echo_until {
             self.echo.judge(character, &self.frame, sent)
         } else {
-            Verdict::Foreign
+            EchoVerdict::Foreign
         };
         match verdict {
-            Verdict::Own => Event::Echo { at },
-            Verdict::Contention => Event::Contention { at },
-            Verdict::Foreign => {
+            EchoVerdict::Own => Event::Echo { at },
+            EchoVerdict::Contention => Event::Contention { at },
+            EchoVerdict::Foreign => {
                 if matches!(self.state, State::PostDelay { .. }) {
                     self.listen(at);
                 }

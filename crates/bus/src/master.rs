@@ -1,4 +1,4 @@
-//! One question, one answer, one deadline.
+//! One request, one answer, one deadline.
 //!
 //! ```text
 //!        begin           Released           first character late, gap too long
@@ -8,47 +8,47 @@
 //! ```
 //!
 //! *Waiting.* The first character has to come within the sensor's documented latency; a dead node costs no more. A
-//! character never shortens a wait, so junk at turnaround costs nothing; length and checksum make the frame, a gap
+//! character never shortens a wait, so stray characters at turnaround cost nothing; length and checksum make the frame, a gap
 //! only ends the wait. However long a node babbles, a wait ends after the longest answer twice over.
 //!
-//! *Quiet.* For [`Timing::quiet`] after a failure nobody is asked, and for longer if the node is usually there
-//! (`master/habits.rs`). After that the master may be asked what cannot be confused with the request that failed
+//! *Quiet.* After a failure the master sends nothing for [`Timing::quiet`], and for longer if the node usually answers
+//! (`master/history.rs`). After that the master may be asked what cannot be confused with the request that failed
 //! ([`Master::may_ask`]): another node, another command. For the same again it is idle only when no late answer can come
 //! any more, [`Timing::late`] after the deadline (`master/late.rs`). So dead nodes are cheap, and a late answer to one
-//! request is never the answer to the next, be it the same request to the same node. A caller who does not care for this
+//! request is never the answer to the next, be it the same request to the same node. A caller that does not need this
 //! efficiency waits for [`Master::is_idle`].
 //!
-//! *Slow nodes.* Answers seen to be late prolong the waits, up to [`Timing::slack`] (`master/slack.rs`).
+//! *Slow nodes.* Answers seen to be late prolong the waits, up to [`Timing::extension`] (`master/adaptive.rs`).
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 
-use crate::counters::{Counters, bump};
+use crate::counters::{BusCounters, bump};
 pub use crate::line::Event;
 use crate::protocol::Protocol;
 use crate::{Micros, Timing};
 
+mod adaptive;
 mod begin;
 mod end;
 mod exchange;
 mod fault;
-mod habits;
 mod hear;
+mod history;
 mod late;
-mod slack;
 
+use adaptive::AdaptiveTimeout;
 use exchange::Exchange;
 pub use fault::{Blame, Fault};
-use habits::Habits;
-use late::Doubts;
-use slack::Slack;
+use history::NodeHistory;
+use late::OutstandingReplies;
 
 /// No wait is stretched by more than this many characters, or by twice the answer, if that is more. It is twice the
-/// T7's 34-byte answer, so that junk of a frame's length before a frame still leaves it whole.
+/// T7's 34-byte answer, so that a frame still arrives whole after as many stray characters.
 pub const LONGEST_ANSWER: u64 = 68;
 
 /// How an exchange ended.
 #[derive(Debug)]
-pub struct Outcome<P: Protocol> {
+pub struct ExchangeOutcome<P: Protocol> {
     /// The answer, or why there is none.
     pub result: Result<P::Answer, Fault<P::DecodeError>>,
     /// When it ended: the stop bit of the answer's last character, or the deadline.
@@ -67,11 +67,11 @@ enum State {
         give_up: Micros,
     },
     Quiet {
-        /// Nobody is asked before this.
+        /// No request before this.
         clear: Micros,
         give_up: Micros,
         /// A late answer may begin until then; `None` when there is none to come.
-        doubt: Option<Micros>,
+        outstanding: Option<Micros>,
     },
 }
 
@@ -83,11 +83,11 @@ pub struct Master<P: Protocol> {
     state: State,
     /// The exchange in hand, or the last one: it is taken up again for the next, which is cheaper than a new one.
     exchange: Option<Exchange<P>>,
-    doubts: Doubts<P>,
-    habits: Habits,
-    slack: Slack,
-    counters: Counters,
-    /// Of the last late answer, until somebody asks.
+    outstanding: OutstandingReplies<P>,
+    history: NodeHistory,
+    adaptive: AdaptiveTimeout,
+    counters: BusCounters,
+    /// The node of the last late answer, until [`Master::take_late`].
     late_node: Option<u8>,
 }
 
@@ -100,10 +100,10 @@ impl<P: Protocol> Master<P> {
             character: timing.serial.characters(1),
             state: State::Idle,
             exchange: None,
-            doubts: Doubts::new(),
-            habits: Habits::default(),
-            slack: Slack::default(),
-            counters: Counters::default(),
+            outstanding: OutstandingReplies::new(),
+            history: NodeHistory::default(),
+            adaptive: AdaptiveTimeout::default(),
+            counters: BusCounters::default(),
             late_node: None,
         }
     }
@@ -124,13 +124,13 @@ impl<P: Protocol> Master<P> {
     }
 
     /// What happened since reset.
-    pub fn counters(&self) -> &Counters {
+    pub fn counters(&self) -> &BusCounters {
         &self.counters
     }
 
     /// Sets what was counted to zero.
     pub fn clear_counters(&mut self) {
-        self.counters = Counters::default();
+        self.counters = BusCounters::default();
     }
 
     /// The waits in force.
@@ -146,7 +146,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// Takes an event of the line. A collecting exchange has more than one outcome.
-    pub fn on(&mut self, event: Event) -> Option<Outcome<P>> {
+    pub fn on(&mut self, event: Event) -> Option<ExchangeOutcome<P>> {
         match event {
             Event::Released { at } => self.released(at),
             Event::Forced { at } => {
@@ -165,14 +165,14 @@ impl<P: Protocol> Master<P> {
     }
 
     /// Lets time pass. To be called again while it returns an outcome.
-    pub fn poll(&mut self, now: Micros) -> Option<Outcome<P>> {
+    pub fn poll(&mut self, now: Micros) -> Option<ExchangeOutcome<P>> {
         match self.state {
             State::Sending { give_up } if now >= give_up => self.fail(Fault::NotSent, now),
             State::Waiting { deadline, .. } if now >= deadline => {
                 // What the decoder has held back until now; each report takes at least a character, so this ends.
                 while let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) {
                     let (progress, last) = (P::idle(&mut exchange.decoder), exchange.last);
-                    if matches!(progress, Progress::More) {
+                    if matches!(progress, DecodeProgress::More) {
                         return self.missed(deadline, now);
                     }
                     let outcome = self.progressed(progress, last);
@@ -182,7 +182,9 @@ impl<P: Protocol> Master<P> {
                 }
                 None
             }
-            State::Quiet { clear, doubt, .. } if now >= doubt.map_or(clear, |until| until.max(clear)) => {
+            State::Quiet { clear, outstanding, .. }
+                if now >= outstanding.map_or(clear, |until| until.max(clear)) =>
+            {
                 self.leave_quiet(now);
                 None
             }
@@ -196,7 +198,9 @@ impl<P: Protocol> Master<P> {
             State::Idle => None,
             State::Sending { give_up } => Some(give_up),
             State::Waiting { deadline, .. } => Some(deadline),
-            State::Quiet { clear, doubt, .. } => Some(doubt.map_or(clear, |until| until.max(clear))),
+            State::Quiet { clear, outstanding, .. } => {
+                Some(outstanding.map_or(clear, |until| until.max(clear)))
+            }
         }
     }
 }

@@ -1,8 +1,8 @@
-//! What the [`Master`](crate::Master) has to know of a vendor's protocol.
+//! A vendor's protocol, as the [`Master`](crate::Master) needs it.
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
-use clino_codec::layers::Layer;
+use clino_codec::checks::Check;
 
 use crate::{Micros, Timing};
 
@@ -14,7 +14,7 @@ pub use t7::T7;
 
 /// A request/response protocol with one master.
 pub trait Protocol {
-    /// Who is asked.
+    /// Address of the node that is asked.
     type Address: Copy;
     /// What is asked.
     type Request;
@@ -23,7 +23,7 @@ pub trait Protocol {
     /// The request cannot be put into a frame.
     type EncodeError;
     /// What came back is not the answer.
-    type DecodeError: Clone + Refusal;
+    type DecodeError: Clone + FailedCheck;
     /// A request as bytes.
     type Frame: AsRef<[u8]>;
     /// What the answer to a request has to be.
@@ -56,13 +56,16 @@ pub trait Protocol {
     fn restart(decoder: &mut Self::Decoder, expected: Self::Expected);
 
     /// Feeds the decoder.
-    fn push(decoder: &mut Self::Decoder, character: Character) -> Progress<Self::Answer, Self::DecodeError>;
+    fn push(
+        decoder: &mut Self::Decoder,
+        character: Character,
+    ) -> DecodeProgress<Self::Answer, Self::DecodeError>;
 
     /// The answer's time is over: settles what the decoder still holds back. To be called until it says `More`.
-    fn idle(decoder: &mut Self::Decoder) -> Progress<Self::Answer, Self::DecodeError>;
+    fn idle(decoder: &mut Self::Decoder) -> DecodeProgress<Self::Answer, Self::DecodeError>;
 
     /// Characters the decoder passed over because they belong to no frame, since it was made.
-    fn junk(decoder: &Self::Decoder) -> u32;
+    fn discarded(decoder: &Self::Decoder) -> u32;
 
     /// Whether this answer may be the one that `earlier` called for.
     fn answers(answer: &Self::Answer, earlier: &Self::Expected) -> bool;
@@ -75,7 +78,7 @@ pub trait Protocol {
 }
 
 /// Why a frame was refused, whatever its protocol.
-pub trait Refusal {
+pub trait FailedCheck {
     /// The check that refused it.
-    fn layer(&self) -> Layer;
+    fn failed_check(&self) -> Check;
 }

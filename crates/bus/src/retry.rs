@@ -1,8 +1,8 @@
 //! Whether and when to repeat a request that failed.
 //!
-//! A request that only reads is repeated after every fault: asking twice harms nobody. A request that changes a
+//! A request that only reads is repeated after every fault: asking twice does no harm. A request that changes a
 //! sensor's non-volatile memory may have been carried out although no answer came, and memory wears; it is repeated
-//! only if it certainly was not heard. Anything more (reading back, then writing what differs) is for those who know
+//! only if it certainly was not heard. Anything more (reading back, then writing what differs) is for callers that know
 //! what they want to write.
 
 use crate::{Fault, Micros, Protocol};
@@ -22,7 +22,7 @@ impl Retry {
     /// No second try.
     pub const NEVER: Retry = Retry { times: 0, pause: Micros::ZERO };
 
-    /// So many further tries, each as soon as the master allows.
+    /// This many further tries, each as soon as the master allows.
     pub const fn times(times: u8) -> Retry {
         Retry { times, pause: Micros::ZERO }
     }

@@ -1,4 +1,4 @@
-//! How long things take on the line, and how long to wait for them.
+//! Durations on the line, and the waits derived from them.
 
 use crate::{Micros, Serial, line};
 
@@ -24,7 +24,7 @@ pub struct Timing {
     pub margin: Micros,
     /// Longest pause between two characters of one answer before it counts as cut off.
     pub gap: Micros,
-    /// Silence kept after a failed exchange, before anybody else is asked. A late or garbled answer that begins in it
+    /// Silence kept after a failed exchange, before the next request. A late or garbled answer that begins in it
     /// is heard to its end (until there is a `gap`) before the next request.
     pub quiet: Micros,
     /// The same after a node that has answered the last time it was asked missed its deadline: it may be slow.
@@ -33,7 +33,7 @@ pub struct Timing {
     /// for the answer to a later request.
     pub late: Micros,
     /// The latencies are prolonged by up to this much for sensors that were seen to need it.
-    pub slack: Micros,
+    pub extension: Micros,
     /// Longest wait for the line to fall silent before a request; then it is dropped. As long as any answer.
     pub line_busy: Micros,
 }
@@ -54,7 +54,7 @@ impl Timing {
             patience: Micros(6_000),
             // As long as a Set may take: a device that was busy with its flash may be that late.
             late: Micros(25_000),
-            slack: Micros(2_000),
+            extension: Micros(2_000),
             line_busy: serial.characters(T7_BUSY),
         }
     }
@@ -77,14 +77,14 @@ impl Timing {
             // module that has lost step is silent, and takes all we send for the rest of a message, until there were
             // 400 ms in which we sent nothing: this is the wait for that, too.
             late: Micros(400_000),
-            slack: Micros(50_000),
+            extension: Micros(50_000),
             line_busy: serial.characters(ISU_BUSY),
         }
     }
 
     /// The line that goes with these waits: no delay around DE, no echo.
-    pub const fn line(&self) -> line::Settings {
-        line::Settings::new(self.serial, self.guard)
+    pub const fn line(&self) -> line::LineSettings {
+        line::LineSettings::new(self.serial, self.guard)
     }
 
     /// From the end of our last stop bit to the instant by which the first character of the answer must have

@@ -1,7 +1,7 @@
 //! Every fault at every byte of every transaction: the right answer or an error that says what it is, and never what
 //! another answer said; after that, the next transaction is as good as ever.
 //!
-//! An 8-bit sum cannot see everything. Where damage makes another well-formed answer, nobody can tell; an oracle that
+//! An 8-bit sum cannot see everything. Where damage makes another well-formed answer, no receiver can tell; a checker that
 //! knows the documents only has to agree that it is one, and these cases are counted.
 
 mod common;
@@ -234,11 +234,11 @@ fn isu_transactions_survive_every_fault() {
 fn the_longest_answers_are_not_cut() {
     let transactions = transactions::longest_isu();
     for transaction in &transactions {
-        // Trial::new wants them whole. With a frame's length of junk in front, too.
+        // Trial::new wants them whole. With a frame's length of stray characters in front, too.
         assert!(transaction.first.len() >= 256);
         let mut trial = Trial::new(transaction, Timing::isu());
-        let junk = vec![0xFF; transaction.first.len()];
-        assert!(trial.hear(&sounds(1_000, &[&junk[..], &transaction.first].concat())).is_none());
+        let stray = vec![0xFF; transaction.first.len()];
+        assert!(trial.hear(&sounds(1_000, &[&stray[..], &transaction.first].concat())).is_none());
         assert_eq!(trial.tally.right, 1);
     }
 }

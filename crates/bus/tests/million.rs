@@ -198,7 +198,7 @@ fn a_t7_survives_a_million_faults() {
         |random| t7_angle(5, i32::from(random) * 5 - 160_000),
         &t7_angle(6, 90_000),
         |answer| Some(millidegrees(answer).to_be_bytes().to_vec()),
-        |heard| common::oracle::t7_answers(heard, 5, 0x83, 8).next().is_some(),
+        |heard| common::expected::t7_answers(heard, 5, 0x83, 8).next().is_some(),
     );
 }
 
@@ -210,6 +210,6 @@ fn an_isu_survives_a_million_faults() {
         |random| isu_angle(3, random),
         &isu_angle(4, 0x4000),
         |answer| code(answer).map(|code| code.to_be_bytes().to_vec()),
-        |heard| common::oracle::isu_answers(heard, 0x35, 6, Some(0x58)).next().is_some(),
+        |heard| common::expected::isu_answers(heard, 0x35, 6, Some(0x58)).next().is_some(),
     );
 }

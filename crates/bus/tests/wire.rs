@@ -7,8 +7,8 @@ use clino_bus::{Fault, Isu, Micros, Serial, T7, Timing};
 use clino_codec::t7::{Axis, Request, Response};
 use clino_codec::{isu, t7};
 use clino_segment::chance::Chance;
-use clino_segment::log::{Event, Fate, Talker};
-use clino_segment::{Babble, Faults, Noise, Settings, Station};
+use clino_segment::log::{Fate, LineEvent, Talker};
+use clino_segment::{Babble, Faults, Noise, SegmentSettings, Station};
 use clino_sim::fault;
 use clino_sim::latency::Latency;
 use clino_sim::motion::Motion;
@@ -20,8 +20,8 @@ const US: u64 = 1_000;
 const MS: u64 = 1_000_000;
 const ANGLE: Request = Request::GetAngle(Axis::Two);
 
-fn wire(echo: bool) -> Settings {
-    Settings { chance: Chance::new(1), echo, noise: Noise::default() }
+fn wire(echo: bool) -> SegmentSettings {
+    SegmentSettings { chance: Chance::new(1), echo, noise: Noise::default() }
 }
 
 fn timing() -> Timing {
@@ -41,7 +41,7 @@ fn turning(address: u8, latency: u64) -> Shared {
         get_latency: Latency::fixed(latency),
         ..Options::default()
     };
-    let stored = clino_sim::t7::Settings { address, ..Default::default() };
+    let stored = clino_sim::t7::StoredSettings { address, ..Default::default() };
     Arc::new(Mutex::new(clino_sim::t7::T7::new(Identity::default(), stored, options).unwrap()))
 }
 
@@ -49,7 +49,7 @@ fn station(node: &Shared) -> Station {
     sensor("t7", Box::new(Arc::clone(node)))
 }
 
-fn bench(line: line::Settings, echo: bool, nodes: &[&Shared]) -> Bench<T7> {
+fn bench(line: line::LineSettings, echo: bool, nodes: &[&Shared]) -> Bench<T7> {
     Bench::with_line(timing(), line, wire(echo), nodes.iter().map(|node| station(node)).collect())
 }
 
@@ -57,8 +57,8 @@ fn bench(line: line::Settings, echo: bool, nodes: &[&Shared]) -> Bench<T7> {
 fn driver_edges(bench: &Bench<T7>) -> Vec<(u64, bool)> {
     let log = bench.port.log();
     let log = log.lock().unwrap();
-    let edge = |event: &Event| match *event {
-        Event::De { at, high } => Some((at, high)),
+    let edge = |event: &LineEvent| match *event {
+        LineEvent::De { at, high } => Some((at, high)),
         _ => None,
     };
     log.events.iter().filter_map(edge).collect()
@@ -67,7 +67,7 @@ fn driver_edges(bench: &Bench<T7>) -> Vec<(u64, bool)> {
 fn contentions(bench: &Bench<T7>) -> usize {
     let log = bench.port.log();
     let log = log.lock().unwrap();
-    log.events.iter().filter(|event| matches!(event, Event::Contention { .. })).count()
+    log.events.iter().filter(|event| matches!(event, LineEvent::Contention { .. })).count()
 }
 
 /// First start bits of the gateway's requests, ends of their last stop bits, in nanoseconds.
@@ -76,7 +76,7 @@ fn requests(bench: &Bench<T7>) -> Vec<(u64, u64)> {
     let log = log.lock().unwrap();
     let mut requests: Vec<(u64, u64)> = Vec::new();
     for event in &log.events {
-        let Event::Char { who: Talker::Gateway, start, end, fate, .. } = *event else { continue };
+        let LineEvent::Char { who: Talker::Gateway, start, end, fate, .. } = *event else { continue };
         assert_eq!(fate, Fate::Clean);
         match requests.last_mut() {
             Some((_, last)) if start <= *last + US => *last = end,
@@ -131,7 +131,8 @@ fn an_answer_at_once_is_not_lost_whatever_the_delays() {
             (true, EchoMode::Detect),
         ] {
             let post_delay = Micros(post_delay);
-            let line = line::Settings { post_delay, pre_delay: Micros(20), echo: mode, ..timing().line() };
+            let line =
+                line::LineSettings { post_delay, pre_delay: Micros(20), echo: mode, ..timing().line() };
             // 170 µs after our last stop bit.
             let t7 = turning(5, 170 * US);
             let mut bench = bench(line, echo, &[&t7]);
@@ -143,7 +144,7 @@ fn an_answer_at_once_is_not_lost_whatever_the_delays() {
             if !fought {
                 assert!(results.iter().all(Result::is_ok), "{post_delay:?} {mode:?}: {results:?}");
                 let counters = bench.master.counters();
-                assert_eq!((counters.good, counters.junk, counters.contention), (5, 0, 0));
+                assert_eq!((counters.good, counters.discarded, counters.contention), (5, 0, 0));
                 assert_eq!(counters.echo, if echo { 15 } else { 0 }, "{mode:?}");
             }
         }
@@ -154,7 +155,7 @@ fn an_answer_at_once_is_not_lost_whatever_the_delays() {
 fn the_driver_is_on_for_the_frame_and_its_delays() {
     for (pre, post) in [(0, 0), (30, 0), (0, 70), (30, 70)] {
         let (pre_delay, post_delay) = (Micros(pre), Micros(post));
-        let line = line::Settings { pre_delay, post_delay, ..timing().line() };
+        let line = line::LineSettings { pre_delay, post_delay, ..timing().line() };
         let t7 = turning(5, 2 * MS);
         let mut bench = bench(line, false, &[&t7]);
         assert!(bench.ask(node(5), &ANGLE).result.is_ok());
@@ -168,13 +169,13 @@ fn the_driver_is_on_for_the_frame_and_its_delays() {
 }
 
 #[test]
-fn somebody_talking_into_our_frame_is_contention() {
+fn a_node_transmitting_during_our_frame_is_contention() {
     // A node that babbles without listening, once a millisecond.
     let babble = Babble { from: 10 * MS, until: 200 * MS, gap: MS };
     let faults = Faults { babble: vec![babble], ..Faults::default() };
     let t7 = turning(5, 2 * MS);
     let stranger = Station { faults, ..station(&turning(9, 2 * MS)) };
-    let line = line::Settings { echo: EchoMode::Expected, ..timing().line() };
+    let line = line::LineSettings { echo: EchoMode::Expected, ..timing().line() };
     let mut bench = Bench::<T7>::with_line(timing(), line, wire(true), vec![station(&t7), stranger]);
     let mut contended = 0;
     while bench.port.now() < Micros(190_000) {
@@ -205,7 +206,7 @@ fn late_answers_never_become_the_next_ones() {
         let (mut answered, mut good_answered) = (0, 0);
         for round in 0..12 {
             if round % 3 == 1 {
-                slow.lock().unwrap().faults.next = Some(fault::Fault::Late(late * US));
+                slow.lock().unwrap().faults.next = Some(fault::AnswerFault::Late(late * US));
             }
             for (address, node_of) in [(5, &slow), (6, &good)] {
                 let asked = bench.port.now();
@@ -239,7 +240,7 @@ fn a_node_that_becomes_a_millisecond_too_slow_is_lost_only_once() {
     for address in [5, 6] {
         assert!(bench.ask(node(address), &ANGLE).result.is_ok());
     }
-    slow.lock().unwrap().faults.every = Some((1, fault::Fault::Late(MS)));
+    slow.lock().unwrap().faults.every = Some((1, fault::AnswerFault::Late(MS)));
     let mut failed = 0;
     for _ in 0..100 {
         for address in [5, 6] {
@@ -263,7 +264,7 @@ fn the_bit_rate_changes_live() {
     bench.master.set_timing(slow);
     bench.port.set_serial(slow.serial, slow.guard);
     assert!(bench.ask(node(5), &ANGLE).result.is_ok());
-    // At the old rate nobody is there any more, and at the new one again.
+    // No node answers at the old rate any more, and one does at the new rate.
     for (timing, there) in [(timing(), false), (slow, true)] {
         bench.settle();
         bench.master.set_timing(timing);
@@ -293,7 +294,7 @@ fn a_slow_eeprom_write_is_waited_for() {
 }
 
 #[test]
-fn everybody_on_the_bus_is_collected() {
+fn all_nodes_on_the_bus_are_collected() {
     // At 0.4, 1.2 and 1.9 ms, so that the answers of 0.7 ms do not meet.
     let nodes = [turning(1, 200 * US), turning(50, 1_000 * US), turning(100, 1_900 * US)];
     let mut bench = bench(timing().line(), false, &[&nodes[0], &nodes[1], &nodes[2]]);

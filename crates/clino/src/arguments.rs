@@ -21,7 +21,7 @@ pub struct Arguments {
     pub tool: Tool,
 }
 
-/// What there is to do.
+/// The subcommands.
 #[derive(Subcommand)]
 pub enum Tool {
     /// US Digital T7, binary protocol

@@ -12,14 +12,14 @@ mod request;
 use clino_codec::isu::{Answer, Request};
 
 use crate::bad::Bad;
-use crate::outcome::{Failure, Verdict};
+use crate::outcome::{DecodeVerdict, Failure};
 use crate::{hex, report, stream};
 use answer::AnswerObject;
 pub use arguments::Tool;
 use arguments::{Decode, Encode};
 use command::CommandObject;
 
-pub fn run(tool: Tool) -> Result<Verdict, Failure> {
+pub fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
     match tool {
         Tool::Decode(Decode { command: true, frames }) => Ok(stream::run(&frames, command_of)?),
         Tool::Decode(Decode { command: false, frames }) => Ok(stream::run(&frames, answer_of)?),
@@ -36,7 +36,7 @@ fn answer_of(text: &[u8]) -> Result<AnswerObject, Bad> {
     Ok(AnswerObject(Answer::decode(&hex::parse(text)?)?))
 }
 
-fn encode(arguments: Encode) -> Result<Verdict, Failure> {
+fn encode(arguments: Encode) -> Result<DecodeVerdict, Failure> {
     let Encode { address, command, parameters, even_if_it_bricks_the_module } = arguments;
     let request = parameters.request(command).map_err(Failure::Usage)?;
     let frame = if even_if_it_bricks_the_module {

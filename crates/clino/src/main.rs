@@ -24,14 +24,14 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 use arguments::{Arguments, Tool};
-use outcome::{Failure, Verdict};
+use outcome::{DecodeVerdict, Failure};
 
 fn main() -> ExitCode {
     // Clap itself ends the process for help, version, and arguments that it can tell are wrong (status 2).
     outcome::exit_code(run(Arguments::parse().tool))
 }
 
-fn run(tool: Tool) -> Result<Verdict, Failure> {
+fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
     match tool {
         Tool::T7(tool) => t7::run(tool),
         Tool::Isu(tool) => isu::run(tool),

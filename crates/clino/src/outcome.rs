@@ -12,14 +12,14 @@ const IO_FAILED: u8 = 3;
 
 /// What the frames were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum DecodeVerdict {
     /// All of them good.
     Good,
     /// At least one of them bad.
     Bad,
 }
 
-impl Verdict {
+impl DecodeVerdict {
     /// The verdict on these and other frames together.
     pub fn and(self, other: Self) -> Self {
         if self == Self::Good { other } else { self }
@@ -41,15 +41,15 @@ impl From<io::Error> for Failure {
 }
 
 /// Says on standard error what went wrong, if anything did.
-pub fn exit_code(outcome: Result<Verdict, Failure>) -> ExitCode {
+pub fn exit_code(outcome: Result<DecodeVerdict, Failure>) -> ExitCode {
     match outcome {
-        Ok(Verdict::Good) => ExitCode::SUCCESS,
-        Ok(Verdict::Bad) => BAD_FRAME.into(),
+        Ok(DecodeVerdict::Good) => ExitCode::SUCCESS,
+        Ok(DecodeVerdict::Bad) => BAD_FRAME.into(),
         Err(Failure::Usage(message)) => {
             eprintln!("error: {message}\n\nFor more information, try '--help'.");
             BAD_USAGE.into()
         }
-        // Whoever read the output has seen enough, as in `clino … | head`.
+        // The reader of the output has closed it, as in `clino … | head`.
         Err(Failure::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(Failure::Io(error)) => {
             eprintln!("error: {error}");

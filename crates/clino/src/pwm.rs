@@ -11,7 +11,7 @@ use serde::ser::{SerializeMap as _, Serializer};
 
 use crate::bad::Bad;
 use crate::number;
-use crate::outcome::{Failure, Verdict};
+use crate::outcome::{DecodeVerdict, Failure};
 use crate::report;
 
 /// One cycle, in ticks of one timer.
@@ -29,7 +29,7 @@ fn ticks(text: &str) -> Result<u32, String> {
     number::within(text, u32::MIN..=u32::MAX)
 }
 
-pub fn run(arguments: Arguments) -> Result<Verdict, Failure> {
+pub fn run(arguments: Arguments) -> Result<DecodeVerdict, Failure> {
     let Arguments { period_ticks: period, high_ticks: high } = arguments;
     Ok(report::line(&mut io::stdout().lock(), measure(Ticks { period, high }))?)
 }

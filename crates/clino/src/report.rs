@@ -6,16 +6,16 @@ use serde::Serialize;
 
 use crate::bad::Bad;
 use crate::hex;
-use crate::outcome::{Failure, Verdict};
+use crate::outcome::{DecodeVerdict, Failure};
 
 /// Writes what a frame means, or what is wrong with it.
 ///
 /// # Errors
 /// The output failed.
-pub fn line(output: &mut impl Write, result: Result<impl Serialize, Bad>) -> io::Result<Verdict> {
+pub fn line(output: &mut impl Write, result: Result<impl Serialize, Bad>) -> io::Result<DecodeVerdict> {
     let verdict = match &result {
-        Ok(_) => Verdict::Good,
-        Err(_) => Verdict::Bad,
+        Ok(_) => DecodeVerdict::Good,
+        Err(_) => DecodeVerdict::Bad,
     };
     match result {
         Ok(meaning) => serde_json::to_writer(&mut *output, &meaning)?,
@@ -29,7 +29,7 @@ pub fn line(output: &mut impl Write, result: Result<impl Serialize, Bad>) -> io:
 ///
 /// # Errors
 /// The output failed.
-pub fn frame(bytes: &[u8]) -> Result<Verdict, Failure> {
+pub fn frame(bytes: &[u8]) -> Result<DecodeVerdict, Failure> {
     writeln!(io::stdout().lock(), "{}", hex::show(bytes))?;
-    Ok(Verdict::Good)
+    Ok(DecodeVerdict::Good)
 }

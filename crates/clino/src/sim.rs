@@ -4,7 +4,7 @@
 //! program ── pseudo-terminal ── adapter ── pair ┬─ sensor
 //!              (clino-pty)    (adapter.rs)       └─ sensor
 //! ```
-//! The sensors are `clino-sim`'s, the pair is `clino-segment`'s: bits on a line that everybody samples at his own rate.
+//! The sensors are `clino-sim`'s, the pair is `clino-segment`'s: bits on a line that every receiver samples at its own rate.
 //! So a wrong bit rate, two sensors at one address, or a command sent into an answer come out as on a real pair.
 //!
 //! Virtual time is the time since the start. Nothing happens early; what is due late, because the computer was busy,
@@ -25,9 +25,9 @@ use std::io::{self, Write as _};
 
 use clino_pty::Terminal;
 use clino_segment::chance::Chance;
-use clino_segment::{Noise, Segment, Settings, Station};
+use clino_segment::{Noise, Segment, SegmentSettings, Station};
 
-use crate::outcome::{Failure, Verdict};
+use crate::outcome::{DecodeVerdict, Failure};
 use adapter::Adapter;
 pub use arguments::Arguments;
 use chatter::Chatter;
@@ -38,7 +38,7 @@ const T7_BUS: u64 = 1;
 const ISU_BUS: u64 = 2;
 
 /// Serves until SIGINT or SIGTERM.
-pub fn run(arguments: Arguments) -> Result<Verdict, Failure> {
+pub fn run(arguments: Arguments) -> Result<DecodeVerdict, Failure> {
     arguments.check().map_err(Failure::Usage)?;
     let chance = Chance::new(arguments.seed);
     let mut buses = Vec::new();
@@ -56,10 +56,10 @@ pub fn run(arguments: Arguments) -> Result<Verdict, Failure> {
     let stop = serve::Stop::on_signals()?;
     announce(&buses)?;
     serve::until(&stop, &mut buses)?;
-    Ok(Verdict::Good)
+    Ok(DecodeVerdict::Good)
 }
 
-/// A bus with its sensors, its terminal, and somebody who tells what is said on it.
+/// A bus with its sensors, its terminal, and the log of its frames.
 fn bus(
     name: &'static str,
     baud: u32,
@@ -70,10 +70,10 @@ fn bus(
     let noise = Noise { bit_errors: arguments.bit_error_rate, ..Noise::default() };
     let mut notes = io::stderr().lock();
     for sensor in &sensors {
-        // Notes are for whoever reads them; the bus is served for others too.
+        // A note that cannot be written is no error: the bus goes on.
         let _ = writeln!(notes, "{name} bus: {}", sensor.name);
     }
-    let segment = Segment::new(Settings { chance, echo: arguments.echo, noise }, sensors);
+    let segment = Segment::new(SegmentSettings { chance, echo: arguments.echo, noise }, sensors);
     let chatter = Chatter::new(name, segment.log(), arguments.verbose);
     Ok(Bus { terminal: Terminal::open(baud)?, adapter: Adapter::new(segment, baud), chatter })
 }

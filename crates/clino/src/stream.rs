@@ -10,7 +10,7 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::bad::Bad;
-use crate::outcome::Verdict;
+use crate::outcome::DecodeVerdict;
 use crate::report;
 
 /// Bytes read or written at once.
@@ -36,7 +36,7 @@ pub struct Frames {
 pub fn run<T: Serialize>(
     frames: &Frames,
     interpret: impl Fn(&[u8]) -> Result<T, Bad>,
-) -> io::Result<Verdict> {
+) -> io::Result<DecodeVerdict> {
     if frames.stdin {
         return lines(io::stdin().lock(), io::stdout().lock(), interpret);
     }
@@ -51,11 +51,11 @@ pub fn lines<T: Serialize>(
     input: impl Read,
     output: impl Write,
     interpret: impl Fn(&[u8]) -> Result<T, Bad>,
-) -> io::Result<Verdict> {
+) -> io::Result<DecodeVerdict> {
     let mut input = BufReader::with_capacity(CHUNK, input);
     let mut output = BufWriter::with_capacity(CHUNK, output);
     let mut line = Vec::new();
-    let mut verdict = Verdict::Good;
+    let mut verdict = DecodeVerdict::Good;
     loop {
         if !input.buffer().contains(&b'\n') {
             output.flush()?;

@@ -7,43 +7,43 @@ mod names;
 mod refusal;
 mod request;
 
-use clino_codec::layers::{Layers, ValueRange};
+use clino_codec::checks::{Checks, ValueRange};
 use clino_codec::t7::{Answer, Request};
 
 use crate::bad::Bad;
-use crate::outcome::{Failure, Verdict};
+use crate::outcome::{DecodeVerdict, Failure};
 use crate::{hex, report, stream};
 use answer::AnswerObject;
 pub use arguments::Tool;
 use arguments::{Decode, Encode};
 use command::CommandObject;
 
-pub fn run(tool: Tool) -> Result<Verdict, Failure> {
+pub fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
     match tool {
         Tool::Decode(decode) => self::decode(&decode),
         Tool::Encode(encode) => self::encode(encode),
     }
 }
 
-fn decode(arguments: &Decode) -> Result<Verdict, Failure> {
+fn decode(arguments: &Decode) -> Result<DecodeVerdict, Failure> {
     let Decode { command, any_value, ref frames } = *arguments;
     if command {
         return Ok(stream::run(frames, command_of)?);
     }
     let values = if any_value { ValueRange::Off } else { ValueRange::AnyMode };
-    let layers = Layers { values, ..Layers::ALL };
-    Ok(stream::run(frames, |text| answer_of(text, layers))?)
+    let checks = Checks { values, ..Checks::ALL };
+    Ok(stream::run(frames, |text| answer_of(text, checks))?)
 }
 
 fn command_of(text: &[u8]) -> Result<CommandObject, Bad> {
     Ok(CommandObject(Request::decode(&hex::parse(text)?)?))
 }
 
-fn answer_of(text: &[u8], layers: Layers) -> Result<AnswerObject, Bad> {
-    Ok(AnswerObject(Answer::decode_with(&hex::parse(text)?, layers)?))
+fn answer_of(text: &[u8], checks: Checks) -> Result<AnswerObject, Bad> {
+    Ok(AnswerObject(Answer::decode_with(&hex::parse(text)?, checks)?))
 }
 
-fn encode(arguments: Encode) -> Result<Verdict, Failure> {
+fn encode(arguments: Encode) -> Result<DecodeVerdict, Failure> {
     let Encode { address, command, parameters } = arguments;
     let request = parameters.request(command).map_err(Failure::Usage)?;
     let frame = request.encode(address).map_err(|error| Failure::Usage(refusal::explain(error)))?;

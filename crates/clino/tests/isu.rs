@@ -70,7 +70,7 @@ fn answers_of_every_function() {
 }
 
 #[test]
-fn the_three_error_answers_name_the_error_and_nobody() {
+fn the_three_error_answers_name_the_error_and_no_module() {
     assert_eq!(good("isu decode 01 FF FF"), json!({ "device_error": "invalid_function_code" }));
     assert_eq!(good("isu decode 01 FD FD"), json!({ "device_error": "invalid_checksum" }));
     for command_byte in [0x00, 0x04, 0x3C, 0xFF_u8] {

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The crate can be published: it packages, and the package builds by itself.
+# The crate can be published: it packages, and the package builds on its own.
 set -eu
 . "$(dirname "$0")/common.sh"
 

@@ -2,7 +2,7 @@
 
 import sys
 
-MODULES = ["isu::eeprom", "isu", "t7", "ascii", "pwm", "angle", "stream", "layers", "bytes"]
+MODULES = ["isu::eeprom", "isu", "t7", "ascii", "pwm", "angle", "stream", "checks", "bytes"]
 
 goal, limit = (int(argument) for argument in sys.argv[1:])
 sizes = dict.fromkeys(MODULES, 0)

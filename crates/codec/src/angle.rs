@@ -49,7 +49,7 @@ impl Angle {
     /// 0°.
     pub const ZERO: Self = Self(0);
 
-    /// An angle of so many micro-degrees.
+    /// An angle in micro-degrees.
     pub const fn from_udeg(udeg: i32) -> Self {
         Self(udeg)
     }
@@ -59,7 +59,7 @@ impl Angle {
         self.0
     }
 
-    /// An angle of so many millidegrees; `None` beyond ±2 147 483 m°.
+    /// An angle in millidegrees; `None` beyond ±2 147 483 m°.
     pub const fn from_mdeg(mdeg: i32) -> Option<Self> {
         match mdeg.checked_mul(UDEG_PER_MDEG) {
             Some(udeg) => Some(Self(udeg)),
@@ -76,7 +76,7 @@ impl Angle {
         whole + (rest + half) / UDEG_PER_MDEG
     }
 
-    /// An angle of so many hundredths of a degree; `None` beyond ±214 748.
+    /// An angle in hundredths of a degree; `None` beyond ±214 748.
     pub const fn from_centideg(centideg: i32) -> Option<Self> {
         match centideg.checked_mul(UDEG_PER_CENTIDEG) {
             Some(udeg) => Some(Self(udeg)),

@@ -14,7 +14,7 @@
 
 use core::fmt;
 
-use crate::Progress;
+use crate::DecodeProgress;
 use crate::angle::Angle;
 use crate::bytes::put;
 use crate::character::{Character, LineErrors};
@@ -120,19 +120,19 @@ pub enum LineFault {
 /// A sign can stand only at the start of a line, so that a damaged line never costs the next one.
 ///
 /// ```
-/// use clino_codec::Progress;
+/// use clino_codec::DecodeProgress;
 /// use clino_codec::ascii::LineDecoder;
 /// use clino_codec::character::Character;
 ///
 /// let mut decoder = LineDecoder::new();
 /// let mut angle = None;
 /// for &byte in b"9.99\r\n- 32.70\r\n" {
-///     if let Progress::Frame(line) = decoder.push(Character::clean(byte)) {
+///     if let DecodeProgress::Frame(line) = decoder.push(Character::clean(byte)) {
 ///         angle = Some(line.angle());
 ///     }
 /// }
 /// assert_eq!(angle.unwrap().to_string(), "-32.700");
-/// assert_eq!(decoder.junk(), 6);
+/// assert_eq!(decoder.discarded(), 6);
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct LineDecoder {
@@ -144,7 +144,7 @@ pub struct LineDecoder {
     /// The digits so far, in hundredths of a degree at the end.
     magnitude: i32,
     errors: LineErrors,
-    junk: u32,
+    discarded: u32,
 }
 
 impl LineDecoder {
@@ -156,22 +156,22 @@ impl LineDecoder {
             in_number: false,
             magnitude: 0,
             errors: LineErrors::NONE,
-            junk: 0,
+            discarded: 0,
         }
     }
 
     /// Characters so far that belonged to no line.
-    pub const fn junk(&self) -> u32 {
-        self.junk
+    pub const fn discarded(&self) -> u32 {
+        self.discarded
     }
 
     /// Takes one character.
-    pub fn push(&mut self, character: Character) -> Progress<Centidegrees, LineFault> {
+    pub fn push(&mut self, character: Character) -> DecodeProgress<Centidegrees, LineFault> {
         let byte = character.byte;
         let position = self.position;
         if position == 0 {
             self.start(character);
-            return Progress::More;
+            return DecodeProgress::More;
         }
         self.errors |= character.errors;
         if !self.take(byte) {
@@ -180,17 +180,17 @@ impl LineDecoder {
                 b'+' | b'-' => self.start(character),
                 _ => self.position = 0,
             }
-            return Progress::Bad(fault);
+            return DecodeProgress::Bad(fault);
         }
         self.position = position.wrapping_add(1);
         if usize::from(self.position) < LINE_LENGTH {
-            return Progress::More;
+            return DecodeProgress::More;
         }
         self.position = 0;
         let centideg = if self.negative { self.magnitude.wrapping_neg() } else { self.magnitude };
         match i16::try_from(centideg).ok().and_then(Centidegrees::new) {
-            Some(angle) if self.errors.is_none() => Progress::Frame(angle),
-            _ => Progress::Bad(self.fault(LineFault::Value { centideg })),
+            Some(angle) if self.errors.is_none() => DecodeProgress::Frame(angle),
+            _ => DecodeProgress::Bad(self.fault(LineFault::Value { centideg })),
         }
     }
 
@@ -202,14 +202,14 @@ impl LineDecoder {
     /// Takes the first character of a line, or drops what cannot be one.
     #[inline(never)]
     fn start(&mut self, character: Character) {
-        let Self { junk, .. } = *self;
-        *self = Self { junk, errors: character.errors, ..Self::new() };
+        let Self { discarded, .. } = *self;
+        *self = Self { discarded, errors: character.errors, ..Self::new() };
         match character.byte {
             sign @ (b'+' | b'-') => {
                 self.position = 1;
                 self.negative = sign == b'-';
             }
-            _ => self.junk = junk.saturating_add(1),
+            _ => self.discarded = discarded.saturating_add(1),
         }
     }
 

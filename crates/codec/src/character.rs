@@ -45,7 +45,7 @@ impl LineErrors {
     pub const FRAMING: Self = Self(1);
     /// Samples within one bit disagreed.
     pub const NOISE: Self = Self(1 << 1);
-    /// At least one earlier character was lost because nobody fetched it in time.
+    /// At least one earlier character was lost because the software did not fetch it in time.
     pub const OVERRUN: Self = Self(1 << 2);
     /// The parity bit did not fit the data bits.
     pub const PARITY: Self = Self(1 << 3);

@@ -8,14 +8,14 @@ mod bytes;
 pub mod character;
 #[doc = include_str!("../DOCUMENTS.md")]
 pub mod documents {}
+pub mod checks;
 pub mod isu;
-pub mod layers;
 mod progress;
 pub mod pwm;
 mod stream;
 pub mod t7;
 
-pub use progress::Progress;
+pub use progress::DecodeProgress;
 
 #[cfg(test)]
 extern crate std;

@@ -4,23 +4,23 @@ use crate::stream::Verdict;
 
 /// What one more character led to.
 ///
-/// [`Progress::Bad`] does not end the wait for a frame: the decoder has already resynchronised, and a good
+/// [`DecodeProgress::Bad`] does not end the wait for a frame: the decoder has already resynchronised, and a good
 /// frame that follows the bad bytes (or began among them) still comes out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
-pub enum Progress<T, E> {
+pub enum DecodeProgress<T, E> {
     /// Nothing complete yet.
     More,
-    /// A frame that passed every layer that is switched on.
+    /// A frame that passed every check that is switched on.
     Frame(T),
     /// Bytes that began like a frame and turned out not to be a good one, and why.
     Bad(E),
 }
 
-impl<T, E> Progress<T, E> {
-    /// Becomes what was made of so many bytes, and says what that means for them.
+impl<T, E> DecodeProgress<T, E> {
+    /// Takes the result of examining these bytes and returns what it means for them.
     #[inline(always)]
     pub(crate) fn settle(&mut self, result: Result<T, E>, length: usize) -> Verdict {
         match result {

@@ -180,7 +180,7 @@ impl Limits {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Reading {
+pub struct PwmReading {
     /// 0° up to, not including, 360°, clockwise from the null position.
     pub angle: Angle,
     /// Duty as measured, in parts per million.
@@ -239,7 +239,7 @@ pub enum PwmFault {
 ///
 /// # Errors
 /// Why the cycle is not one of an ISU, with what was seen and what is allowed.
-pub fn measure(ticks: Ticks, limits: &Limits, law: Law) -> Result<Reading, PwmFault> {
+pub fn measure(ticks: Ticks, limits: &Limits, law: Law) -> Result<PwmReading, PwmFault> {
     let (shortest, longest) = limits.periods();
     if ticks.period < shortest || ticks.period > longest {
         return Err(PwmFault::Period { period: ticks.period, shortest, longest });
@@ -256,7 +256,7 @@ pub fn measure(ticks: Ticks, limits: &Limits, law: Law) -> Result<Reading, PwmFa
         return Err(PwmFault::DutyAbove { duty_ppm, max_ppm });
     }
     let confined = angle.clamp(Angle::ZERO, Range::Unidirectional.last());
-    Ok(Reading { angle: confined, duty_ppm, clamped: confined != angle })
+    Ok(PwmReading { angle: confined, duty_ppm, clamped: confined != angle })
 }
 
 impl fmt::Display for PwmFault {

@@ -3,8 +3,8 @@
 //! The engine keeps the characters that may still belong to a frame. The protocol examines what starts at the
 //! oldest of them; the engine waits until that candidate is complete, and when it comes to nothing moves on
 //! by one byte only, so that a good frame that began among the bad bytes is found. While it waits for
-//! somebody else's frame, which may be long or imaginary, it looks at every character whether a wanted frame
-//! ends there. Together: junk before a good frame never delays or costs it, unless the junk and the frame's
+//! another node's frame, which may be long or imaginary, it checks at every character whether a wanted frame
+//! ends there. Together: stray bytes before a good frame never delay or cost it, unless these bytes and the frame's
 //! first bytes form a good frame of their own.
 //!
 //! The engine knows neither frames nor errors, so that there is one copy of it: the protocol's examination
@@ -17,14 +17,14 @@ use crate::character::{Character, LineErrors};
 #[derive(Clone, Copy)]
 pub(crate) enum Verdict {
     /// Nothing can start with the first byte.
-    Junk,
+    Discard,
     /// With fewer bytes than this there is nothing to say.
     Incomplete(usize),
-    /// Somebody else's frame has begun.
+    /// Another node's frame has begun.
     IncompleteForeign,
-    /// So many bytes are worth a report (none: they count as junk), and a frame may have begun among them.
+    /// This many bytes are worth a report (none: they count as discarded), and a frame may have begun among them.
     Bad(usize),
-    /// So many bytes are a wanted frame.
+    /// This many bytes are a wanted frame.
     Frame(usize),
 }
 
@@ -43,19 +43,19 @@ pub(crate) struct Stream<const N: usize> {
 #[derive(Clone, Debug)]
 struct State {
     length: usize,
-    /// How many of the oldest bytes belong to a frame that was reported: they are not junk.
+    /// How many of the oldest bytes belong to a frame that was reported: they are not discarded.
     reported: usize,
-    junk: u32,
+    discarded: u32,
     /// A kept character has, or had, a receiver error.
     dirty: bool,
     /// With fewer bytes than this there is nothing to say.
     look_at: usize,
-    /// No wanted frame ends among so many of the oldest bytes.
+    /// No wanted frame ends among this many of the oldest bytes.
     searched: usize,
 }
 
 impl State {
-    const NEW: Self = Self { length: 0, reported: 0, junk: 0, dirty: false, look_at: 0, searched: 0 };
+    const NEW: Self = Self { length: 0, reported: 0, discarded: 0, dirty: false, look_at: 0, searched: 0 };
 }
 
 impl<const N: usize> Stream<N> {
@@ -69,8 +69,8 @@ impl<const N: usize> Stream<N> {
     }
 
     /// Bytes that belonged to no frame, good or reported.
-    pub(crate) const fn junk(&self) -> u32 {
-        self.state.junk
+    pub(crate) const fn discarded(&self) -> u32 {
+        self.state.discarded
     }
 
     /// Bytes that may still become a frame.
@@ -170,17 +170,17 @@ impl Kept<'_> {
         examine(bytes, self.errors.get(start..end).unwrap_or(&[]))
     }
 
-    /// So many of the oldest bytes are accounted for, and so many of them are done with.
+    /// The first `reported` of the oldest bytes are accounted for; the first `done` of them are dropped.
     fn report(&mut self, reported: usize, done: usize) {
         self.state.reported = self.state.reported.max(reported);
         self.discard(done);
     }
 
-    /// Drops the oldest bytes; those that belong to no reported frame are junk.
+    /// Drops the oldest bytes; those that belong to no reported frame count as discarded.
     fn discard(&mut self, count: usize) {
         let state = &mut *self.state;
-        let junk = count.saturating_sub(state.reported);
-        state.junk = state.junk.saturating_add(junk as u32);
+        let discarded = count.saturating_sub(state.reported);
+        state.discarded = state.discarded.saturating_add(discarded as u32);
         state.reported = state.reported.saturating_sub(count);
         state.searched = state.searched.saturating_sub(count);
         state.length = state.length.saturating_sub(count);

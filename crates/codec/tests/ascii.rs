@@ -2,7 +2,7 @@
 
 mod common;
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::angle::Angle;
 use clino_codec::ascii::{Centidegrees, LINE_LENGTH, LineDecoder, LineFault};
 use clino_codec::character::{Character, LineErrors};
@@ -11,9 +11,9 @@ use common::clean;
 fn run(decoder: &mut LineDecoder, bytes: &[u8]) -> Vec<Result<i16, LineFault>> {
     clean(bytes)
         .filter_map(|character| match decoder.push(character) {
-            Progress::More => None,
-            Progress::Frame(angle) => Some(Ok(angle.get())),
-            Progress::Bad(fault) => Some(Err(fault)),
+            DecodeProgress::More => None,
+            DecodeProgress::Frame(angle) => Some(Ok(angle.get())),
+            DecodeProgress::Bad(fault) => Some(Err(fault)),
         })
         .collect()
 }
@@ -70,7 +70,7 @@ fn reception_may_start_anywhere() {
     for skipped in 1..LINE_LENGTH {
         let mut decoder = LineDecoder::new();
         assert_eq!(run(&mut decoder, &lines[skipped..]), [Ok(-3_270)]);
-        assert_eq!(decoder.junk() as usize, LINE_LENGTH - skipped);
+        assert_eq!(decoder.discarded() as usize, LINE_LENGTH - skipped);
     }
 }
 
@@ -92,7 +92,7 @@ fn a_damaged_line_never_costs_the_next() {
         let fault = LineFault::Unexpected { byte: 0, position: position as u8 };
         assert_eq!(seen, [Err(fault), Ok(-3_270)]);
         // The rest of the damaged line belongs to no line.
-        assert_eq!(decoder.junk() as usize, LINE_LENGTH - position - 1);
+        assert_eq!(decoder.discarded() as usize, LINE_LENGTH - position - 1);
     }
 }
 
@@ -100,19 +100,19 @@ fn a_damaged_line_never_costs_the_next() {
 fn receiver_errors_make_a_line_dirty_even_if_it_reads_well() {
     for position in 0..LINE_LENGTH {
         let mut decoder = LineDecoder::new();
-        let mut last = Progress::More;
+        let mut last = DecodeProgress::More;
         for (index, byte) in b"+124.50\r\n".iter().copied().enumerate() {
             let errors = if index == position { LineErrors::NOISE } else { LineErrors::NONE };
             last = decoder.push(Character { byte, errors });
         }
-        assert_eq!(last, Progress::Bad(LineFault::LineErrors { errors: LineErrors::NOISE }));
+        assert_eq!(last, DecodeProgress::Bad(LineFault::LineErrors { errors: LineErrors::NOISE }));
         assert_eq!(run(&mut decoder, b"- 32.70\r\n"), [Ok(-3_270)]);
     }
     // They also explain a character that cannot stand there.
     let mut decoder = LineDecoder::default();
     _ = decoder.push(Character::clean(b'+'));
     let framing = decoder.push(Character { byte: 0, errors: LineErrors::FRAMING });
-    assert_eq!(framing, Progress::Bad(LineFault::LineErrors { errors: LineErrors::FRAMING }));
+    assert_eq!(framing, DecodeProgress::Bad(LineFault::LineErrors { errors: LineErrors::FRAMING }));
 }
 
 #[test]

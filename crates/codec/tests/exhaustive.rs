@@ -3,8 +3,8 @@
 mod common;
 
 use clino_codec::character::Character;
+use clino_codec::checks::{Checks, ValueRange};
 use clino_codec::isu;
-use clino_codec::layers::{Layers, ValueRange};
 use clino_codec::t7::{self, Axis};
 use common::{isu_frame, t7_frame};
 
@@ -32,8 +32,8 @@ fn accepts_header(address: u8, length: u8, command: u8) -> bool {
     frame[..3].copy_from_slice(&[address, length, command]);
     frame[size - 1] = 0_u8.wrapping_sub(address).wrapping_sub(length).wrapping_sub(command);
     // Zero is no valid damping time.
-    let layers = Layers { values: ValueRange::Off, ..Layers::ALL };
-    t7::Answer::decode_with(&frame[..size], layers).is_ok()
+    let checks = Checks { values: ValueRange::Off, ..Checks::ALL };
+    t7::Answer::decode_with(&frame[..size], checks).is_ok()
 }
 
 fn is_documented_header(address: u8, length: u8, command: u8) -> bool {
@@ -113,21 +113,21 @@ fn check_angle_payload(payload: u32) {
 #[test]
 fn isu_angles_all_65_536_through_the_decoder() {
     let address = isu::Address::new(9).unwrap();
-    let mut decoder = isu::AnswerDecoder::new(isu::Request::READ_ANGLE.expected(address), Layers::ALL);
+    let mut decoder = isu::AnswerDecoder::new(isu::Request::READ_ANGLE.expected(address), Checks::ALL);
     for code in 0..=u16::MAX {
         let [high, low] = code.to_be_bytes();
         let sum = 0x95_u8.wrapping_add(0x58).wrapping_add(high).wrapping_add(low);
-        let mut last = isu::Progress::More;
+        let mut last = isu::DecodeProgress::More;
         for byte in [0x04, 0x95, 0x58, high, low, sum] {
             last = decoder.push(Character::clean(byte));
         }
-        let isu::Progress::Frame(answer) = last else { panic!("{code:04X}: {last:?}") };
+        let isu::DecodeProgress::Frame(answer) = last else { panic!("{code:04X}: {last:?}") };
         assert_eq!(answer.angle_word(), Some(code));
         // Within half a micro-degree of code · 360/65536.
         let error = i64::from(answer.angle().unwrap().udeg()) * 65_536 - i64::from(code) * 360_000_000;
         assert!(error.abs() <= 32_768);
     }
-    assert_eq!(decoder.junk(), 0);
+    assert_eq!(decoder.discarded(), 0);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom::{
-    Audit, Change, ChecksumReading, DataWord, Image, Plan, Refusal, ShutoffBit, Write, pack, unpack,
+    Audit, Change, ChecksumReading, DataWord, Image, Plan, PlanError, PlannedWrite, ShutoffBit, pack, unpack,
 };
 use clino_codec::isu::{Address, Request, Words};
 
@@ -149,7 +149,7 @@ fn the_audit_computes_both_readings() {
 }
 
 /// Makes a change on a copy and checks all that must hold of it. Returns the writes.
-fn change(words: [u16; 256], change: Change, start: usize, data: u16) -> Vec<Write> {
+fn change(words: [u16; 256], change: Change, start: usize, data: u16) -> Vec<PlannedWrite> {
     let before = Image::new(words);
     let plan = Plan::change(&before, change).unwrap();
     let mut after = before.clone();
@@ -248,7 +248,7 @@ fn an_unsound_image_is_not_changed() {
     words[0x20] ^= 0x0100;
     let image = Image::new(words);
     let refusal = Plan::change(&image, Change::NullPosition(1)).unwrap_err();
-    assert_eq!(refusal, Refusal::UnsoundChecksum(image.audit()));
+    assert_eq!(refusal, PlanError::UnsoundChecksum(image.audit()));
     let Audit { stored, upper_bits_counted, words_left_out } = image.audit();
     assert_eq!(
         refusal.to_string(),
@@ -260,7 +260,7 @@ fn an_unsound_image_is_not_changed() {
 fn the_reserved_address_is_not_given() {
     let image = Image::new(sound(ChecksumReading::WordsLeftOut));
     let refusal = Plan::change(&image, Change::ModuleAddress(Address::RESERVED)).unwrap_err();
-    assert_eq!(refusal, Refusal::ReservedAddress);
+    assert_eq!(refusal, PlanError::ReservedAddress);
     assert_eq!(refusal.to_string(), "address 15 is reserved");
 }
 

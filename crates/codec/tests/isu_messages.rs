@@ -5,11 +5,11 @@ mod common;
 
 use clino_codec::angle::Angle;
 use clino_codec::character::LineErrors;
+use clino_codec::checks::{Check, Checks};
 use clino_codec::isu::{
     ANGLE_RAM_ADDRESS, Address, Answer, Command, Data, DecodeError, DeviceError, Differs, EncodeError,
     Function, MAX_DATA, MAX_WORDS, Request, Response, Words,
 };
-use clino_codec::layers::{Layer, Layers};
 use common::{hex, isu_frame};
 
 fn address(number: u8) -> Address {
@@ -88,16 +88,16 @@ fn every_answer_has_the_bytes_of_its_table_and_comes_back() {
 
 // I1
 #[test]
-fn the_error_answers_name_nobody() {
+fn the_error_answers_name_no_module() {
     for (error, bytes) in errors() {
         let answer = Answer::decode(&bytes).unwrap();
         assert_eq!(answer, Answer { address: Address::RESERVED, response: Response::Error(error) });
         assert_eq!(answer.response, Response::from(error));
         assert_eq!(answer.response.function(), None);
         assert_eq!(answer.encode().as_bytes(), bytes);
-        // Whoever was asked, it is the answer to that.
+        // It is the answer to the request in flight, whichever module was asked.
         let expected = Request::READ_ANGLE.expected(address(7));
-        assert_eq!(expected.check(&bytes, Layers::ALL), Ok(answer));
+        assert_eq!(expected.check(&bytes, Checks::ALL), Ok(answer));
     }
     // Nothing else may carry address 15.
     for function in Function::ALL {
@@ -159,11 +159,11 @@ fn the_direction_bit_must_be_right() {
 fn a_write_ram_answer_may_carry_the_count_or_the_first_byte() {
     let expected = Request::WriteRam { start: 0x58, data: data(&[0xAA, 0xBB]) }.expected(address(2));
     let answer = |third| isu_frame(0x27, &[0x58, third]);
-    assert!(expected.check(&answer(2), Layers::ALL).is_ok());
-    assert!(expected.check(&answer(0xAA), Layers::ALL).is_ok());
+    assert!(expected.check(&answer(2), Checks::ALL).is_ok());
+    assert!(expected.check(&answer(0xAA), Checks::ALL).is_ok());
     let memory = DecodeError::Memory { received: (0x58, 0xBB), expected: (0x58, 2) };
-    assert_eq!(expected.check(&answer(0xBB), Layers::ALL), Err(memory));
-    assert!(expected.check(&answer(0xBB), Layers { command: false, ..Layers::ALL }).is_ok());
+    assert_eq!(expected.check(&answer(0xBB), Checks::ALL), Err(memory));
+    assert!(expected.check(&answer(0xBB), Checks { command: false, ..Checks::ALL }).is_ok());
 }
 
 #[test]
@@ -173,32 +173,32 @@ fn an_answer_must_be_about_the_memory_that_was_asked_for() {
     assert_eq!(expected.size(), 6);
     let other_place = isu_frame(0x25, &[0x59, 1, 2]);
     let memory = DecodeError::Memory { received: (0x59, 2), expected: (0x58, 2) };
-    assert_eq!(expected.check(&other_place, Layers::ALL), Err(memory));
+    assert_eq!(expected.check(&other_place, Checks::ALL), Err(memory));
     let longer = isu_frame(0x25, &[0x58, 1, 2, 3]);
-    assert_eq!(expected.check(&longer, Layers::ALL), Err(DecodeError::Size { received: 7, expected: 6 }));
-    assert!(expected.check(&longer, Layers { length: false, ..Layers::ALL }).is_ok());
+    assert_eq!(expected.check(&longer, Checks::ALL), Err(DecodeError::Size { received: 7, expected: 6 }));
+    assert!(expected.check(&longer, Checks { length: false, ..Checks::ALL }).is_ok());
 
     let eeprom = Request::ReadEeprom { start: 0x78, count: 2 }.expected(address(2));
     assert_eq!(eeprom.size(), 8);
-    assert!(eeprom.check(&isu_frame(0x29, &[0x78, 1, 2, 3, 4]), Layers::ALL).is_ok());
+    assert!(eeprom.check(&isu_frame(0x29, &[0x78, 1, 2, 3, 4]), Checks::ALL).is_ok());
     let memory = DecodeError::Memory { received: (0x77, 2), expected: (0x78, 2) };
-    assert_eq!(eeprom.check(&isu_frame(0x29, &[0x77, 1, 2, 3, 4]), Layers::ALL), Err(memory));
+    assert_eq!(eeprom.check(&isu_frame(0x29, &[0x77, 1, 2, 3, 4]), Checks::ALL), Err(memory));
 
     let write = Request::WriteEeprom { start: 0x48, words: words(&[1, 2]) }.expected(address(2));
-    assert!(write.check(&isu_frame(0x2B, &[0x48, 2]), Layers::ALL).is_ok());
+    assert!(write.check(&isu_frame(0x2B, &[0x48, 2]), Checks::ALL).is_ok());
     let memory = DecodeError::Memory { received: (0x48, 1), expected: (0x48, 2) };
-    assert_eq!(write.check(&isu_frame(0x2B, &[0x48, 1]), Layers::ALL), Err(memory));
+    assert_eq!(write.check(&isu_frame(0x2B, &[0x48, 1]), Checks::ALL), Err(memory));
 
     let reset = Request::ResetModule.expected(address(2));
-    assert!(reset.check(&isu_frame(0x23, &[]), Layers::ALL).is_ok());
+    assert!(reset.check(&isu_frame(0x23, &[]), Checks::ALL).is_ok());
 }
 
 #[test]
-fn answers_of_others_are_foreign_unless_everybody_was_asked() {
+fn answers_of_others_are_foreign_unless_all_were_asked() {
     let answer = isu_frame(0x35, &[0x58, 1, 2]);
     let differs = |request: Request, number| match request
         .expected(address(number))
-        .check(&answer, Layers::ALL)
+        .check(&answer, Checks::ALL)
     {
         Err(DecodeError::Foreign { address, function: Function::ReadRam, differs }) if address.get() == 3 => {
             Some(differs)
@@ -210,7 +210,7 @@ fn answers_of_others_are_foreign_unless_everybody_was_asked() {
     assert_eq!(differs(Request::READ_ANGLE, 4), Some(Differs::Address));
     assert_eq!(differs(Request::ResetModule, 3), Some(Differs::Function));
     assert_eq!(differs(Request::ResetModule, 4), Some(Differs::Both));
-    let blind = Layers::NONE;
+    let blind = Checks::NONE;
     assert!(Request::ResetModule.expected(address(4)).check(&answer, blind).is_ok());
 }
 
@@ -303,7 +303,7 @@ fn whatever_is_wrong_is_named() {
     assert_eq!(Answer::decode(&[4, 5, 0x58, 0, 0]), Err(DecodeError::Size { received: 5, expected: 6 }));
     let checksum = DecodeError::Checksum { received: 0x5E, computed: 0x5D };
     assert_eq!(Answer::decode(&[4, 5, 0x58, 0, 0, 0x5E]), Err(checksum));
-    assert!(Answer::decode_with(&[4, 5, 0x58, 0, 0, 0x5E], Layers::NONE).is_ok());
+    assert!(Answer::decode_with(&[4, 5, 0x58, 0, 0, 0x5E], Checks::NONE).is_ok());
     assert_eq!(
         Request::decode(&[3, 4, 0x58, 2, 0]),
         Err(DecodeError::Checksum { received: 0, computed: 0x5E })
@@ -311,36 +311,36 @@ fn whatever_is_wrong_is_named() {
 
     let foreign =
         |differs| DecodeError::Foreign { address: address(5), function: Function::ReadRam, differs };
-    for (error, layer, text) in [
+    for (error, check, text) in [
         (
             DecodeError::LineErrors { errors: LineErrors::PARITY },
-            Layer::LineErrors,
+            Check::LineErrors,
             "receiver errors: LineErrors(8)",
         ),
-        (DecodeError::Size { received: 7, expected: 8 }, Layer::Length, "7 bytes instead of 8"),
+        (DecodeError::Size { received: 7, expected: 8 }, Check::Length, "7 bytes instead of 8"),
         (
             DecodeError::Length { length: 4, function: Function::ResetModule },
-            Layer::Length,
+            Check::Length,
             "length byte 04 cannot go with ResetModule",
         ),
         (
             DecodeError::Checksum { received: 0x12, computed: 0xAB },
-            Layer::Checksum,
+            Check::Checksum,
             "checksum 12 instead of AB",
         ),
-        (DecodeError::UnknownFunction { head: 0x0F }, Layer::Command, "no function has the code in 0F"),
-        (DecodeError::Direction { head: 0x04 }, Layer::Command, "04 marks the wrong direction"),
-        (DecodeError::ReservedAddress { head: 0xF3 }, Layer::Address, "F3 carries the reserved address"),
-        (foreign(Differs::Address), Layer::Address, "answer of address 5 to ReadRam, which was not asked"),
-        (foreign(Differs::Function), Layer::Command, "answer of address 5 to ReadRam, which was not asked"),
-        (foreign(Differs::Both), Layer::Address, "answer of address 5 to ReadRam, which was not asked"),
+        (DecodeError::UnknownFunction { head: 0x0F }, Check::Command, "no function has the code in 0F"),
+        (DecodeError::Direction { head: 0x04 }, Check::Command, "04 marks the wrong direction"),
+        (DecodeError::ReservedAddress { head: 0xF3 }, Check::Address, "F3 carries the reserved address"),
+        (foreign(Differs::Address), Check::Address, "answer of address 5 to ReadRam, which was not asked"),
+        (foreign(Differs::Function), Check::Command, "answer of address 5 to ReadRam, which was not asked"),
+        (foreign(Differs::Both), Check::Address, "answer of address 5 to ReadRam, which was not asked"),
         (
             DecodeError::Memory { received: (0x59, 2), expected: (0x58, 2) },
-            Layer::Command,
+            Check::Command,
             "answer about (59, 02) (address, count) instead of (58, 02)",
         ),
     ] {
-        assert_eq!(error.layer(), layer);
+        assert_eq!(error.failed_check(), check);
         assert_eq!(error.to_string(), text);
     }
 }

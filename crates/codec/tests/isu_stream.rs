@@ -3,29 +3,30 @@
 mod common;
 
 use clino_codec::character::{Character, LineErrors};
+use clino_codec::checks::Checks;
 use clino_codec::isu::{
-    Address, Answer, AnswerDecoder, DecodeError, DeviceError, Differs, Function, Progress, Request, Response,
+    Address, Answer, AnswerDecoder, DecodeError, DecodeProgress, DeviceError, Differs, Function, Request,
+    Response,
 };
-use clino_codec::layers::Layers;
 use common::{clean, hex, isu_frame};
 
 /// Address 3 says 180°.
 const GOOD: [u8; 6] = [0x04, 0x35, 0x58, 0x80, 0x00, 0x0D];
 
 fn decoder(request: Request, number: u8) -> AnswerDecoder {
-    AnswerDecoder::new(request.expected(Address::new(number).unwrap()), Layers::ALL)
+    AnswerDecoder::new(request.expected(Address::new(number).unwrap()), Checks::ALL)
 }
 
 /// Everything that came out, end of transmission included.
 fn run(decoder: &mut AnswerDecoder, bytes: &[u8]) -> Vec<Result<Answer, DecodeError>> {
     let mut seen = Vec::new();
     let mut note = |progress| match progress {
-        Progress::More => false,
-        Progress::Frame(answer) => {
+        DecodeProgress::More => false,
+        DecodeProgress::Frame(answer) => {
             seen.push(Ok(answer));
             true
         }
-        Progress::Bad(error) => {
+        DecodeProgress::Bad(error) => {
             seen.push(Err(error));
             true
         }
@@ -41,12 +42,12 @@ fn run(decoder: &mut AnswerDecoder, bytes: &[u8]) -> Vec<Result<Answer, DecodeEr
 fn the_answer_is_found_at_its_last_byte() {
     let mut decoder = decoder(Request::READ_ANGLE, 3);
     for character in clean(&GOOD[..5]) {
-        assert_eq!(decoder.push(character), Progress::More);
+        assert_eq!(decoder.push(character), DecodeProgress::More);
     }
     assert_eq!(decoder.pending(), 5);
-    let Progress::Frame(answer) = decoder.push(Character::clean(GOOD[5])) else { panic!() };
+    let DecodeProgress::Frame(answer) = decoder.push(Character::clean(GOOD[5])) else { panic!() };
     assert_eq!(answer.angle_word(), Some(0x8000));
-    assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+    assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     assert_eq!(decoder.expected().function(), Function::ReadRam);
 }
 
@@ -68,12 +69,12 @@ fn error_answers_belong_to_the_transaction_in_flight() {
         (hex("01 FD FD"), DeviceError::InvalidChecksum),
         (hex("02 F1 04 F5"), DeviceError::HardwareError { command_byte: 0x04 }),
     ] {
-        for junk in [&[][..], &[0x00], &[0xFF, 0xFF], &[0x35], &[0x10, 0x45]] {
+        for stray in [&[][..], &[0x00], &[0xFF, 0xFF], &[0x35], &[0x10, 0x45]] {
             let mut decoder = decoder(Request::READ_ANGLE, 3);
-            let seen = run(&mut decoder, &[junk, &bytes].concat());
+            let seen = run(&mut decoder, &[stray, &bytes].concat());
             let answer = Answer { address: Address::RESERVED, response: Response::Error(error) };
-            assert_eq!(seen, [Ok(answer)], "{junk:02X?}");
-            assert_eq!(decoder.junk() as usize, junk.len());
+            assert_eq!(seen, [Ok(answer)], "{stray:02X?}");
+            assert_eq!(decoder.discarded() as usize, stray.len());
         }
         let mut damaged = bytes.clone();
         let last = damaged.len() - 1;
@@ -84,19 +85,19 @@ fn error_answers_belong_to_the_transaction_in_flight() {
 }
 
 #[test]
-fn junk_never_costs_a_good_answer() {
+fn stray_characters_never_costs_a_good_answer() {
     let command = hex("03 34 58 02 8E");
-    for junk in
+    for stray in
         [&[0x00][..], &[0x04], &[0x04, 0x35], &[0x35; 5], &command, &[0xFE, 0x15], &[0x04, 0x35, 0x58]]
     {
         let mut decoder = decoder(Request::READ_ANGLE, 3);
-        let seen = run(&mut decoder, &[junk, &GOOD].concat());
-        assert_eq!(seen.last(), Some(&Answer::decode(&GOOD)), "{junk:02X?}");
+        let seen = run(&mut decoder, &[stray, &GOOD].concat());
+        assert_eq!(seen.last(), Some(&Answer::decode(&GOOD)), "{stray:02X?}");
     }
-    // The host's own command, heard as an echo, is junk.
+    // The host's own command, heard as an echo, is discarded.
     let mut decoder = decoder(Request::READ_ANGLE, 3);
     assert_eq!(run(&mut decoder, &[&command[..], &GOOD].concat()), [Answer::decode(&GOOD)]);
-    assert_eq!(decoder.junk(), 5);
+    assert_eq!(decoder.discarded(), 5);
 }
 
 #[test]
@@ -105,10 +106,10 @@ fn a_good_answer_comes_out_at_once_while_a_longer_foreign_one_seems_to_arrive() 
     let bytes = [&[0xFE, 0x15][..], &GOOD].concat();
     let (&last, first) = bytes.split_last().unwrap();
     for character in clean(first) {
-        assert_eq!(decoder.push(character), Progress::More);
+        assert_eq!(decoder.push(character), DecodeProgress::More);
     }
-    assert!(matches!(decoder.push(Character::clean(last)), Progress::Frame(_)));
-    assert_eq!(decoder.junk(), 2);
+    assert!(matches!(decoder.push(Character::clean(last)), DecodeProgress::Frame(_)));
+    assert_eq!(decoder.discarded(), 2);
 }
 
 #[test]
@@ -126,14 +127,14 @@ fn foreign_answers_are_reported_with_their_sender() {
     assert_eq!(foreign(Request::READ_ANGLE, 4), Differs::Address);
     assert_eq!(foreign(Request::ResetModule, 3), Differs::Function);
     assert_eq!(foreign(Request::ResetModule, 4), Differs::Both);
-    // Asked as 0, whoever answers is right.
+    // Asked as 0, an answer from any module is right.
     assert_eq!(run(&mut decoder(Request::READ_ANGLE, 0), &GOOD), [Answer::decode(&GOOD)]);
-    // A damaged foreign answer is junk.
+    // A damaged foreign answer is discarded.
     let mut damaged = GOOD;
     damaged[5] ^= 1;
     let mut decoder = decoder(Request::READ_ANGLE, 4);
     assert_eq!(run(&mut decoder, &damaged), []);
-    assert_eq!(decoder.junk(), 6);
+    assert_eq!(decoder.discarded(), 6);
 }
 
 #[test]
@@ -150,18 +151,18 @@ fn a_wrong_length_byte_is_reported() {
     let length = DecodeError::Length { length: 5, function: Function::ReadRam };
     let seen = run(&mut decoder(Request::READ_ANGLE, 3), &longer);
     assert_eq!(seen, [Err(length)]);
-    let layers = Layers { length: false, ..Layers::ALL };
+    let checks = Checks { length: false, ..Checks::ALL };
     let expected = Request::READ_ANGLE.expected(Address::new(3).unwrap());
-    let seen = run(&mut AnswerDecoder::new(expected, layers), &longer);
+    let seen = run(&mut AnswerDecoder::new(expected, checks), &longer);
     assert!(matches!(seen[..], [Ok(_)]), "{seen:?}");
 }
 
 #[test]
 fn with_the_command_layer_off_other_functions_are_taken() {
     let expected = Request::READ_ANGLE.expected(Address::new(3).unwrap());
-    let layers = Layers { command: false, ..Layers::ALL };
+    let checks = Checks { command: false, ..Checks::ALL };
     let reset = isu_frame(0x33, &[]);
-    let seen = run(&mut AnswerDecoder::new(expected, layers), &reset);
+    let seen = run(&mut AnswerDecoder::new(expected, checks), &reset);
     assert_eq!(seen, [Answer::decode(&reset)]);
 }
 
@@ -169,30 +170,30 @@ fn with_the_command_layer_off_other_functions_are_taken() {
 fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
     for position in 0..GOOD.len() {
         let mut decoder = decoder(Request::READ_ANGLE, 3);
-        let mut last = Progress::More;
+        let mut last = DecodeProgress::More;
         for (index, byte) in GOOD.into_iter().enumerate() {
             let errors = if index == position { LineErrors::OVERRUN } else { LineErrors::NONE };
             last = decoder.push(Character { byte, errors });
         }
-        assert_eq!(last, Progress::Bad(DecodeError::LineErrors { errors: LineErrors::OVERRUN }));
+        assert_eq!(last, DecodeProgress::Bad(DecodeError::LineErrors { errors: LineErrors::OVERRUN }));
         assert_eq!(run(&mut decoder, &GOOD), [Answer::decode(&GOOD)]);
     }
     let expected = Request::READ_ANGLE.expected(Address::new(3).unwrap());
-    let mut tolerant = AnswerDecoder::new(expected, Layers { line_errors: false, ..Layers::ALL });
+    let mut tolerant = AnswerDecoder::new(expected, Checks { line_errors: false, ..Checks::ALL });
     let dirty = GOOD.map(|byte| tolerant.push(Character { byte, errors: LineErrors::NOISE }));
-    assert!(matches!(dirty[5], Progress::Frame(_)));
+    assert!(matches!(dirty[5], DecodeProgress::Frame(_)));
     // On a dirty line even an intact foreign frame is not believed.
     let mut decoder = decoder(Request::READ_ANGLE, 4);
     for byte in GOOD {
-        assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), Progress::More);
+        assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), DecodeProgress::More);
     }
-    assert_eq!(decoder.idle(), Progress::More);
-    assert_eq!(decoder.junk(), 6);
+    assert_eq!(decoder.idle(), DecodeProgress::More);
+    assert_eq!(decoder.discarded(), 6);
 }
 
 // A module may answer a command for address 0 with its own address, or with 0: the document does not say.
 #[test]
-fn asked_any_everybody_is_heard() {
+fn asked_any_every_module_is_heard() {
     let mut decoder = decoder(Request::READ_ANGLE, 0);
     let frames: Vec<_> = [0, 1, 14].map(|number| isu_frame(number << 4 | 5, &[0x58, 0x80, 0x00])).concat();
     let seen = run(&mut decoder, &frames);
@@ -204,13 +205,13 @@ fn asked_any_everybody_is_heard() {
 fn a_restarted_decoder_is_as_good_as_new() {
     let address = Address::new(0).unwrap();
     let mut decoder =
-        AnswerDecoder::new(Request::ReadEeprom { start: 0, count: 8 }.expected(address), Layers::ALL);
+        AnswerDecoder::new(Request::ReadEeprom { start: 0, count: 8 }.expected(address), Checks::ALL);
     for byte in [0x12, 0x09, 0x00] {
-        assert!(matches!(decoder.push(Character::clean(byte)), Progress::More));
+        assert!(matches!(decoder.push(Character::clean(byte)), DecodeProgress::More));
     }
     decoder.restart(Request::READ_ANGLE.expected(address));
-    assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+    assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     let answer = [0x04, 0x05, 0x58, 0x80, 0x00, 0xDD];
-    let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), Progress::Frame(_)));
+    let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), DecodeProgress::Frame(_)));
     assert_eq!(found, [false, false, false, false, false, true]);
 }

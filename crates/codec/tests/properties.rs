@@ -4,9 +4,9 @@ mod common;
 
 use clino_codec::angle::{Angle, Range};
 use clino_codec::character::{Character, LineErrors};
+use clino_codec::checks::Checks;
 use clino_codec::isu;
 use clino_codec::isu::eeprom::{pack, unpack};
-use clino_codec::layers::Layers;
 use clino_codec::t7::{self, Axis, BaudRate, DeviceType, Direction, Millidegrees};
 use common::{isu_frame, t7_frame};
 use proptest::prelude::*;
@@ -184,15 +184,15 @@ fn isu_pieces() -> impl Strategy<Value = Vec<u8>> {
 fn t7_frames(decoder: &mut t7::AnswerDecoder, bytes: &[u8]) -> Vec<t7::Answer> {
     let mut frames = Vec::new();
     for &byte in bytes {
-        if let t7::Progress::Frame(answer) = decoder.push(Character::clean(byte)) {
+        if let t7::DecodeProgress::Frame(answer) = decoder.push(Character::clean(byte)) {
             frames.push(answer);
         }
     }
     loop {
         match decoder.idle() {
-            t7::Progress::More => return frames,
-            t7::Progress::Frame(answer) => frames.push(answer),
-            t7::Progress::Bad(_) => {}
+            t7::DecodeProgress::More => return frames,
+            t7::DecodeProgress::Frame(answer) => frames.push(answer),
+            t7::DecodeProgress::Bad(_) => {}
         }
     }
 }
@@ -200,15 +200,15 @@ fn t7_frames(decoder: &mut t7::AnswerDecoder, bytes: &[u8]) -> Vec<t7::Answer> {
 fn isu_frames(decoder: &mut isu::AnswerDecoder, bytes: &[u8]) -> Vec<isu::Answer> {
     let mut frames = Vec::new();
     for &byte in bytes {
-        if let isu::Progress::Frame(answer) = decoder.push(Character::clean(byte)) {
+        if let isu::DecodeProgress::Frame(answer) = decoder.push(Character::clean(byte)) {
             frames.push(answer);
         }
     }
     loop {
         match decoder.idle() {
-            isu::Progress::More => return frames,
-            isu::Progress::Frame(answer) => frames.push(answer),
-            isu::Progress::Bad(_) => {}
+            isu::DecodeProgress::More => return frames,
+            isu::DecodeProgress::Frame(answer) => frames.push(answer),
+            isu::DecodeProgress::Bad(_) => {}
         }
     }
 }
@@ -274,7 +274,7 @@ proptest! {
         let bytes = [&before[..], &good, &between, &good, &after].concat();
         let address = t7::Address::new(5).unwrap();
         let mut decoder =
-            t7::AnswerDecoder::new(t7::Request::GetAngle(Axis::Two).expected(address), Layers::ALL);
+            t7::AnswerDecoder::new(t7::Request::GetAngle(Axis::Two).expected(address), Checks::ALL);
         // By definition: eight bytes with that header whose sum is zero, and no byte used twice.
         let mut wanted = 0;
         let mut free = 0;
@@ -292,7 +292,7 @@ proptest! {
         prop_assert!(wanted >= 1);
         prop_assert_eq!(frames.len(), wanted);
         prop_assert_eq!(decoder.pending(), 0);
-        prop_assert!(decoder.junk() as usize <= bytes.len() - wanted * good.len());
+        prop_assert!(decoder.discarded() as usize <= bytes.len() - wanted * good.len());
     }
 
     #[test]
@@ -301,7 +301,7 @@ proptest! {
         let (device_type, serial) = (t7::DeviceType::T7_1, 1);
         let address = t7::Address::new(5).unwrap();
         let request = t7::Request::SetAddress { device_type, serial, new_address: address };
-        let mut decoder = t7::AnswerDecoder::new(request.expected(address), Layers::ALL);
+        let mut decoder = t7::AnswerDecoder::new(request.expected(address), Checks::ALL);
         // It cannot overlap itself, and no other five bytes of the pieces are an answer from 5 to this.
         let wanted = bytes.windows(good.len()).filter(|window| **window == good).count();
         prop_assert_eq!(t7_frames(&mut decoder, &bytes).len(), wanted);
@@ -312,7 +312,7 @@ proptest! {
     fn no_isu_answer_is_lost_between_pieces_of_others(bytes in isu_pieces()) {
         let good = isu_frame(0x35, &[0x58, 0x80, 0x00]);
         let address = isu::Address::new(3).unwrap();
-        let mut decoder = isu::AnswerDecoder::new(isu::Request::READ_ANGLE.expected(address), Layers::ALL);
+        let mut decoder = isu::AnswerDecoder::new(isu::Request::READ_ANGLE.expected(address), Checks::ALL);
         let wanted = bytes.windows(good.len()).filter(|window| *window == good).count();
         let answer = isu::Answer::decode(&good).unwrap();
         let frames = isu_frames(&mut decoder, &bytes);
@@ -325,13 +325,13 @@ proptest! {
         let good = isu_frame(0x35, &[&[0x58], &code.to_be_bytes()[..]].concat());
         let bytes = [&before[..], &good, &after].concat();
         let address = isu::Address::new(3).unwrap();
-        let mut decoder = isu::AnswerDecoder::new(isu::Request::READ_ANGLE.expected(address), Layers::ALL);
+        let mut decoder = isu::AnswerDecoder::new(isu::Request::READ_ANGLE.expected(address), Checks::ALL);
         let frames = isu_frames(&mut decoder, &bytes);
         // Noise can complete to a frame of its own that takes the first bytes of the good one.
         let stolen = (0..before.len()).any(|start| {
             (start + 3..before.len() + good.len()).any(|end| {
                 let window = &bytes[start..end];
-                end > before.len() && isu::Request::READ_ANGLE.expected(address).check(window, Layers::ALL).is_ok()
+                end > before.len() && isu::Request::READ_ANGLE.expected(address).check(window, Checks::ALL).is_ok()
             })
         });
         let want = isu::Answer::decode(&good).unwrap();
@@ -344,17 +344,17 @@ proptest! {
         let good = t7_frame(5, 0x83, &mdeg.to_be_bytes(), true);
         let address = t7::Address::new(5).unwrap();
         let mut decoder =
-            t7::AnswerDecoder::new(t7::Request::GetAngle(Axis::Two).expected(address), Layers::ALL);
+            t7::AnswerDecoder::new(t7::Request::GetAngle(Axis::Two).expected(address), Checks::ALL);
         for (index, &byte) in good.iter().enumerate() {
             let errors = if index == position { LineErrors::FRAMING } else { LineErrors::NONE };
             let progress = decoder.push(Character { byte, errors });
-            prop_assert!(!matches!(progress, t7::Progress::Frame(_)));
+            prop_assert!(!matches!(progress, t7::DecodeProgress::Frame(_)));
         }
     }
 
     #[test]
     fn a_sniffer_never_loses_an_exchange_after_silence(before in noise(), mdeg in -180_000..360_000_i32) {
-        let mut sniffer = t7::Sniffer::new(Layers::ALL);
+        let mut sniffer = t7::Sniffer::new(Checks::ALL);
         for &byte in &before {
             _ = sniffer.push(Character::clean(byte));
         }

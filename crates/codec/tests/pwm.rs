@@ -17,7 +17,7 @@ fn documented(ticks: Ticks) -> Result<i32, PwmFault> {
 }
 
 /// `factor · high/period − offset` in exact rational arithmetic, rounded half away from zero.
-fn oracle(ticks: Ticks, factor: i128, offset: i128) -> i128 {
+fn expected_value(ticks: Ticks, factor: i128, offset: i128) -> i128 {
     let (period, high) = (i128::from(ticks.period), i128::from(ticks.high));
     let twice = 2 * (factor * high - offset * period);
     let rounded = (twice.abs() + period) / (2 * period);
@@ -31,10 +31,10 @@ fn both_laws_are_their_lines_rounded_half_away_from_zero() {
         for high in [0, 1, period / 7, period / 4, period / 3, period / 2, period - period / 4, period] {
             let ticks = Ticks { period, high };
             let documented = Law::Documented.angle(ticks).unwrap().udeg();
-            assert_eq!(i128::from(documented), oracle(ticks, 674_900_000, 157_450_000), "{ticks:?}");
+            assert_eq!(i128::from(documented), expected_value(ticks, 674_900_000, 157_450_000), "{ticks:?}");
             let idealised = Law::Idealised.angle(ticks).unwrap().udeg();
-            assert_eq!(i128::from(idealised), oracle(ticks, 675_000_000, 157_500_000), "{ticks:?}");
-            assert_eq!(i128::from(ticks.duty_ppm().unwrap()), oracle(ticks, 1_000_000, 0));
+            assert_eq!(i128::from(idealised), expected_value(ticks, 675_000_000, 157_500_000), "{ticks:?}");
+            assert_eq!(i128::from(ticks.duty_ppm().unwrap()), expected_value(ticks, 1_000_000, 0));
         }
     }
     assert_eq!(Law::default(), Law::Documented);

@@ -5,8 +5,8 @@ use std::fmt::Debug;
 
 use clino_codec::angle::{Angle, Range};
 use clino_codec::ascii::Centidegrees;
+use clino_codec::checks::{CheckCounters, Checks, ValueRange};
 use clino_codec::isu::eeprom::{Change, Image, Plan, ShutoffBit};
-use clino_codec::layers::{Counters, Layers, ValueRange};
 use clino_codec::pwm::{Law, Limits, Ticks};
 use clino_codec::{isu, t7};
 use serde::Serialize;
@@ -32,8 +32,8 @@ fn values_survive() {
     assert_eq!(survives(isu::Data::new(&[1, 0xFF]).unwrap()), "[1,255]");
     survives(Plan::change(&Image::new([0; 256]), Change::NullPosition(7)).unwrap());
     survives(Change::AutoShutoff { bit: ShutoffBit::Bit0, enabled: true });
-    survives(Layers { values: ValueRange::Mode(Range::Bidirectional), ..Layers::ALL });
-    survives(Counters::new());
+    survives(Checks { values: ValueRange::Mode(Range::Bidirectional), ..Checks::ALL });
+    survives(CheckCounters::new());
     survives((Law::Idealised, Limits::new(84_000_000), Ticks { period: 3, high: 1 }));
     assert_eq!(survives(Centidegrees::new(-431).unwrap()), "-431");
 }

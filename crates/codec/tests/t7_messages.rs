@@ -3,7 +3,7 @@
 mod common;
 
 use clino_codec::angle::Range;
-use clino_codec::layers::{Layer, Layers, ValueRange};
+use clino_codec::checks::{Check, Checks, ValueRange};
 use clino_codec::t7::{
     Acceleration, Address, Answer, Axis, BaudRate, Command, DecodeError, DeviceInformation, DeviceType,
     Differs, Direction, EncodeError, Expected, Field, Millidegrees, Opcode, Request, Response, Status,
@@ -153,7 +153,7 @@ fn every_answer_has_the_bytes_of_its_table_and_comes_back() {
         assert_eq!(Answer::decode(&bytes), Ok(answer));
         let expected = Expected { address, opcode: response.opcode() };
         assert_eq!(expected.size(), bytes.len());
-        assert_eq!(expected.check(&bytes, Layers::ALL), Ok(answer));
+        assert_eq!(expected.check(&bytes, Checks::ALL), Ok(answer));
     }
 }
 
@@ -388,7 +388,7 @@ fn get_commands_have_no_checksum_and_everything_else_does() {
                 computed: bytes[bytes.len() - 1],
             };
             assert_eq!(Request::decode(&wrong), Err(error));
-            assert_eq!(error.layer(), Layer::Checksum);
+            assert_eq!(error.failed_check(), Check::Checksum);
         } else {
             assert_eq!(bytes.len(), 3);
         }
@@ -397,7 +397,7 @@ fn get_commands_have_no_checksum_and_everything_else_does() {
         let last = bytes.len() - 1;
         bytes[last] ^= 0x80;
         assert!(matches!(Answer::decode(&bytes), Err(DecodeError::Checksum { .. })));
-        let blind = Layers { checksum: false, ..Layers::ALL };
+        let blind = Checks { checksum: false, ..Checks::ALL };
         assert!(Answer::decode_with(&bytes, blind).is_ok());
     }
 }
@@ -451,7 +451,7 @@ fn codes_without_a_meaning_are_refused_with_their_value() {
 fn numbers_are_checked_as_narrowly_as_asked() {
     let angle = |mdeg: i32| t7_frame(5, 0x83, &mdeg.to_be_bytes(), true);
     let accepted =
-        |mdeg: i32, values| Answer::decode_with(&angle(mdeg), Layers { values, ..Layers::ALL }).is_ok();
+        |mdeg: i32, values| Answer::decode_with(&angle(mdeg), Checks { values, ..Checks::ALL }).is_ok();
     let bidirectional = ValueRange::Mode(Range::Bidirectional);
     let unidirectional = ValueRange::Mode(Range::Unidirectional);
     for (mdeg, any, bi, uni) in [
@@ -479,7 +479,7 @@ fn numbers_are_checked_as_narrowly_as_asked() {
     for (damping_ms, ok) in [(1_u16, false), (2, true), (5_000, true), (5_001, false)] {
         let frame = t7_frame(5, 0x8A, &damping_ms.to_be_bytes(), true);
         assert_eq!(Answer::decode(&frame).is_ok(), ok);
-        assert!(Answer::decode_with(&frame, Layers::NONE).is_ok());
+        assert!(Answer::decode_with(&frame, Checks::NONE).is_ok());
     }
 }
 
@@ -508,7 +508,7 @@ fn whatever_is_wrong_is_named() {
     assert_eq!(Answer::decode(&longer), Err(DecodeError::Size { received: 9, expected: 8 }));
 
     let from = |number, opcode| Expected { address: address(number), opcode };
-    let foreign = |expected: Expected| match expected.check(&good, Layers::ALL) {
+    let foreign = |expected: Expected| match expected.check(&good, Checks::ALL) {
         Err(DecodeError::Foreign { address, opcode: Opcode::GetAngle2, differs }) if address.get() == 5 => {
             Some(differs)
         }
@@ -519,35 +519,35 @@ fn whatever_is_wrong_is_named() {
     assert_eq!(foreign(from(5, Opcode::GetAngle1)), Some(Differs::Command));
     assert_eq!(foreign(from(6, Opcode::GetAngle1)), Some(Differs::Both));
     let anybody = Expected { address: Address::ALL, opcode: Opcode::GetAngle2 };
-    assert!(anybody.check(&good, Layers::ALL).is_ok());
-    assert!(from(6, Opcode::GetAngle1).check(&good, Layers::NONE).is_ok());
+    assert!(anybody.check(&good, Checks::ALL).is_ok());
+    assert!(from(6, Opcode::GetAngle1).check(&good, Checks::NONE).is_ok());
 }
 
 #[test]
 fn errors_tell_their_layer_and_their_values() {
     use clino_codec::character::LineErrors;
     let foreign = |differs| DecodeError::Foreign { address: address(5), opcode: Opcode::GetAngle0, differs };
-    for (error, layer, text) in [
+    for (error, check, text) in [
         (
             DecodeError::LineErrors { errors: LineErrors::FRAMING },
-            Layer::LineErrors,
+            Check::LineErrors,
             "receiver errors: LineErrors(1)",
         ),
-        (DecodeError::Size { received: 7, expected: 8 }, Layer::Length, "7 bytes instead of 8"),
-        (DecodeError::Length { received: 10, expected: 6 }, Layer::Length, "length byte 0A instead of 06"),
+        (DecodeError::Size { received: 7, expected: 8 }, Check::Length, "7 bytes instead of 8"),
+        (DecodeError::Length { received: 10, expected: 6 }, Check::Length, "length byte 0A instead of 06"),
         (
             DecodeError::Checksum { received: 0x12, computed: 0xAB },
-            Layer::Checksum,
+            Check::Checksum,
             "checksum 12 instead of AB",
         ),
-        (DecodeError::UnknownAddress { address: 0 }, Layer::Address, "no device can have address 0"),
-        (DecodeError::UnknownCommand { command: 0x90 }, Layer::Command, "no command has code 90"),
-        (foreign(Differs::Address), Layer::Address, "answer of address 5 to GetAngle0, which was not asked"),
-        (foreign(Differs::Command), Layer::Command, "answer of address 5 to GetAngle0, which was not asked"),
-        (foreign(Differs::Both), Layer::Address, "answer of address 5 to GetAngle0, which was not asked"),
-        (DecodeError::Value { field: Field::Axis, value: 3 }, Layer::Value, "Axis cannot be 3"),
+        (DecodeError::UnknownAddress { address: 0 }, Check::Address, "no device can have address 0"),
+        (DecodeError::UnknownCommand { command: 0x90 }, Check::Command, "no command has code 90"),
+        (foreign(Differs::Address), Check::Address, "answer of address 5 to GetAngle0, which was not asked"),
+        (foreign(Differs::Command), Check::Command, "answer of address 5 to GetAngle0, which was not asked"),
+        (foreign(Differs::Both), Check::Address, "answer of address 5 to GetAngle0, which was not asked"),
+        (DecodeError::Value { field: Field::Axis, value: 3 }, Check::Value, "Axis cannot be 3"),
     ] {
-        assert_eq!(error.layer(), layer);
+        assert_eq!(error.failed_check(), check);
         assert_eq!(error.to_string(), text);
     }
 }

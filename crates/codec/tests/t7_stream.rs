@@ -4,10 +4,10 @@ mod common;
 
 use clino_codec::angle::Range;
 use clino_codec::character::{Character, LineErrors};
-use clino_codec::layers::Layers;
+use clino_codec::checks::Checks;
 use clino_codec::t7::{
-    Address, Answer, AnswerDecoder, Axis, Command, DecodeError, Differs, Expected, Opcode, Progress, Request,
-    SniffProgress, Sniffed, Sniffer, Status,
+    Address, Answer, AnswerDecoder, Axis, Command, DecodeError, DecodeProgress, Differs, Expected, Opcode,
+    Request, SniffProgress, Sniffed, Sniffer, Status,
 };
 use common::{clean, hex, t7_frame};
 
@@ -15,19 +15,19 @@ const GOOD: [u8; 8] = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
 
 fn decoder(number: u8, opcode: Opcode) -> AnswerDecoder {
     let address = Address::new(number).unwrap();
-    AnswerDecoder::new(Expected { address, opcode }, Layers::ALL)
+    AnswerDecoder::new(Expected { address, opcode }, Checks::ALL)
 }
 
 /// Everything that came out, end of transmission included.
 fn run(decoder: &mut AnswerDecoder, bytes: &[u8]) -> Vec<Result<Answer, DecodeError>> {
     let mut seen = Vec::new();
     let mut note = |progress| match progress {
-        Progress::More => false,
-        Progress::Frame(answer) => {
+        DecodeProgress::More => false,
+        DecodeProgress::Frame(answer) => {
             seen.push(Ok(answer));
             true
         }
-        Progress::Bad(error) => {
+        DecodeProgress::Bad(error) => {
             seen.push(Err(error));
             true
         }
@@ -47,43 +47,44 @@ fn every_documented_answer_is_found_at_its_last_byte() {
         assert_eq!(decoder.expected().opcode, answer.response.opcode());
         let (&last, first) = bytes.split_last().unwrap();
         for character in clean(first) {
-            assert_eq!(decoder.push(character), Progress::More);
+            assert_eq!(decoder.push(character), DecodeProgress::More);
         }
         assert_eq!(decoder.pending(), first.len());
-        assert_eq!(decoder.push(Character::clean(last)), Progress::Frame(answer));
-        assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+        assert_eq!(decoder.push(Character::clean(last)), DecodeProgress::Frame(answer));
+        assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     }
 }
 
 #[test]
-fn junk_is_counted_and_costs_nothing() {
-    for junk in [&[0x00][..], &[0xFF, 0xFF], &[0x05], &[0x05, 0x06], &[0x05, 0x05, 0x05], &[0x7E, 0x01, 0x83]]
+fn stray_characters_is_counted_and_costs_nothing() {
+    for stray in
+        [&[0x00][..], &[0xFF, 0xFF], &[0x05], &[0x05, 0x06], &[0x05, 0x05, 0x05], &[0x7E, 0x01, 0x83]]
     {
         let mut decoder = decoder(5, Opcode::GetAngle2);
-        let seen = run(&mut decoder, &[junk, &GOOD].concat());
-        assert_eq!(seen, [Answer::decode(&GOOD)], "{junk:02X?}");
-        assert_eq!(decoder.junk() as usize, junk.len());
+        let seen = run(&mut decoder, &[stray, &GOOD].concat());
+        assert_eq!(seen, [Answer::decode(&GOOD)], "{stray:02X?}");
+        assert_eq!(decoder.discarded() as usize, stray.len());
     }
 }
 
 #[test]
 fn a_good_answer_comes_out_at_its_last_byte_even_while_a_longer_foreign_one_seems_to_arrive() {
-    // The header of somebody's 34 bytes, and then the answer.
+    // The header of another device's 34 bytes, and then the answer.
     let mut decoder = decoder(5, Opcode::GetAngle2);
     for character in clean(&[0x09, 0x20, 0x87]) {
-        assert_eq!(decoder.push(character), Progress::More);
+        assert_eq!(decoder.push(character), DecodeProgress::More);
     }
     for character in clean(&GOOD[..7]) {
-        assert_eq!(decoder.push(character), Progress::More);
+        assert_eq!(decoder.push(character), DecodeProgress::More);
     }
-    assert!(matches!(decoder.push(Character::clean(GOOD[7])), Progress::Frame(_)));
-    assert_eq!(decoder.junk(), 3);
+    assert!(matches!(decoder.push(Character::clean(GOOD[7])), DecodeProgress::Frame(_)));
+    assert_eq!(decoder.discarded(), 3);
 }
 
 #[test]
 fn reports_that_take_their_turn_do_not_cost_an_answer_meanwhile() {
     // Found by fuzzing: while damaged answers are reported, one a character, two good ones arrive; the first
-    // of them then lies in the middle of what seems to be somebody's 34 bytes.
+    // of them then lies in the middle of what seems to be another device's 34 bytes.
     let mut decoder = decoder(5, Opcode::SetAddress);
     let bytes =
         hex("5F 20 87 FF FF 01 89 05 03 91 00 00 00 67 05 03 91 FF FF F9 89 FF 5F 05 20 87 FF FF 89 \
@@ -108,7 +109,7 @@ fn a_damaged_answer_is_reported_once_with_both_checksums() {
     let mut decoder = decoder(5, Opcode::GetAngle2);
     let seen = run(&mut decoder, &damaged);
     assert_eq!(seen, [Err(DecodeError::Checksum { received: 0x27, computed: 0x17 })]);
-    assert_eq!(decoder.junk(), 0);
+    assert_eq!(decoder.discarded(), 0);
 }
 
 #[test]
@@ -116,7 +117,7 @@ fn foreign_answers_are_reported_with_their_sender() {
     let foreign = |number, opcode| {
         let mut decoder = decoder(number, opcode);
         let seen = run(&mut decoder, &GOOD);
-        assert_eq!(decoder.junk(), 0);
+        assert_eq!(decoder.discarded(), 0);
         match seen[..] {
             [Err(DecodeError::Foreign { address, opcode: Opcode::GetAngle2, differs })] => {
                 assert_eq!(address.get(), 5);
@@ -129,12 +130,12 @@ fn foreign_answers_are_reported_with_their_sender() {
     assert_eq!(foreign(5, Opcode::GetAllData), Differs::Command);
     assert_eq!(foreign(6, Opcode::GetAllData), Differs::Both);
 
-    // A damaged foreign answer is junk.
+    // A damaged foreign answer is discarded.
     let mut damaged = GOOD;
     damaged[7] ^= 1;
     let mut decoder = decoder(6, Opcode::GetAngle2);
     assert_eq!(run(&mut decoder, &damaged), []);
-    assert_eq!(decoder.junk(), 8);
+    assert_eq!(decoder.discarded(), 8);
 }
 
 #[test]
@@ -143,7 +144,7 @@ fn a_foreign_answer_does_not_cost_the_wanted_one() {
     let mut decoder = decoder(5, Opcode::GetAngle2);
     let seen = run(&mut decoder, &[&foreign[..], &GOOD].concat());
     assert!(matches!(seen[..], [Err(DecodeError::Foreign { .. }), Ok(_)]), "{seen:?}");
-    assert_eq!(decoder.junk(), 0);
+    assert_eq!(decoder.discarded(), 0);
 }
 
 #[test]
@@ -159,33 +160,33 @@ fn a_wrong_length_byte_is_reported() {
 fn a_receiver_error_makes_the_frame_dirty_but_not_the_next() {
     for position in 0..GOOD.len() {
         let mut decoder = decoder(5, Opcode::GetAngle2);
-        let mut last = Progress::More;
+        let mut last = DecodeProgress::More;
         for (index, byte) in GOOD.into_iter().enumerate() {
             let errors = if index == position { LineErrors::FRAMING } else { LineErrors::NONE };
             last = decoder.push(Character { byte, errors });
         }
-        assert_eq!(last, Progress::Bad(DecodeError::LineErrors { errors: LineErrors::FRAMING }));
+        assert_eq!(last, DecodeProgress::Bad(DecodeError::LineErrors { errors: LineErrors::FRAMING }));
         assert_eq!(run(&mut decoder, &GOOD), [Answer::decode(&GOOD)]);
     }
     // On a dirty line even an intact foreign frame is not believed.
     let mut decoder = decoder(6, Opcode::GetAngle2);
     for byte in GOOD {
-        assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), Progress::More);
+        assert_eq!(decoder.push(Character { byte, errors: LineErrors::NOISE }), DecodeProgress::More);
     }
-    assert_eq!(decoder.idle(), Progress::More);
-    assert_eq!(decoder.junk(), 8);
+    assert_eq!(decoder.idle(), DecodeProgress::More);
+    assert_eq!(decoder.discarded(), 8);
 }
 
 #[test]
 fn layers_can_be_switched_off_one_by_one() {
-    let all = Layers::ALL;
+    let all = Checks::ALL;
     let address = Address::new(6).unwrap();
     let expected = Expected { address, opcode: Opcode::GetAngle0 };
-    let got = |layers, bytes: &[u8], errors| {
-        let mut decoder = AnswerDecoder::new(expected, layers);
+    let got = |checks, bytes: &[u8], errors| {
+        let mut decoder = AnswerDecoder::new(expected, checks);
         let mut good = false;
         for &byte in bytes {
-            good |= matches!(decoder.push(Character { byte, errors }), Progress::Frame(_));
+            good |= matches!(decoder.push(Character { byte, errors }), DecodeProgress::Frame(_));
         }
         good
     };
@@ -197,44 +198,44 @@ fn layers_can_be_switched_off_one_by_one() {
     let far_value = t7_frame(6, 0x81, &[0x7F; 4], true);
     let (clean, dirty) = (LineErrors::NONE, LineErrors::NOISE);
     for (off, bytes, errors) in [
-        (Layers { line_errors: false, ..all }, &right[..], dirty),
-        (Layers { address: false, ..all }, &other_device[..], clean),
-        (Layers { command: false, ..all }, &other_command[..], clean),
-        (Layers { length: false, ..all }, &other_length[..], clean),
-        (Layers { checksum: false, ..all }, &bad_sum[..], clean),
-        (Layers { values: clino_codec::layers::ValueRange::Off, ..all }, &far_value[..], clean),
+        (Checks { line_errors: false, ..all }, &right[..], dirty),
+        (Checks { address: false, ..all }, &other_device[..], clean),
+        (Checks { command: false, ..all }, &other_command[..], clean),
+        (Checks { length: false, ..all }, &other_length[..], clean),
+        (Checks { checksum: false, ..all }, &bad_sum[..], clean),
+        (Checks { values: clino_codec::checks::ValueRange::Off, ..all }, &far_value[..], clean),
     ] {
         assert!(got(off, bytes, errors), "{off:?}");
         assert!(!got(all, bytes, errors), "{off:?}");
-        assert!(got(Layers::NONE, bytes, errors), "{off:?}");
+        assert!(got(Checks::NONE, bytes, errors), "{off:?}");
     }
-    assert_eq!(Layers::default(), Layers::ALL);
+    assert_eq!(Checks::default(), Checks::ALL);
 }
 
 #[test]
 fn with_the_command_layer_off_silence_releases_what_hides_behind_a_damaged_header() {
     let address = Address::new(5).unwrap();
     let expected = Expected { address, opcode: Opcode::GetAngle2 };
-    let mut decoder = AnswerDecoder::new(expected, Layers { command: false, ..Layers::ALL });
+    let mut decoder = AnswerDecoder::new(expected, Checks { command: false, ..Checks::ALL });
     let seen = run(&mut decoder, &[&[0x05, 0x20, 0x87][..], &GOOD].concat());
     assert_eq!(seen, [Answer::decode(&GOOD)]);
 }
 
 // T11
 #[test]
-fn asked_all_everybody_is_heard() {
+fn asked_all_every_device_is_heard() {
     let expected = Request::GetAngle(Axis::Two).expected(Address::ALL);
-    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     let frames: Vec<_> = [1, 2, 100, 127].map(|number| t7_frame(number, 0x83, &[0; 4], true)).concat();
     let seen = run(&mut decoder, &frames);
     let senders: Vec<u8> = seen.iter().map(|answer| answer.unwrap().address.get()).collect();
     assert_eq!(senders, [1, 2, 100, 127]);
 
     // Behind our own echo, and the answers to a Set command.
-    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     assert_eq!(run(&mut decoder, &[&[126, 1, 0x83][..], &GOOD].concat()), [Answer::decode(&GOOD)]);
     let expected = Request::SetDamping { damping_ms: 125 }.expected(Address::ALL);
-    let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+    let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
     let seen = run(&mut decoder, &[t7_frame(7, 0x8B, &[0], true), t7_frame(8, 0x8B, &[0], true)].concat());
     assert_eq!(seen.iter().map(|answer| answer.unwrap().address.get()).collect::<Vec<_>>(), [7, 8]);
 }
@@ -261,7 +262,7 @@ fn sniff(sniffer: &mut Sniffer, bytes: &[u8]) -> Vec<Result<Sniffed, DecodeError
 
 #[test]
 fn a_sniffer_follows_every_documented_exchange() {
-    let mut sniffer = Sniffer::new(Layers::ALL);
+    let mut sniffer = Sniffer::new(Checks::ALL);
     let vectors = common::vectors("t7");
     let mut asked = None;
     for vector in &vectors {
@@ -279,7 +280,7 @@ fn a_sniffer_follows_every_documented_exchange() {
             assert_eq!(seen, [Ok(Sniffed::Answer { answer, to: asked })], "{vector}");
         }
     }
-    assert_eq!(sniffer.junk(), 0);
+    assert_eq!(sniffer.discarded(), 0);
 }
 
 #[test]
@@ -289,7 +290,7 @@ fn a_sniffer_tells_look_alikes_apart_by_their_order() {
         address: Address::new(5).unwrap(),
         request: Request::SetAngleOutputRange(Range::Unidirectional),
     };
-    let mut sniffer = Sniffer::new(Layers::ALL);
+    let mut sniffer = Sniffer::new(Checks::ALL);
     assert_eq!(sniff(&mut sniffer, &command), [Ok(Sniffed::Command(asked))]);
     // Without a pause, the same bytes are its answer: "invalid command".
     let seen = sniff(&mut sniffer, &command);
@@ -306,19 +307,19 @@ fn a_sniffer_tells_look_alikes_apart_by_their_order() {
 
 #[test]
 fn a_sniffer_hears_all_answers_to_a_command_to_all() {
-    let mut sniffer = Sniffer::new(Layers::ALL);
+    let mut sniffer = Sniffer::new(Checks::ALL);
     sniff(&mut sniffer, &[126, 1, 0x83]);
     for number in [3, 4, 5] {
         let seen = sniff(&mut sniffer, &t7_frame(number, 0x83, &[0; 4], true));
         assert!(matches!(seen[..], [Ok(Sniffed::Answer { to: Some(_), .. })]));
     }
-    // Nobody answers as 126.
+    // No device answers as 126.
     assert_eq!(sniff(&mut sniffer, &t7_frame(126, 0x83, &[0; 4], true)), []);
 }
 
 #[test]
 fn a_sniffer_reports_damage_and_goes_on() {
-    let mut sniffer = Sniffer::new(Layers::ALL);
+    let mut sniffer = Sniffer::new(Checks::ALL);
     let mut answer = GOOD;
     answer[6] ^= 1;
     let bytes = [&[0xFF][..], &[5, 1, 0x83], &answer, &[0x80, 0x80], &[5, 1, 0x83], &GOOD].concat();
@@ -335,15 +336,15 @@ fn a_sniffer_reports_damage_and_goes_on() {
         ),
         "{seen:?}"
     );
-    assert_eq!(sniffer.junk(), 3);
+    assert_eq!(sniffer.discarded(), 3);
     let dirty = Character { byte: 5, errors: LineErrors::OVERRUN };
     _ = sniffer.push(dirty);
     assert_eq!(
         sniff(&mut sniffer, &[1, 0x83]),
         [Err(DecodeError::LineErrors { errors: LineErrors::OVERRUN })]
     );
-    // Unless that layer is off.
-    let mut tolerant = Sniffer::new(Layers { line_errors: false, ..Layers::ALL });
+    // Unless that check is off.
+    let mut tolerant = Sniffer::new(Checks { line_errors: false, ..Checks::ALL });
     _ = tolerant.push(dirty);
     assert!(matches!(sniff(&mut tolerant, &[1, 0x83])[..], [Ok(Sniffed::Command(_))]));
     // A command whose parameters make no sense.
@@ -354,13 +355,13 @@ fn a_sniffer_reports_damage_and_goes_on() {
 #[test]
 fn a_restarted_decoder_is_as_good_as_new() {
     let address = Address::new(5).unwrap();
-    let mut decoder = AnswerDecoder::new(Request::GetDamping.expected(address), Layers::ALL);
+    let mut decoder = AnswerDecoder::new(Request::GetDamping.expected(address), Checks::ALL);
     for byte in [0x05, 0x04, 0x8A, 0x03] {
-        assert!(matches!(decoder.push(Character::clean(byte)), Progress::More));
+        assert!(matches!(decoder.push(Character::clean(byte)), DecodeProgress::More));
     }
     decoder.restart(Request::GetAngle(Axis::Two).expected(address));
-    assert_eq!((decoder.pending(), decoder.junk()), (0, 0));
+    assert_eq!((decoder.pending(), decoder.discarded()), (0, 0));
     let answer = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
-    let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), Progress::Frame(_)));
+    let found = answer.map(|byte| matches!(decoder.push(Character::clean(byte)), DecodeProgress::Frame(_)));
     assert_eq!(found, [false, false, false, false, false, false, false, true]);
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::angle::Range;
 use clino_codec::ascii::LineDecoder;
 use clino_codec::pwm::{Law, Ticks};
@@ -132,16 +132,16 @@ fn isu_lines_mean_what_they_show() {
     let mut seen = Vec::new();
     for character in clean(lines.concat().as_bytes()) {
         match decoder.push(character) {
-            Progress::More => {}
-            Progress::Frame(angle) => seen.push(angle),
-            Progress::Bad(fault) => panic!("{fault}"),
+            DecodeProgress::More => {}
+            DecodeProgress::Frame(angle) => seen.push(angle),
+            DecodeProgress::Bad(fault) => panic!("{fault}"),
         }
     }
     let centidegrees: Vec<i16> = seen.iter().map(|angle| angle.get()).collect();
     assert_eq!(json!(centidegrees), vectors[0]["want_centidegrees"]);
     let again: Vec<u8> = seen.iter().flat_map(|angle| angle.encode()).collect();
     assert_eq!(again, lines.concat().as_bytes());
-    assert_eq!(decoder.junk(), 0);
+    assert_eq!(decoder.discarded(), 0);
 }
 
 #[test]

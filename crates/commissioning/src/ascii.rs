@@ -16,7 +16,7 @@
 use core::fmt;
 
 use clino_bus::{Micros, Serial};
-use clino_codec::Progress as Decoding;
+use clino_codec::DecodeProgress as Decoding;
 use clino_codec::ascii::{Centidegrees, LINE_LENGTH, LineDecoder, LineFault};
 use clino_codec::character::Character;
 

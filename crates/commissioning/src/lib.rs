@@ -1,7 +1,7 @@
-//! Commissioning of inclinometers: finding them on a line, setting them up, and bringing broken ones back.
+//! Commissioning of inclinometers: find them on a line, set them up, repair them.
 //!
-//! Each task is an [`Operation`]: a resumable state machine that says what it wants next (an exchange, a pause, another
-//! bit rate) and is told how it ended. It neither sends nor reads a clock. A [`Runner`] leads it through a
+//! Each task is an [`Operation`]: a resumable state machine that returns its next step (an exchange, a pause, another
+//! bit rate) and takes the outcome. It neither sends nor reads a clock. A [`Runner`] runs it on a
 //! [`Master`](clino_bus::Master), one step at a time, so that a gateway can go on polling between the steps.
 //!
 //! | sensor | operations |
@@ -12,15 +12,15 @@
 //!
 //! # Rules that hold for all of them
 //!
-//! - What can be refused without asking is refused by the constructor, with the limit in the error.
-//! - Settings live in memory that wears: read, compare, write only a difference, read back. An answer to a write is
-//!   never believed; what is read back is. Every report and every failure says how many writes were sent.
+//! - The constructor refuses invalid values; the error carries the limit.
+//! - Settings live in memory that wears: read, compare, write only a difference, read back. The answer to a write is
+//!   not proof; the value read back is. Every report and every failure says how many writes were sent.
 //! - A damaged or missing answer to a *reading* request is asked for again ([`READ_TRIES`]); a *write* is repeated
 //!   only after reading has shown that it did not happen ([`WRITE_TRIES`]).
 //! - [Cancelling](Operation::cancel) takes effect between two exchanges. Once something has been written, the operation
 //!   goes on to its next consistent point first.
-//! - A zero is written only while the sensor stands still: motion is looked at first.
-//! - An address that every sensor answers to (T7: 126, ISU: 0) is used only with an [`Alone`], the caller's statement
+//! - A zero is written only while the sensor stands still: readings before it detect motion.
+//! - The address that every sensor answers to (T7: 126, ISU: 0) is used only with a [`SingleDevice`], the caller's statement
 //!   that one sensor is attached; or by [`AskAll`](t7::AskAll), which reports every answer and every suspected collision.
 //!
 //! # Limits
@@ -41,19 +41,19 @@
     )
 )]
 
-mod alone;
 pub mod ascii;
 pub mod isu;
 mod motion;
 mod operation;
 mod report;
 mod runner;
+mod single_device;
 pub mod t7;
 
-pub use alone::Alone;
-pub use operation::{Operation, Progress, Step, StepOf};
-pub use report::{Change, Report};
-pub use runner::{Action, ActionOf, Commissionable, Runner};
+pub use operation::{Operation, Step, StepOf, TaskProgress};
+pub use report::{Report, SettingChange};
+pub use runner::{ActionOf, Commissionable, Runner, RunnerAction};
+pub use single_device::SingleDevice;
 
 /// How often a reading request is sent before its fault is final: at a character error rate of 1 % a 40-character
 /// exchange fails one time in three, three of them one time in 27; noisier lines need a plumber.

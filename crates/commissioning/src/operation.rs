@@ -1,22 +1,22 @@
-//! What all operations have in common.
+//! The interface of all operations.
 
-use clino_bus::{Micros, Outcome, Protocol, Serial};
+use clino_bus::{ExchangeOutcome, Micros, Protocol, Serial};
 
 /// What an operation wants next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step<A, Q, R, E> {
     /// One exchange.
     Ask {
-        /// Who is asked.
+        /// The address to ask.
         address: A,
         /// What is asked.
         request: Q,
-        /// How often the request may be sent, until there is an answer. The operation is told the last outcome only.
+        /// How often the request may be sent, until there is an answer. The operation receives the last outcome only.
         tries: u8,
     },
-    /// One request that several may answer. The operation is told every outcome.
+    /// One request that several may answer. The operation receives every outcome.
     Collect {
-        /// Who is asked.
+        /// The address to ask.
         address: A,
         /// What is asked.
         request: Q,
@@ -45,24 +45,24 @@ pub type StepOf<O> = Step<
 /// How far an operation is, in exchanges or so. `of` is an estimate that may grow; `done` never exceeds it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Progress {
+pub struct TaskProgress {
     /// Parts done.
     pub done: u16,
     /// All parts.
     pub of: u16,
 }
 
-impl Progress {
-    pub(crate) fn new(done: u16, of: u16) -> Progress {
-        Progress { done: done.min(of), of }
+impl TaskProgress {
+    pub(crate) fn new(done: u16, of: u16) -> TaskProgress {
+        TaskProgress { done: done.min(of), of }
     }
 }
 
-/// A task on one bus as a resumable state machine, led by a [`Runner`](crate::Runner).
+/// A task on one bus as a resumable state machine, run by a [`Runner`](crate::Runner).
 pub trait Operation {
     /// What is spoken on the bus.
     type Protocol: Protocol;
-    /// What is told on the way, before the end.
+    /// What it reports before its end.
     type Event;
     /// The result, when all went well.
     type Report;
@@ -74,15 +74,15 @@ pub trait Operation {
     fn next(&mut self, now: Micros) -> StepOf<Self>;
 
     /// An exchange asked for has ended; one answer, when collecting.
-    fn on(&mut self, outcome: &Outcome<Self::Protocol>) -> Option<Self::Event>;
+    fn on(&mut self, outcome: &ExchangeOutcome<Self::Protocol>) -> Option<Self::Event>;
 
     /// How far it is.
-    fn progress(&self) -> Progress;
+    fn progress(&self) -> TaskProgress;
 
-    /// Stop at the next consistent point. The operation still has to be led to its end.
+    /// Stops at the next consistent point. The runner still has to run the operation to its end.
     fn cancel(&mut self);
 
-    /// Whether nobody else may use the line between two exchanges: its bit rate is not the one that the others expect,
+    /// Whether the operation needs the line between two exchanges, too: its bit rate is not the one that the others expect,
     /// or is about to change.
     fn is_exclusive(&self) -> bool {
         false

@@ -1,9 +1,9 @@
-//! What an operation that changes something has done.
+//! The report of an operation that changes a setting.
 
-/// What became of a setting.
+/// The old and the new value of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Change<T> {
+pub enum SettingChange<T> {
     /// It was as wished; nothing was written.
     Unchanged(T),
     /// It was written, and reads back as wished.
@@ -20,14 +20,15 @@ pub enum Change<T> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Report<T> {
     /// What became of the setting.
-    pub change: Change<T>,
+    pub change: SettingChange<T>,
     /// Commands sent that write non-volatile memory, whether or not they arrived.
     pub writes: u8,
 }
 
 impl<T: PartialEq> Report<T> {
     pub(crate) fn new(from: T, to: T, writes: u8) -> Self {
-        let change = if from == to { Change::Unchanged(to) } else { Change::Changed { from, to } };
+        let change =
+            if from == to { SettingChange::Unchanged(to) } else { SettingChange::Changed { from, to } };
         Report { change, writes }
     }
 }

@@ -1,9 +1,9 @@
-//! Leads an operation through a master, one step at a time.
+//! Runs an operation on a master, one step at a time.
 
-use clino_bus::{Fault, Isu, Master, Micros, Outcome, Protocol, Serial, T7};
+use clino_bus::{ExchangeOutcome, Fault, Isu, Master, Micros, Protocol, Serial, T7};
 use clino_codec::isu::{DeviceError, Response};
 
-use crate::operation::{Operation, Progress, Step, StepOf};
+use crate::operation::{Operation, Step, StepOf, TaskProgress};
 
 /// A protocol whose answers tell whether the request arrived whole.
 pub trait Commissionable: Protocol {
@@ -31,7 +31,7 @@ impl Commissionable for Isu {
 /// What the caller has to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
-pub enum Action<F, R, E> {
+pub enum RunnerAction<F, R, E> {
     /// Nothing before [`Runner::poll_at`].
     Idle,
     /// Submit this frame to the line.
@@ -43,7 +43,7 @@ pub enum Action<F, R, E> {
 }
 
 /// The action type of an operation.
-pub type ActionOf<O> = Action<
+pub type ActionOf<O> = RunnerAction<
     <<O as Operation>::Protocol as Protocol>::Frame,
     <O as Operation>::Report,
     <O as Operation>::Error,
@@ -66,15 +66,15 @@ pub type ActionOf<O> = Action<
 /// ```
 /// use clino_bus::{Master, Micros, Serial, T7, Timing};
 /// use clino_codec::t7::Address;
-/// use clino_commissioning::t7::{Device, Set, Setting};
-/// use clino_commissioning::{Action, Runner};
+/// use clino_commissioning::t7::{Device, Set, DeviceSetting};
+/// use clino_commissioning::{RunnerAction, Runner};
 ///
 /// let mut master = Master::<T7>::new(Timing::t7(Serial::T7_DEFAULT));
 /// let device = Device::at(Address::new(5).unwrap()).unwrap();
-/// let mut runner = Runner::new(Set::new(device, Setting::Damping(500)).unwrap());
+/// let mut runner = Runner::new(Set::new(device, DeviceSetting::Damping(500)).unwrap());
 /// let now = Micros(1_000);
 ///
-/// let Action::Send(frame) = runner.poll(&mut master, now) else { panic!() };
+/// let RunnerAction::Send(frame) = runner.poll(&mut master, now) else { panic!() };
 /// assert_eq!(frame.as_bytes(), [0x05, 0x01, 0x8A]); // Get Damping, to the line
 /// assert!(runner.is_asking());
 /// // Events of the line go to the master; what it makes of them goes to the runner.
@@ -90,12 +90,12 @@ pub struct Runner<O> {
     wait: Option<Micros>,
 }
 
-/// Whose outcomes the master's are.
+/// Which exchange the next outcomes of the master belong to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Asking {
-    Nobody,
+    None,
     One,
-    Everybody,
+    All,
 }
 
 impl<O: Operation> Runner<O>
@@ -104,25 +104,25 @@ where
 {
     /// Has not begun.
     pub fn new(operation: O) -> Self {
-        Runner { operation, asking: Asking::Nobody, tries_left: None, wait: None }
+        Runner { operation, asking: Asking::None, tries_left: None, wait: None }
     }
 
-    /// The next thing to do. [`Action::Idle`] while an exchange is in hand, this operation's or another.
+    /// The next thing to do. [`RunnerAction::Idle`] while an exchange is in hand, this operation's or another.
     pub fn poll(&mut self, master: &mut Master<O::Protocol>, now: Micros) -> ActionOf<O> {
         if self.is_asking() || master.is_asking() {
-            return Action::Idle;
+            return RunnerAction::Idle;
         }
         let step = self.next(now);
         self.wait = match &step {
             Step::Wait { until } => Some(*until),
             Step::Ask { address, request, .. } | Step::Collect { address, request, .. } => {
-                // Not before a late answer could be told from its own.
+                // Not before a late answer can be distinguished from its own.
                 master.ask_at(*address, request).filter(|&at| at > now)
             }
             Step::Serial(_) | Step::Done(_) => None,
         };
         if self.wait.is_some() {
-            return Action::Idle;
+            return RunnerAction::Idle;
         }
         let begun = match step {
             Step::Ask { address, ref request, tries } => {
@@ -134,19 +134,19 @@ where
                 }
             }
             Step::Collect { address, ref request, window } => {
-                self.asking = Asking::Everybody;
+                self.asking = Asking::All;
                 master.begin_collecting(address, request, window, now)
             }
-            Step::Wait { .. } => return Action::Idle,
-            Step::Serial(serial) => return Action::Serial(serial),
-            Step::Done(result) => return Action::Done(result),
+            Step::Wait { .. } => return RunnerAction::Idle,
+            Step::Serial(serial) => return RunnerAction::Serial(serial),
+            Step::Done(result) => return RunnerAction::Done(result),
         };
         match begun {
-            Ok(frame) => Action::Send(frame),
+            Ok(frame) => RunnerAction::Send(frame),
             Err(_) => {
                 // Operations ask only what they have had encoded before; if not, this ends them.
-                let _no_event = self.settle(&Outcome { result: Err(Fault::NotSent), at: now });
-                Action::Idle
+                let _no_event = self.settle(&ExchangeOutcome { result: Err(Fault::NotSent), at: now });
+                RunnerAction::Idle
             }
         }
     }
@@ -158,11 +158,11 @@ where
     }
 
     /// An exchange of this operation has ended; an answer has come, when it is collecting.
-    pub fn settle(&mut self, outcome: &Outcome<O::Protocol>) -> Option<O::Event> {
+    pub fn settle(&mut self, outcome: &ExchangeOutcome<O::Protocol>) -> Option<O::Event> {
         match self.asking {
-            Asking::Nobody => return None,
+            Asking::None => return None,
             Asking::One => {
-                self.asking = Asking::Nobody;
+                self.asking = Asking::None;
                 let failed = match &outcome.result {
                     Ok(answer) => O::Protocol::heard_damaged(answer),
                     Err(_) => true,
@@ -173,9 +173,9 @@ where
                 }
                 self.tries_left = None;
             }
-            Asking::Everybody => {
+            Asking::All => {
                 if let Err(Fault::Over { .. } | Fault::NotSent | Fault::LineBusy) = outcome.result {
-                    self.asking = Asking::Nobody;
+                    self.asking = Asking::None;
                 }
             }
         }
@@ -184,10 +184,10 @@ where
 
     /// Whether an exchange of the operation is under way: the master's outcomes belong to [`Runner::settle`].
     pub fn is_asking(&self) -> bool {
-        self.asking != Asking::Nobody
+        self.asking != Asking::None
     }
 
-    /// Whether nobody else may use the line, even between exchanges.
+    /// Whether the operation needs the line even between exchanges.
     pub fn is_exclusive(&self) -> bool {
         self.is_asking() || self.operation.is_exclusive()
     }
@@ -199,7 +199,7 @@ where
     }
 
     /// How far the operation is.
-    pub fn progress(&self) -> Progress {
+    pub fn progress(&self) -> TaskProgress {
         self.operation.progress()
     }
 

@@ -152,7 +152,7 @@ fn a_cancelled_pulse_is_released() {
     }
 }
 
-/// Leads continuous output until so many lines have come.
+/// Runs continuous output until this many lines have come.
 fn lines(board: &mut Board, wanted: u32) -> (Vec<i16>, Result<u32, NoLine>) {
     let mut operation = Lines::new();
     let mut heard = Vec::new();

@@ -5,7 +5,7 @@ mod common;
 use clino_bus::{Isu, Micros};
 use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Data, EncodeError, Function, Request, Words};
-use clino_commissioning::Alone;
+use clino_commissioning::SingleDevice;
 use clino_commissioning::isu::raw::{RawRefusal, RawWrite, UnprotectedIsu};
 use clino_commissioning::isu::{Cause, Fault, GoToSoftError, Identify, Module, ReadAngle, Reset, ResetNull};
 use clino_sim::isu::{Mode, Options};
@@ -17,7 +17,7 @@ fn mode(sensor: &common::isu::Shared) -> Mode {
     sensor.lock().unwrap().mode()
 }
 
-/// A module in its Hard Error state, because a word that nobody may change has changed.
+/// A module in its Hard Error state, because a word that must not change has changed.
 fn broken(number: u8) -> common::isu::Shared {
     let sensor = at(number);
     {
@@ -154,14 +154,14 @@ fn address_0_takes_the_statement_that_one_is_attached() {
     assert!(Module::at(Address::RESERVED).is_err());
     let sensor = at(11);
     let mut bench = bench_of(&sensor);
-    let alone = Module::alone(Alone::i_have_attached_one_sensor_only());
-    assert_eq!(run(&mut bench, Identify::new(alone)).result.unwrap().address, address(11));
-    run(&mut bench, ReadAngle::new(alone)).result.unwrap();
-    run(&mut bench, ResetNull::new(alone)).result.unwrap();
+    let single = Module::single(SingleDevice::i_have_attached_one_sensor_only());
+    assert_eq!(run(&mut bench, Identify::new(single)).result.unwrap().address, address(11));
+    run(&mut bench, ReadAngle::new(single)).result.unwrap();
+    run(&mut bench, ResetNull::new(single)).result.unwrap();
 }
 
 #[test]
-fn nobody_there_is_no_answer() {
+fn an_empty_line_is_no_answer() {
     let mut bench = bench::<Isu>(&[]);
     let run = run(&mut bench, ReadAngle::new(module(3)));
     let failure = run.result.unwrap_err();

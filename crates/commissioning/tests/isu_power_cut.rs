@@ -5,9 +5,9 @@ mod common;
 
 use clino_bus::{Isu, Micros};
 use clino_codec::isu::eeprom::{Change, ShutoffBit};
-use clino_commissioning::Alone;
+use clino_commissioning::SingleDevice;
 use clino_commissioning::isu::{Module, Program, Repair, ResetNull};
-use clino_segment::log::{Event, Talker};
+use clino_segment::log::{LineEvent, Talker};
 use clino_sim::isu::{Adoption, ChecksumScope, Eeprom, Mode, Options, Supervision};
 use clino_sim::node::Ns;
 use clino_testkit::rig::Bench;
@@ -76,7 +76,7 @@ const TASKS: [Task; 4] = [
 #[derive(Debug, Default)]
 struct Tally {
     cuts: u32,
-    /// The operation coped by itself.
+    /// The operation recovered without help.
     done: u32,
     repaired: u32,
 }
@@ -132,7 +132,7 @@ fn first_write(bench: &Bench<Isu>) -> Ns {
     let log = bench.port.log();
     let log = log.lock().unwrap();
     let mut sent = log.events.iter().filter_map(|event| match event {
-        Event::Char { who: Talker::Gateway, start, word, .. } => Some((*start, *word)),
+        LineEvent::Char { who: Talker::Gateway, start, word, .. } => Some((*start, *word)),
         _ => None,
     });
     // Length, address and function, the rest and a checksum.
@@ -275,7 +275,7 @@ fn repair_cut_everywhere(scope: ChecksumScope, off: Ns, step: usize) {
 
 /// Cut between its two words, an address change can leave an address that only a lone module can be reached at.
 #[test]
-fn a_third_address_that_nobody_may_have() {
+fn a_third_address_that_no_module_may_have() {
     // From 3 (0011) to 12 (1100): 1111. From 12 to 3: 0000.
     for (from, to, mixed) in [(3, 12, 15), (12, 3, 0)] {
         let change = |at: Module| Program::new(at, Change::ModuleAddress(address(to))).unwrap();
@@ -297,10 +297,10 @@ fn a_third_address_that_nobody_may_have() {
             let back = Micros((at + LONG) / 1_000 + 1_000_000);
             let now = bench.port.now();
             idle_for(&mut bench, back.since(now));
-            let alone = Module::alone(Alone::i_have_attached_one_sensor_only());
-            let repaired = run(&mut bench, Repair::new(alone)).result.unwrap();
+            let single = Module::single(SingleDevice::i_have_attached_one_sensor_only());
+            let repaired = run(&mut bench, Repair::new(single)).result.unwrap();
             assert_eq!(repaired.stored_address.get(), mixed);
-            run(&mut bench, change(alone)).result.unwrap();
+            run(&mut bench, change(single)).result.unwrap();
             assert_eq!(eeprom(&sensor).address(), to);
             assert_well(&sensor, "changed");
             assert_upper_bits(&before, &words(&sensor));

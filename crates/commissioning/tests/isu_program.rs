@@ -8,7 +8,7 @@ use clino_bus::{Isu, Micros};
 use clino_codec::isu::Address;
 use clino_codec::isu::eeprom::{Change as Eeprom, ChecksumReading, ShutoffBit};
 use clino_commissioning::isu::{Cause, Module, Program, Repair, ResetNull};
-use clino_commissioning::{Alone, Change};
+use clino_commissioning::{SettingChange, SingleDevice};
 use clino_segment::chance::Chance;
 use clino_segment::{Faults, Noise, Probability, Station};
 use clino_sim::isu::{Adoption, ChecksumScope, Mode, Options, Supervision};
@@ -20,8 +20,8 @@ use common::isu::{
 use common::spoil::{Fault, Spoil};
 use common::{MS, idle_for, run, run_and};
 
-fn alone() -> Module {
-    Module::alone(Alone::i_have_attached_one_sensor_only())
+fn single() -> Module {
+    Module::single(SingleDevice::i_have_attached_one_sensor_only())
 }
 
 fn to(number: u8) -> Eeprom {
@@ -62,7 +62,7 @@ fn an_address_change_whenever_it_acts_and_however_it_is_supervised() {
                     // One that noticed in the middle refused the second write once.
                     let refused = u8::from(supervision == Supervision::Continuous);
                     assert!((2..=2 + refused).contains(&report.writes), "{report:?}");
-                    assert_eq!(report.change, Change::Changed { from: to(5), to: to(10) });
+                    assert_eq!(report.change, SettingChange::Changed { from: to(5), to: to(10) });
                     let stored = eeprom(&sensor);
                     assert_eq!((stored.address(), stored.is_sound()), (10, true));
                     assert_upper_bits(&before, &words(&sensor));
@@ -89,15 +89,15 @@ fn a_checksum_that_stays_right_is_not_written() {
 fn the_factory_address_is_left_only_alone() {
     let sensor = at(0);
     let mut bench = bench::<Isu>(&[&sensor]);
-    let report = run(&mut bench, Program::new(alone(), to(14)).unwrap()).result.unwrap();
-    assert_eq!(report.change, Change::Changed { from: to(0), to: to(14) });
+    let report = run(&mut bench, Program::new(single(), to(14)).unwrap()).result.unwrap();
+    assert_eq!(report.change, SettingChange::Changed { from: to(0), to: to(14) });
     assert_eq!(eeprom(&sensor).address(), 14);
     // And back.
-    run(&mut bench, Program::new(alone(), to(0)).unwrap()).result.unwrap();
+    run(&mut bench, Program::new(single(), to(0)).unwrap()).result.unwrap();
     assert_eq!(eeprom(&sensor).address(), 0);
     assert_eq!(Program::new(module(3), to(0)).unwrap_err(), Cause::ZeroOnSharedLine);
     let reserved = Eeprom::ModuleAddress(Address::RESERVED);
-    assert_eq!(Program::new(alone(), reserved).unwrap_err(), Cause::ReservedAddress);
+    assert_eq!(Program::new(single(), reserved).unwrap_err(), Cause::ReservedAddress);
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn null_position_and_auto_shutoff() {
             let report = run(&mut bench, change(3, wanted)).result.unwrap();
             assert_eq!(
                 report.change,
-                Change::Changed { from: Eeprom::AutoShutoff { bit, enabled: !enabled }, to: wanted }
+                SettingChange::Changed { from: Eeprom::AutoShutoff { bit, enabled: !enabled }, to: wanted }
             );
             assert_eq!(eeprom(&sensor).data(0x50), data ^ mask);
         }
@@ -131,7 +131,7 @@ fn what_is_so_already_is_not_written_and_the_module_not_reset() {
     for wanted in [to(3), Eeprom::NullPosition(0)] {
         let run = run(&mut bench, change(3, wanted));
         let report = run.result.unwrap();
-        assert_eq!((report.change, report.writes), (Change::Unchanged(wanted), 0));
+        assert_eq!((report.change, report.writes), (SettingChange::Unchanged(wanted), 0));
         assert_eq!(run.requests, 16);
     }
 }
@@ -432,7 +432,7 @@ impl Node for BrokenSensor {
 }
 
 #[test]
-fn repair_of_nobody_is_not_found() {
+fn repair_without_a_module_is_not_found() {
     let mut bench = bench::<Isu>(&[]);
     let failure = run(&mut bench, Repair::after_address_change(module(3), module(9))).result.unwrap_err();
     assert!(matches!(failure.cause, Cause::NotFound { .. }), "{failure}");

@@ -1,4 +1,4 @@
-//! A sensor that moves is not set to zero: nothing is written, and the rate is told.
+//! A sensor that moves is not set to zero: nothing is written, and the rate is reported.
 
 mod common;
 
@@ -10,7 +10,7 @@ use clino_commissioning::isu::{self, ResetNull};
 use clino_commissioning::t7::{Cause, SetZero, Zeroed};
 use clino_sim::isu::ChecksumScope;
 use clino_sim::motion::Motion;
-use clino_sim::t7::{Damping, Options, OutputRange, Settings};
+use clino_sim::t7::{Damping, Options, OutputRange, StoredSettings};
 use clino_testkit::rig::Bench;
 use common::isu::{eeprom, module, with, words};
 use common::t7::{Shared, device};
@@ -20,7 +20,7 @@ use proptest::prelude::*;
 const MDEG: i64 = 1_000;
 
 fn t7(motion: Motion, range: OutputRange, damping: Damping, damping_ms: u16) -> Shared {
-    let store = Settings { address: 5, damping_ms, range, ..Settings::default() };
+    let store = StoredSettings { address: 5, damping_ms, range, ..StoredSettings::default() };
     let options =
         Options { motion: [Motion::Constant(0), Motion::Constant(0), motion], damping, ..Options::default() };
     Arc::new(Mutex::new(clino_sim::t7::T7::new(Default::default(), store, options).unwrap()))

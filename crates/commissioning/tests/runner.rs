@@ -6,8 +6,8 @@ use std::collections::HashMap;
 
 use clino_bus::{Micros, T7, earliest};
 use clino_codec::t7::{Axis, Millidegrees, Request, Response};
-use clino_commissioning::t7::{ChangeBaud, Identify, Set, SetZero, Setting};
-use clino_commissioning::{Action, Operation, Runner};
+use clino_commissioning::t7::{ChangeBaud, DeviceSetting, Identify, Set, SetZero};
+use clino_commissioning::{Operation, Runner, RunnerAction};
 use clino_testkit::rig::Bench;
 use common::t7::{address, at, bench, device, store};
 
@@ -43,17 +43,17 @@ where
                 bench.port.submit(frame.as_bytes(), now + Micros(10_000)).unwrap();
             } else {
                 match runner.poll(&mut bench.master, now) {
-                    Action::Send(frame) => {
+                    RunnerAction::Send(frame) => {
                         gateway.turns.push('o');
                         bench.port.submit(frame.as_bytes(), now + Micros(10_000)).unwrap();
                     }
-                    Action::Serial(serial) => {
+                    RunnerAction::Serial(serial) => {
                         let timing = clino_bus::Timing::t7(serial);
                         bench.port.set_serial(serial, timing.guard);
                         bench.master.set_timing(timing);
                     }
-                    Action::Done(result) => return (result, gateway),
-                    Action::Idle => {}
+                    RunnerAction::Done(result) => return (result, gateway),
+                    RunnerAction::Idle => {}
                 }
                 poll_next = true;
             }
@@ -92,7 +92,7 @@ fn polling_goes_on_between_the_exchanges() {
 fn a_pause_is_all_the_pollings() {
     let (sensor, polled) = (at(5), at(9));
     let mut bench = bench(&[&sensor, &polled]);
-    let set = Set::new(device(5), Setting::Damping(1_000)).unwrap();
+    let set = Set::new(device(5), DeviceSetting::Damping(1_000)).unwrap();
     assert!(run_beside_polling(&mut bench, set).0.is_ok());
     let (result, gateway) = run_beside_polling(&mut bench, SetZero::new(device(5), Axis::Two));
     assert_eq!(result.unwrap().after, Millidegrees(0));
@@ -104,7 +104,7 @@ fn a_pause_is_all_the_pollings() {
 }
 
 #[test]
-fn nobody_polls_while_the_bit_rate_is_not_theirs() {
+fn no_polls_while_the_bit_rate_is_another() {
     let (sensor, polled) = (at(5), at(9));
     let mut bench = bench(&[&sensor, &polled]);
     use clino_codec::t7::BaudRate::{B19200, B115200};
@@ -113,7 +113,7 @@ fn nobody_polls_while_the_bit_rate_is_not_theirs() {
     assert!(result.is_ok());
     assert_eq!(store(&sensor).baud_index, 3);
     let turns: String = gateway.turns.iter().collect();
-    // Present, then Set Baud Rate and the look at the new rate with nobody in between.
+    // Present, then Set Baud Rate and the look at the new rate with no other exchange in between.
     assert!(turns.trim_end_matches('p').ends_with("oo"), "{turns}");
 }
 
@@ -121,13 +121,13 @@ fn nobody_polls_while_the_bit_rate_is_not_theirs() {
 fn while_it_asks_it_has_nothing_else_to_do() {
     let sensor = at(5);
     let mut bench = bench(&[&sensor]);
-    let mut runner = Runner::new(Set::new(device(5), Setting::Damping(9)).unwrap());
+    let mut runner = Runner::new(Set::new(device(5), DeviceSetting::Damping(9)).unwrap());
     assert_eq!(runner.poll_at(), Some(Micros::ZERO));
-    assert!(matches!(runner.poll(&mut bench.master, Micros::ZERO), Action::Send(_)));
+    assert!(matches!(runner.poll(&mut bench.master, Micros::ZERO), RunnerAction::Send(_)));
     assert!(runner.is_asking() && runner.is_exclusive());
     assert_eq!(runner.poll_at(), None);
     for now in 0..3 {
-        assert!(matches!(runner.poll(&mut bench.master, Micros(now)), Action::Idle));
+        assert!(matches!(runner.poll(&mut bench.master, Micros(now)), RunnerAction::Idle));
     }
     assert_eq!(bench.master.counters().requests, 1);
 }

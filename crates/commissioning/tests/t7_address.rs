@@ -3,9 +3,9 @@
 mod common;
 
 use clino_codec::t7::{Address, DeviceType, EncodeError, Field, Opcode, Status, Text};
-use clino_commissioning::Change;
+use clino_commissioning::SettingChange;
 use clino_commissioning::t7::{Cause, ChangeAddress, Fault};
-use clino_sim::fault::Fault as SimFault;
+use clino_sim::fault::AnswerFault as SimFault;
 use clino_sim::t7 as sim;
 use common::spoil::{Fault as Spoilt, Spoil};
 use common::t7::{address, at, bench, spoilt, store, three_axes, with};
@@ -21,7 +21,7 @@ fn both_models_move() {
         let mut bench = bench(&[&sensor]);
         let report = run(&mut bench, change(from, 42)).result.unwrap();
         let (from, to) = (address(from), address(42));
-        assert_eq!((report.change, report.writes), (Change::Changed { from, to }, 1));
+        assert_eq!((report.change, report.writes), (SettingChange::Changed { from, to }, 1));
         assert_eq!(store(&sensor).address, 42);
     }
 }
@@ -51,7 +51,7 @@ fn a_wrong_serial_number_is_refused() {
     let mut bench = bench(&[&sensor]);
     let wrong = ChangeAddress::of(address(5), address(6), DeviceType::T7_1, 4711).unwrap();
     let failure = run(&mut bench, wrong).result.unwrap_err();
-    // Nobody of that name is there: the device stays, whatever was sent.
+    // No device of that name is there: the device stays, whatever was sent.
     assert_eq!(failure.cause, Cause::StillAt { address: address(5) });
     assert_eq!(store(&sensor).address, 5);
 }
@@ -72,7 +72,7 @@ fn of_two_at_one_address_the_one_that_is_named_moves() {
     assert_eq!((store(&one).address, store(&three).address), (5, 6));
     // And again, as after an interruption: it is there already.
     let report = run(&mut bench, named).result.unwrap();
-    assert_eq!((report.change, report.writes), (Change::Unchanged(address(6)), 0));
+    assert_eq!((report.change, report.writes), (SettingChange::Unchanged(address(6)), 0));
 }
 
 #[test]
@@ -91,14 +91,14 @@ fn where_it_is_already_is_no_change() {
     let sensor = at(127);
     let mut bench = bench(&[&sensor]);
     let report = run(&mut bench, change(127, 127)).result.unwrap();
-    assert_eq!((report.change, report.writes), (Change::Unchanged(Address::FACTORY), 0));
+    assert_eq!((report.change, report.writes), (SettingChange::Unchanged(Address::FACTORY), 0));
 }
 
 #[test]
 fn the_documents_own_example_needs_its_type_named() {
     let sensor = with(
         sim::Identity { product: *b"X4    ", serial: 5, ..sim::Identity::default() },
-        sim::Settings { address: 5, ..sim::Settings::default() },
+        sim::StoredSettings { address: 5, ..sim::StoredSettings::default() },
     );
     let mut bench = bench(&[&sensor]);
     let failure = run(&mut bench, change(5, 6)).result.unwrap_err();
@@ -111,7 +111,7 @@ fn the_documents_own_example_needs_its_type_named() {
 #[test]
 fn a_lost_answer_does_not_hide_that_it_moved() {
     let sensor = at(5);
-    // Answers: who it is, then Set Address.
+    // Answers: its identity, then Set Address.
     let mut bench = spoilt(&sensor, Spoil::Answer(1, Spoilt::Lost));
     let report = run(&mut bench, change(5, 6)).result.unwrap();
     assert_eq!((report.writes, store(&sensor).address), (1, 6));
@@ -132,9 +132,9 @@ fn a_refusal_is_told_with_its_status() {
     // Its answer becomes "flash program error", checksum included; the command itself it hears damaged, and does nothing.
     let refusal = [0x05, 0x03, 0x91, 0x08, 0x5F];
     sensor.lock().unwrap().faults.every = Some((2, SimFault::Instead(refusal.to_vec())));
-    let who = 3;
+    let identity = 3;
     let probes_of_others = 3 * 3;
-    let mut bench = spoilt(&sensor, Spoil::Heard(who + probes_of_others + 5, 0x10));
+    let mut bench = spoilt(&sensor, Spoil::Heard(identity + probes_of_others + 5, 0x10));
     let failure = run(&mut bench, change(5, 6)).result.unwrap_err();
     let (opcode, status) = (Opcode::SetAddress, Status::FlashProgramError);
     assert_eq!((failure.cause, failure.writes), (Cause::Status { opcode, status }, 1));
@@ -152,7 +152,7 @@ fn a_cancel_before_the_write_changes_nothing_and_after_it_nothing_either() {
             }
         });
         match run.result {
-            // Who it is, three probes of the new address, then the write.
+            // Its identity, three probes of the new address, then the write.
             Err(failure) => {
                 assert_eq!((failure.cause, failure.writes), (Cause::Cancelled, 0));
                 assert!(after < 5, "after {after}");

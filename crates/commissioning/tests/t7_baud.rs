@@ -5,8 +5,8 @@ mod common;
 use clino_bus::T7;
 use clino_codec::t7::{Axis, BaudRate, Opcode, Request, Response, Status};
 use clino_commissioning::t7::{Cause, ChangeBaud, Device};
-use clino_commissioning::{Alone, Change};
-use clino_sim::fault::Fault as SimFault;
+use clino_commissioning::{SettingChange, SingleDevice};
+use clino_sim::fault::AnswerFault as SimFault;
 use clino_testkit::rig::Bench;
 use common::spoil::{Fault as Spoilt, Spoil};
 use common::t7::{Shared, address, at, bench, device, spoilt, store, unplugged};
@@ -39,7 +39,7 @@ fn the_line_follows_to_every_rate_and_back() {
         let first = run(&mut bench, change(to));
         let report = first.result.unwrap();
         let from = BaudRate::B115200;
-        assert_eq!((report.change, report.writes), (Change::Changed { from, to }, 1));
+        assert_eq!((report.change, report.writes), (SettingChange::Changed { from, to }, 1));
         assert_eq!((index(&sensor), first.rates), (code, vec![baud]));
         assert!(answers(&mut bench), "{to:?}");
         // No byte was sent in the 10 ms in which the device changes.
@@ -57,7 +57,7 @@ fn the_same_rate_is_no_change() {
     let mut bench = bench(&[&sensor]);
     let run = run(&mut bench, change(BaudRate::B115200));
     let report = run.result.unwrap();
-    assert_eq!((report.change, report.writes), (Change::Unchanged(BaudRate::B115200), 0));
+    assert_eq!((report.change, report.writes), (SettingChange::Unchanged(BaudRate::B115200), 0));
     assert_eq!((run.rates.len(), run.requests), (0, 1));
 }
 
@@ -65,8 +65,8 @@ fn the_same_rate_is_no_change() {
 fn a_lone_device_is_followed_too() {
     let sensor = at(5);
     let mut bench = bench(&[&sensor]);
-    let alone = Device::alone(Alone::i_have_attached_one_sensor_only());
-    let operation = ChangeBaud::new(alone, BaudRate::B115200, BaudRate::B9600).unwrap();
+    let single = Device::single(SingleDevice::i_have_attached_one_sensor_only());
+    let operation = ChangeBaud::new(single, BaudRate::B115200, BaudRate::B9600).unwrap();
     assert_eq!(run(&mut bench, operation).result.unwrap().writes, 1);
     assert!(answers(&mut bench));
 }

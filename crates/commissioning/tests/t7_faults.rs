@@ -10,10 +10,10 @@ use clino_codec::angle::Range;
 use clino_codec::t7::{Axis, BaudRate, Direction, Millidegrees};
 use clino_commissioning::Operation;
 use clino_commissioning::t7::{
-    ChangeAddress, ChangeBaud, Failure, Identify, Rates, Set, SetZero, Setting, Sweep,
+    ChangeAddress, ChangeBaud, DeviceSetting, Failure, Identify, Rates, Set, SetZero, Sweep,
 };
 use clino_segment::chance::Chance;
-use clino_segment::{Noise, Probability, Settings};
+use clino_segment::{Noise, Probability, SegmentSettings};
 use clino_sim::t7 as sim;
 use clino_testkit::rig::Bench;
 use common::spoil::{Fault, Spoil};
@@ -23,7 +23,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 /// An operation, led to its end on a bench; `true` when it says that the device is as wished.
-type Task = (&'static str, fn(&mut Bench<T7>) -> bool, fn(&mut sim::Settings));
+type Task = (&'static str, fn(&mut Bench<T7>) -> bool, fn(&mut sim::StoredSettings));
 
 fn settled<O>(bench: &mut Bench<T7>, operation: O) -> bool
 where
@@ -38,7 +38,7 @@ const TASKS: [Task; 7] = [
     (
         "offset",
         |bench| {
-            let offset = Setting::Offset { axis: Axis::Two, offset: Millidegrees(4_321) };
+            let offset = DeviceSetting::Offset { axis: Axis::Two, offset: Millidegrees(4_321) };
             settled(bench, Set::new(device(5), offset).unwrap())
         },
         |store| store.offsets[2] = 4_321,
@@ -46,19 +46,19 @@ const TASKS: [Task; 7] = [
     (
         "direction",
         |bench| {
-            let reversed = Setting::Direction { axis: Axis::Two, direction: Direction::Reversed };
+            let reversed = DeviceSetting::Direction { axis: Axis::Two, direction: Direction::Reversed };
             settled(bench, Set::new(device(5), reversed).unwrap())
         },
         |store| store.directions[2] = sim::Direction::Reversed,
     ),
     (
         "damping",
-        |bench| settled(bench, Set::new(device(5), Setting::Damping(999)).unwrap()),
+        |bench| settled(bench, Set::new(device(5), DeviceSetting::Damping(999)).unwrap()),
         |store| store.damping_ms = 999,
     ),
     (
         "range",
-        |bench| settled(bench, Set::new(device(5), Setting::Range(Range::Unidirectional)).unwrap()),
+        |bench| settled(bench, Set::new(device(5), DeviceSetting::Range(Range::Unidirectional)).unwrap()),
         |store| store.range = sim::OutputRange::Unidirectional,
     ),
     ("zero", |bench| settled(bench, SetZero::new(device(5), Axis::Two)), |store| store.offsets[2] = -30_000),
@@ -80,7 +80,7 @@ fn assert_old_or_new(
     how: &dyn Debug,
     sensor: &Shared,
     done: bool,
-    change: fn(&mut sim::Settings),
+    change: fn(&mut sim::StoredSettings),
 ) {
     let old = store(&at(5));
     let mut new = old.clone();
@@ -175,9 +175,9 @@ fn the_same_again_succeeds() {
     }
 }
 
-fn noisy(bit_errors: f64, seed: u64) -> Settings {
+fn noisy(bit_errors: f64, seed: u64) -> SegmentSettings {
     let noise = Noise { bit_errors: Probability::new(bit_errors).unwrap(), ..Noise::default() };
-    Settings { chance: Chance::new(seed), echo: false, noise }
+    SegmentSettings { chance: Chance::new(seed), echo: false, noise }
 }
 
 // Always the same cases: a command whose errors cancel in the device's own 8-bit sum is carried out as it was heard, which

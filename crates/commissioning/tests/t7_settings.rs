@@ -4,9 +4,9 @@ mod common;
 
 use clino_codec::angle::Range;
 use clino_codec::t7::{Address, Axis, Direction, EncodeError, Field, Millidegrees, Opcode, Status};
-use clino_commissioning::t7::{Cause, Device, Fault, Identify, Set, SetZero, Setting};
-use clino_commissioning::{Alone, Change};
-use clino_sim::fault::Fault as SimFault;
+use clino_commissioning::t7::{Cause, Device, DeviceSetting, Fault, Identify, Set, SetZero};
+use clino_commissioning::{SettingChange, SingleDevice};
+use clino_sim::fault::AnswerFault as SimFault;
 use clino_sim::t7 as sim;
 use common::t7::{at, bench, device, store, three_axes};
 use common::{run, run_and};
@@ -26,17 +26,21 @@ fn identify_reports_everything_that_is_stored() {
 }
 
 /// A setting, and whether a store holds it.
-type Case = (Setting, fn(&sim::Settings) -> bool);
+type Case = (DeviceSetting, fn(&sim::StoredSettings) -> bool);
 
 fn cases() -> [Case; 4] {
     let axis = Axis::Two;
     [
-        (Setting::Offset { axis, offset: Millidegrees(-12_345) }, |store| store.offsets == [0, 0, -12_345]),
-        (Setting::Direction { axis, direction: Direction::Reversed }, |store| {
+        (DeviceSetting::Offset { axis, offset: Millidegrees(-12_345) }, |store| {
+            store.offsets == [0, 0, -12_345]
+        }),
+        (DeviceSetting::Direction { axis, direction: Direction::Reversed }, |store| {
             store.directions[2] == sim::Direction::Reversed
         }),
-        (Setting::Damping(777), |store| store.damping_ms == 777),
-        (Setting::Range(Range::Unidirectional), |store| store.range == sim::OutputRange::Unidirectional),
+        (DeviceSetting::Damping(777), |store| store.damping_ms == 777),
+        (DeviceSetting::Range(Range::Unidirectional), |store| {
+            store.range == sim::OutputRange::Unidirectional
+        }),
     ]
 }
 
@@ -48,40 +52,40 @@ fn a_difference_is_written_once_and_the_same_again_not_at_all() {
         assert!(!is_in(&store(&sensor)));
         let report = run(&mut bench, Set::new(device(5), wanted).unwrap()).result.unwrap();
         assert_eq!(report.writes, 1, "{wanted:?}");
-        assert!(matches!(report.change, Change::Changed { to, .. } if to == wanted), "{report:?}");
+        assert!(matches!(report.change, SettingChange::Changed { to, .. } if to == wanted), "{report:?}");
         assert!(is_in(&store(&sensor)), "{wanted:?}");
         let after = store(&sensor);
         let report = run(&mut bench, Set::new(device(5), wanted).unwrap()).result.unwrap();
-        assert_eq!((report.writes, report.change), (0, Change::Unchanged(wanted)));
+        assert_eq!((report.writes, report.change), (0, SettingChange::Unchanged(wanted)));
         // Read, write, read twice; read twice. An offset has to be within the range, which is read first.
         assert_eq!(bench.master.counters().requests, if is_offset(wanted) { 8 } else { 6 });
         assert_eq!(store(&sensor), after);
     }
 }
 
-fn is_offset(setting: Setting) -> bool {
-    matches!(setting, Setting::Offset { .. })
+fn is_offset(setting: DeviceSetting) -> bool {
+    matches!(setting, DeviceSetting::Offset { .. })
 }
 
 #[test]
 fn what_is_changed_is_reported_with_what_it_was() {
     let sensor = at(5);
     let mut bench = bench(&[&sensor]);
-    let report = run(&mut bench, Set::new(device(5), Setting::Damping(2)).unwrap()).result.unwrap();
-    let (from, to) = (Setting::Damping(50), Setting::Damping(2));
-    assert_eq!(report.change, Change::Changed { from, to });
+    let report = run(&mut bench, Set::new(device(5), DeviceSetting::Damping(2)).unwrap()).result.unwrap();
+    let (from, to) = (DeviceSetting::Damping(50), DeviceSetting::Damping(2));
+    assert_eq!(report.change, SettingChange::Changed { from, to });
 }
 
 #[test]
 fn out_of_range_is_refused_with_the_limits_before_anything_is_sent() {
     for (value, setting) in [
-        (1, Setting::Damping(1)),
-        (5_001, Setting::Damping(5_001)),
-        (360_000, Setting::Offset { axis: Axis::Two, offset: Millidegrees(360_000) }),
-        (-180_001, Setting::Offset { axis: Axis::Two, offset: Millidegrees(-180_001) }),
+        (1, DeviceSetting::Damping(1)),
+        (5_001, DeviceSetting::Damping(5_001)),
+        (360_000, DeviceSetting::Offset { axis: Axis::Two, offset: Millidegrees(360_000) }),
+        (-180_001, DeviceSetting::Offset { axis: Axis::Two, offset: Millidegrees(-180_001) }),
     ] {
         let (field, min, max) = match setting {
-            Setting::Damping(_) => (Field::Damping, 2, 5_000),
+            DeviceSetting::Damping(_) => (Field::Damping, 2, 5_000),
             _ => (Field::Offset, -180_000, 359_999),
         };
         let refused = Set::new(device(5), setting).unwrap_err();
@@ -93,7 +97,7 @@ fn out_of_range_is_refused_with_the_limits_before_anything_is_sent() {
 fn an_offset_outside_the_output_range_is_refused_before_it_is_written() {
     let sensor = at(5);
     let mut bench = bench(&[&sensor]);
-    let offset = Setting::Offset { axis: Axis::Two, offset: Millidegrees(180_000) };
+    let offset = DeviceSetting::Offset { axis: Axis::Two, offset: Millidegrees(180_000) };
     let failure = run(&mut bench, Set::new(device(5), offset).unwrap()).result.unwrap_err();
     let (value, min, max) = (Millidegrees(180_000), Millidegrees(-180_000), Millidegrees(179_999));
     assert_eq!((failure.cause, failure.writes), (Cause::OutOfRange { value, min, max }, 0));
@@ -106,7 +110,7 @@ fn a_refusal_of_the_device_is_an_error_with_its_status() {
     // Axis 0 of a single-axis device.
     let sensor = at(5);
     let mut bench = bench(&[&sensor]);
-    let setting = Setting::Direction { axis: Axis::Zero, direction: Direction::Reversed };
+    let setting = DeviceSetting::Direction { axis: Axis::Zero, direction: Direction::Reversed };
     let before = store(&sensor);
     let failure = run(&mut bench, Set::new(device(5), setting).unwrap()).result.unwrap_err();
     let (opcode, status) = (Opcode::SetDirection, Status::InvalidParameter);
@@ -119,15 +123,15 @@ fn what_is_read_back_counts_not_what_the_status_says() {
     let sensor = at(5);
     sensor.lock().unwrap().faults.every = Some((2, SimFault::WrongStatus(8)));
     let mut bench = bench(&[&sensor]);
-    let report = run(&mut bench, Set::new(device(5), Setting::Damping(9)).unwrap()).result.unwrap();
+    let report = run(&mut bench, Set::new(device(5), DeviceSetting::Damping(9)).unwrap()).result.unwrap();
     assert_eq!(report.writes, 1);
     assert_eq!(store(&sensor).damping_ms, 9);
 }
 
 #[test]
-fn nobody_there_is_no_answer_after_three_tries() {
+fn an_empty_line_is_no_answer_after_three_tries() {
     let mut bench = bench(&[]);
-    let run = run(&mut bench, Set::new(device(5), Setting::Damping(9)).unwrap());
+    let run = run(&mut bench, Set::new(device(5), DeviceSetting::Damping(9)).unwrap());
     let failure = run.result.unwrap_err();
     assert!(
         matches!(
@@ -157,7 +161,7 @@ fn two_at_one_address_are_an_error_and_nothing_is_written() {
 fn zero_waits_out_the_damping_and_reads_zero() {
     let sensor = at(5);
     let mut bench = bench(&[&sensor]);
-    run(&mut bench, Set::new(device(5), Setting::Damping(1_500)).unwrap()).result.unwrap();
+    run(&mut bench, Set::new(device(5), DeviceSetting::Damping(1_500)).unwrap()).result.unwrap();
     let run = run(&mut bench, SetZero::new(device(5), Axis::Two));
     let zeroed = run.result.unwrap();
     assert_eq!((zeroed.before, zeroed.after, zeroed.writes), (Millidegrees(30_000), Millidegrees(0), 1));
@@ -179,15 +183,15 @@ fn zero_is_not_written_again() {
 fn a_lone_device_needs_no_address() {
     let sensor = at(77);
     let mut bench = bench(&[&sensor]);
-    let alone = Device::alone(Alone::i_have_attached_one_sensor_only());
-    run(&mut bench, Set::new(alone, Setting::Damping(123)).unwrap()).result.unwrap();
-    run(&mut bench, SetZero::new(alone, Axis::Two)).result.unwrap();
+    let single = Device::single(SingleDevice::i_have_attached_one_sensor_only());
+    run(&mut bench, Set::new(single, DeviceSetting::Damping(123)).unwrap()).result.unwrap();
+    run(&mut bench, SetZero::new(single, Axis::Two)).result.unwrap();
     assert_eq!((store(&sensor).damping_ms, store(&sensor).offsets[2]), (123, -30_000));
-    // Answers longer than eight are not for everybody.
-    let too_long = Identify::new(alone).unwrap_err();
+    // Answers longer than eight are refused for the all-respond address.
+    let too_long = Identify::new(single).unwrap_err();
     assert!(matches!(too_long, EncodeError::NotForAll { response_length: 20, .. }), "{too_long}");
-    let offset = Setting::Offset { axis: Axis::Two, offset: Millidegrees(0) };
-    assert!(matches!(Set::new(alone, offset), Err(EncodeError::NotForAll { response_length: 14, .. })));
+    let offset = DeviceSetting::Offset { axis: Axis::Two, offset: Millidegrees(0) };
+    assert!(matches!(Set::new(single, offset), Err(EncodeError::NotForAll { response_length: 14, .. })));
     assert!(Device::at(Address::ALL).is_err());
 }
 
@@ -213,7 +217,7 @@ fn a_cancel_before_the_write_leaves_everything_as_it_is() {
 fn a_cancel_after_the_write_still_finds_out_what_it_did() {
     let sensor = at(5);
     let mut bench = bench(&[&sensor]);
-    let operation = Set::new(device(5), Setting::Damping(9)).unwrap();
+    let operation = Set::new(device(5), DeviceSetting::Damping(9)).unwrap();
     let run = run_and(&mut bench, operation, |runner, requests| {
         if requests == 2 {
             runner.cancel();

@@ -38,7 +38,7 @@ fn a_sweep_of_one_rate_finds_every_address() {
 }
 
 #[test]
-fn a_sweep_of_all_rates_finds_everybody_and_comes_home() {
+fn a_sweep_of_all_rates_finds_all_devices_and_returns() {
     let sensors = [at_rate(3, 0), at_rate(4, 1), at_rate(5, 2), at_rate(6, 3), at_rate(7, 4)];
     let mut bench = bench(&sensors.each_ref());
     let run = run(&mut bench, Sweep::new(Serial::T7_DEFAULT, Rates::ALL));
@@ -99,7 +99,7 @@ fn two_at_one_address_are_a_suspect() {
 }
 
 #[test]
-fn noise_hides_nobody_and_invents_nobody() {
+fn noise_hides_no_device_and_invents_none() {
     let mut settings = common::quiet();
     settings.noise = Noise { bit_errors: Probability::new(2e-4).unwrap(), ..Noise::default() };
     let sensors: Vec<Shared> = (1..=32).map(at).collect();
@@ -117,7 +117,7 @@ fn noise_hides_nobody_and_invents_nobody() {
 
 fn with_latency(address: u8, serial: u32, latency: u64) -> Shared {
     let identity = sim::Identity { serial, ..sim::Identity::default() };
-    let store = sim::Settings { address, ..sim::Settings::default() };
+    let store = sim::StoredSettings { address, ..sim::StoredSettings::default() };
     let options = sim::Options { get_latency: Latency::fixed(latency), ..sim::Options::default() };
     Arc::new(Mutex::new(sim::T7::new(identity, store, options).unwrap()))
 }
@@ -154,7 +154,7 @@ fn answers_on_top_of_each_other_are_a_suspected_collision() {
 }
 
 #[test]
-fn nobody_is_no_answers() {
+fn an_empty_line_gives_no_answers() {
     let mut bench = bench(&[]);
     let collected = run(&mut bench, ask_all()).result.unwrap();
     assert_eq!((collected.answers, collected.collisions), (0, 0));

@@ -3,8 +3,8 @@
 use core::fmt::{self, Display, Write};
 
 use clino_codec::isu::eeprom;
-use clino_commissioning::t7::Setting;
-use clino_commissioning::{Change, Report};
+use clino_commissioning::t7::DeviceSetting;
+use clino_commissioning::{Report, SettingChange};
 use clino_gateway::Consequence;
 use clino_gateway::order::Order;
 use clino_gateway::task::{News, isu, t7};
@@ -41,10 +41,10 @@ const fn of_t7(task: &t7::Task) -> &'static str {
     use t7::Task;
     match task {
         Task::Zero(..) => "; its axis reads zero as it stands, the soft zeros of its slots go",
-        Task::Set(_, Setting::Offset { .. }) => "; all angles of its axis move",
-        Task::Set(_, Setting::Direction { .. }) => "; its axis counts the other way",
-        Task::Set(_, Setting::Damping(_)) => "; all its axes average over this time",
-        Task::Set(_, Setting::Range(_)) => "; all its axes are told in this range",
+        Task::Set(_, DeviceSetting::Offset { .. }) => "; all angles of its axis move",
+        Task::Set(_, DeviceSetting::Direction { .. }) => "; its axis counts the other way",
+        Task::Set(_, DeviceSetting::Damping(_)) => "; all its axes average over this time",
+        Task::Set(_, DeviceSetting::Range(_)) => "; all its axes are told in this range",
         Task::Address { .. } => "; its slots follow it, over a start only if saved",
         Task::Identify(_) | Task::Sweep(_) | Task::Baud(..) => "",
     }
@@ -113,12 +113,12 @@ pub fn warn(reply: &mut Reply<'_>, consequence: Consequence) {
 /// Tells what is left to be done after a task.
 pub fn remind(reply: &mut Reply<'_>, news: &News) {
     let why = match news {
-        News::T7(t7::News::Baud(Report { change: Change::Changed { .. }, .. })) => {
+        News::T7(t7::News::Baud(Report { change: SettingChange::Changed { .. }, .. })) => {
             "save keeps the bit rate of the bus over a start"
         }
-        News::T7(t7::News::Address(Report { change: Change::Changed { .. }, .. }))
+        News::T7(t7::News::Address(Report { change: SettingChange::Changed { .. }, .. }))
         | News::Isu(isu::News::Programmed(Report {
-            change: Change::Changed { to: eeprom::Change::ModuleAddress(_), .. },
+            change: SettingChange::Changed { to: eeprom::Change::ModuleAddress(_), .. },
             ..
         })) => "save keeps the new address in its slots over a start",
         News::T7(t7::News::Failed(failure)) => return advise(reply, causes::after_t7(&failure.cause)),

@@ -1,7 +1,7 @@
 //! What the console needs of the rest of the gateway.
 
-use clino_bus::{Counters, Micros};
-use clino_commissioning::Progress;
+use clino_bus::{BusCounters, Micros};
+use clino_commissioning::TaskProgress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
@@ -113,13 +113,13 @@ pub struct BusState {
     /// It runs as it is set. Otherwise it will as soon as no exchange is in hand.
     pub in_force: bool,
     /// What happened since reset.
-    pub counters: Counters,
+    pub counters: BusCounters,
     /// Whether it is out of order.
     pub health: BusHealth,
     /// How the line driver behaved.
     pub driver: DriverEnable,
     /// How far the task on it is, if there is one.
-    pub progress: Option<Progress>,
+    pub progress: Option<TaskProgress>,
 }
 
 /// What storing has taken.

@@ -3,8 +3,8 @@
 use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom;
 use clino_codec::t7::Text;
-use clino_commissioning::t7::{Found, Identity, Setting};
-use clino_commissioning::{Change, Report, isu as isu_commissioning, t7 as t7_commissioning};
+use clino_commissioning::t7::{DeviceSetting, Found, Identity};
+use clino_commissioning::{Report, SettingChange, isu as isu_commissioning, t7 as t7_commissioning};
 use clino_gateway::task::{News, Reason, isu, t7};
 
 use crate::consequences;
@@ -135,8 +135,8 @@ fn changed<T>(
 ) {
     let writes = report.writes.into();
     let (to, from) = match &report.change {
-        Change::Unchanged(is) => (value(is), None),
-        Change::Changed { from, to } => (value(to), Some(value(from).1)),
+        SettingChange::Unchanged(is) => (value(is), None),
+        SettingChange::Changed { from, to } => (value(to), Some(value(from).1)),
     };
     change(reply, to, from, writes);
 }
@@ -156,12 +156,12 @@ fn change(
     reply.end();
 }
 
-fn setting(setting: &Setting) -> (&'static str, Value<'static>) {
+fn setting(setting: &DeviceSetting) -> (&'static str, Value<'static>) {
     match *setting {
-        Setting::Offset { offset, .. } => ("offset_mdeg", offset.0.into()),
-        Setting::Direction { direction, .. } => ("direction", direction.name().into()),
-        Setting::Damping(damping_ms) => ("damping_ms", damping_ms.into()),
-        Setting::Range(range) => ("range", range.name().into()),
+        DeviceSetting::Offset { offset, .. } => ("offset_mdeg", offset.0.into()),
+        DeviceSetting::Direction { direction, .. } => ("direction", direction.name().into()),
+        DeviceSetting::Damping(damping_ms) => ("damping_ms", damping_ms.into()),
+        DeviceSetting::Range(range) => ("range", range.name().into()),
     }
 }
 

@@ -19,7 +19,7 @@
 use core::convert::Infallible;
 
 use clino_bus::Micros;
-use clino_commissioning::Progress;
+use clino_commissioning::TaskProgress;
 use clino_gateway::Bus;
 use clino_gateway::order::Order;
 use clino_gateway::summary::Signals;
@@ -370,7 +370,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
         let mut said = false;
         for bus in BUSES {
-            let Some(Progress { done, of }) = host.bus(bus).and_then(|state| state.progress) else {
+            let Some(TaskProgress { done, of }) = host.bus(bus).and_then(|state| state.progress) else {
                 continue;
             };
             if audience == Audience::Programs {

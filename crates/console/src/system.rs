@@ -2,7 +2,7 @@
 
 use clino_gateway::order::Order;
 use clino_gateway::settings::{Setting, console, port};
-use clino_recovery::{Crash, Duty};
+use clino_recovery::{Crash, MonitoredTask};
 
 use crate::error::Error;
 use crate::identity::{WHO, who};
@@ -46,7 +46,7 @@ fn write_crash(reply: &mut Reply<'_>, crash: &Crash) {
         crash.cause.name().into(),
         crash.boot.into(),
         crash.uptime_ms.into(),
-        crash.duty().map(Duty::name).into(),
+        crash.task().map(MonitoredTask::name).into(),
         crash.file().into(),
         crash.line().into(),
         hex(registers.map(|at| at.pc)),

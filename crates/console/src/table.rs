@@ -92,7 +92,7 @@ pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
         counters.contention,
         counters.line_busy,
         counters.forced,
-        counters.junk,
+        counters.discarded,
         counters.unasked,
         counters.framing,
         counters.breaks,

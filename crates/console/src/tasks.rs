@@ -5,7 +5,7 @@ use clino_codec::isu::eeprom;
 use clino_codec::t7::{Address, Axis, BaudRate, Millidegrees};
 use clino_codec::{isu as isu_codec, t7 as t7_codec};
 use clino_commissioning::isu::Module;
-use clino_commissioning::t7::{Device, Rates, Setting};
+use clino_commissioning::t7::{Device, DeviceSetting, Rates};
 use clino_gateway::config::{Kind, SINGLE_AXIS};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::bus::T7_BIT_RATES;
@@ -42,13 +42,15 @@ pub fn t7(job: &mut Job<'_, '_>) -> Outcome {
         T7Verb::Zero => Task::Zero(device, axis),
         T7Verb::Offset => {
             let mdeg = job.number(value, "offset_mdeg", i32::MIN.into(), i32::MAX.into())?;
-            Task::Set(device, Setting::Offset { axis, offset: Millidegrees(mdeg as i32) })
+            Task::Set(device, DeviceSetting::Offset { axis, offset: Millidegrees(mdeg as i32) })
         }
-        T7Verb::Direction => Task::Set(device, Setting::Direction { axis, direction: job.meaning(value)? }),
+        T7Verb::Direction => {
+            Task::Set(device, DeviceSetting::Direction { axis, direction: job.meaning(value)? })
+        }
         T7Verb::Damping => {
-            Task::Set(device, Setting::Damping(job.up_to(value, "damping_ms", u16::MAX.into())? as u16))
+            Task::Set(device, DeviceSetting::Damping(job.up_to(value, "damping_ms", u16::MAX.into())? as u16))
         }
-        T7Verb::Range => Task::Set(device, Setting::Range(job.meaning(value)?)),
+        T7Verb::Range => Task::Set(device, DeviceSetting::Range(job.meaning(value)?)),
         T7Verb::Address => Task::Address { from: device.address(), to: one_t7(job, value)? },
         T7Verb::Baud => {
             let baud = job.up_to(value, "baud", u32::MAX)?;

@@ -7,7 +7,7 @@ mod common;
 use std::error::Error;
 
 use clino_drivers::codec::isu::Address;
-use clino_drivers::rs485::{Rs485, Settings};
+use clino_drivers::rs485::{PortSettings, Rs485};
 use clino_drivers::uart::Io;
 use clino_drivers::{Isu, Serial, Timing};
 use common::{Model, sensors};
@@ -21,7 +21,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let board = sensors::isu_board(Model::BUFFERED, &[&sensor]);
     let (uart, de, delay) = (board.uart(), board.de(), board.delay());
 
-    let line = Rs485::new(Io::new(uart), de, delay, Settings::new(Serial::ISU))?;
+    let line = Rs485::new(Io::new(uart), de, delay, PortSettings::new(Serial::ISU))?;
     let mut isu = Isu::new(line, Timing::isu());
 
     let address = Address::new(3).ok_or("1 to 14")?;

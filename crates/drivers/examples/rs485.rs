@@ -9,7 +9,7 @@ use std::error::Error;
 
 use clino_drivers::Serial;
 use clino_drivers::codec::angle::Angle;
-use clino_drivers::rs485::{Rs485, Settings};
+use clino_drivers::rs485::{PortSettings, Rs485};
 use clino_drivers::uart::Io;
 use common::{Model, sensors};
 use embedded_io::{Read, Write};
@@ -20,7 +20,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let board = sensors::t7_board(Model::BUFFERED, &[&sensor]);
     let (uart, de, delay) = (board.uart(), board.de(), board.delay());
 
-    let mut line = Rs485::new(Io::new(uart), de, delay, Settings::new(Serial::T7_DEFAULT))?;
+    let mut line = Rs485::new(Io::new(uart), de, delay, PortSettings::new(Serial::T7_DEFAULT))?;
 
     // Device 5, one byte follows, get the angle of axis 2.
     line.write_all(&[0x05, 0x01, 0x83])?;

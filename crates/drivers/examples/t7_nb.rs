@@ -7,7 +7,7 @@ mod common;
 use std::error::Error;
 
 use clino_drivers::codec::t7::{Address, Axis};
-use clino_drivers::rs485::{Rs485, Settings};
+use clino_drivers::rs485::{PortSettings, Rs485};
 use clino_drivers::uart::Nb;
 use clino_drivers::{Serial, T7, Timing};
 use common::{Model, sensors};
@@ -19,7 +19,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let (uart, de, delay) = (board.uart(), board.de(), board.delay());
 
     let serial = Serial::T7_DEFAULT;
-    let line = Rs485::new(Nb::new(uart), de, delay, Settings::new(serial))?;
+    let line = Rs485::new(Nb::new(uart), de, delay, PortSettings::new(serial))?;
     let mut t7 = T7::new(line, Timing::t7(serial));
 
     for number in [5, 6] {

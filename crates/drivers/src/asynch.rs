@@ -7,7 +7,7 @@
 //! - after a frame that was cut, the next request waits until every sensor has forgotten the half it heard: 500 ms (T7)
 //!   or 400 ms (ISU), the documents' limits for a whole command.
 //!
-//! Nothing tells the time when a character comes. So the measured response times of [`Counters`](crate::Counters) are
+//! Nothing tells the time when a character comes. So the measured response times of [`BusCounters`](crate::BusCounters) are
 //! those of the deadline here, and an answer that breaks off is given up at the latest possible time.
 
 mod isu;

@@ -1,4 +1,4 @@
-//! One question and its answer on a [`Port`], blocking or async: what both have in common.
+//! One request and its answer on a [`Port`]: the code shared by blocking and async drivers.
 //!
 //! ```text
 //!  Settling ──────────▶ Guarding ────────▶ Sending ────▶ Waiting ────▶ over
@@ -26,14 +26,14 @@ pub trait Sensor: Protocol {
     const COMMAND_TIMEOUT: Micros;
 
     /// Whether all sensors of a line answer to this address.
-    fn is_everybody(address: Self::Address) -> bool;
+    fn is_broadcast(address: Self::Address) -> bool;
 }
 
 impl Sensor for T7 {
     /// T7 guide section 1.
     const COMMAND_TIMEOUT: Micros = Micros::from_millis(500);
 
-    fn is_everybody(address: Self::Address) -> bool {
+    fn is_broadcast(address: Self::Address) -> bool {
         address.is_all()
     }
 }
@@ -42,7 +42,7 @@ impl Sensor for Isu {
     /// AN #201 section 4.
     const COMMAND_TIMEOUT: Micros = Micros::from_millis(400);
 
-    fn is_everybody(address: Self::Address) -> bool {
+    fn is_broadcast(address: Self::Address) -> bool {
         address.is_any()
     }
 }
@@ -50,7 +50,7 @@ impl Sensor for Isu {
 /// Why there is no answer.
 pub enum Failure<S: Sensor, E> {
     Request(S::EncodeError),
-    NotAlone,
+    NotSingleDevice,
     Port(E),
     Fault(Fault<S::DecodeError>),
 }
@@ -66,7 +66,7 @@ pub struct Exchanges<S: Sensor> {
     /// The last frame did not get out whole.
     half_sent: bool,
     /// There is one sensor on the line, and no other.
-    alone: bool,
+    single: bool,
     /// The longest wait in one piece, where the port cannot say when a character came.
     piece: Option<Micros>,
     retry: Retry,
@@ -74,16 +74,16 @@ pub struct Exchanges<S: Sensor> {
 
 impl<S: Sensor> Exchanges<S> {
     /// For a port that says when a character came.
-    pub fn new(timing: Timing, alone: bool) -> Self {
+    pub fn new(timing: Timing, single: bool) -> Self {
         let (now, released) = (Micros::ZERO, Micros::ZERO);
         let (master, retry) = (Master::new(timing), Retry::NEVER);
-        Self { master, now, released, heard: 0, half_sent: false, alone, piece: None, retry }
+        Self { master, now, released, heard: 0, half_sent: false, single, piece: None, retry }
     }
 
     /// For a port that only knows in which span a character came.
     #[cfg(feature = "async")]
-    pub fn in_pieces(timing: Timing, alone: bool) -> Self {
-        Self { piece: Some(timing.gap), ..Self::new(timing, alone) }
+    pub fn in_pieces(timing: Timing, single: bool) -> Self {
+        Self { piece: Some(timing.gap), ..Self::new(timing, single) }
     }
 
     pub fn master(&self) -> &Master<S> {
@@ -114,8 +114,8 @@ impl<S: Sensor> Exchanges<S> {
         address: S::Address,
         request: &'a S::Request,
     ) -> Result<Exchange<'a, S>, Failure<S, E>> {
-        if S::is_everybody(address) && !self.alone {
-            return Err(Failure::NotAlone);
+        if S::is_broadcast(address) && !self.single {
+            return Err(Failure::NotSingleDevice);
         }
         S::encode(address, request).map_err(Failure::Request)?;
         Ok(Exchange::new(self, address, request))

@@ -3,7 +3,7 @@
 mod error;
 pub(crate) mod question;
 
-use clino_bus::{Counters, Micros, Retry, Timing};
+use clino_bus::{BusCounters, Micros, Retry, Timing};
 use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Data, Request, Response, Words};
 
@@ -40,7 +40,7 @@ impl<P: Port> Isu<P> {
 
     /// A driver for a line with exactly one ISU, which may be asked without knowing its address: [`Address::ANY`].
     /// Several ISUs would answer at once, and spoil each other's answers.
-    pub fn alone(port: P, timing: Timing) -> Self {
+    pub fn single(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::new(timing, true) }
     }
 
@@ -105,7 +105,7 @@ impl<P: Port> Isu<P> {
 
 impl<P> Isu<P> {
     /// What happened on the line since this was made.
-    pub fn counters(&self) -> &Counters {
+    pub fn counters(&self) -> &BusCounters {
         self.exchanges.master().counters()
     }
 

@@ -1,4 +1,4 @@
-//! What a driver asks of a half-duplex line.
+//! A half-duplex line, as a driver needs it.
 //!
 //! [`Rs485`](crate::Rs485) offers both; anything else that can send a frame and listen with a deadline may, too: a
 //! serial port of an operating system, a radio.
@@ -17,7 +17,7 @@ pub trait Port {
     /// at that instant, and must not be lost.
     ///
     /// # Errors
-    /// The frame did not get out whole, or nobody knows. The line is let go all the same.
+    /// The frame was not sent whole, or that is unknown. The driver is switched off all the same.
     fn send(&mut self, frame: &[u8]) -> Result<(), Self::Error>;
 
     /// Listens for `span`: hands over every character, and how long after the call it came, until the span is over

@@ -10,11 +10,11 @@
 //! - DE falls when the last stop bit is *sent*, never when the last character was merely accepted by the UART:
 //!   the UART's `flush` has to wait for *transmission complete* (TC), not for *transmit register empty* (TXE). Where a
 //!   HAL's does not, [`Release::Held`] adds the time of the characters it leaves behind.
-//! - DE never stays high: whatever ends the sending (an error, a UART that does not get on, a future that is
-//!   dropped) drops it. What the UART still holds then goes nowhere, and is waited for before DE rises again.
+//! - DE never stays high: every end of the sending (an error, a UART that is stuck, a future that is
+//!   dropped) lowers it. Characters still in the UART then do not reach the line; DE rises again only after they are out.
 //! - Nothing received is ever flushed: an answer may begin with the bit after ours.
 //! - Own echo, on a transceiver whose receiver is always on, is compared with what was sent and removed
-//!   ([`Echo::Expected`]); a difference means that somebody else talked.
+//!   ([`Echo::Expected`]); a difference means that another node transmitted.
 
 #[cfg(feature = "async")]
 mod asynch;
@@ -30,7 +30,7 @@ use clino_codec::character::Character;
 use embedded_hal::digital::{ErrorType, OutputPin};
 
 pub use error::Error;
-pub use settings::{Echo, Release, Settings};
+pub use settings::{Echo, PortSettings, Release};
 
 /// A half-duplex line: a UART behind a line driver.
 ///
@@ -49,7 +49,7 @@ pub struct Rs485<U, DE, D> {
     uart: U,
     de: DE,
     delay: D,
-    settings: Settings,
+    settings: PortSettings,
     /// A character that was received and not yet taken.
     peeked: Option<Character>,
     /// The UART may still hold characters of a frame whose sending was broken off.
@@ -61,18 +61,18 @@ impl<U, DE: OutputPin, D> Rs485<U, DE, D> {
     ///
     /// # Errors
     /// The pin cannot be driven low.
-    pub fn new(uart: U, mut de: DE, delay: D, settings: Settings) -> Result<Self, DE::Error> {
+    pub fn new(uart: U, mut de: DE, delay: D, settings: PortSettings) -> Result<Self, DE::Error> {
         de.set_low()?;
         Ok(Self { uart, de, delay, settings, peeked: None, unfinished: false })
     }
 
     /// The settings in force.
-    pub const fn settings(&self) -> &Settings {
+    pub const fn settings(&self) -> &PortSettings {
         &self.settings
     }
 
     /// Other settings from the next call on, say for another bit rate, which is to be set in the UART as well.
-    pub fn set_settings(&mut self, settings: Settings) {
+    pub fn set_settings(&mut self, settings: PortSettings) {
         self.settings = settings;
     }
 

@@ -4,7 +4,7 @@ mod error;
 pub(crate) mod question;
 mod setting;
 
-use clino_bus::{Counters, Micros, Retry, Timing};
+use clino_bus::{BusCounters, Micros, Retry, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{
     Acceleration, Address, Axis, DeviceInformation, Direction, Request, Response, Temperature,
@@ -61,7 +61,7 @@ pub struct AllData {
 /// What it took to set something that non-volatile memory keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Change {
+pub enum FlashWrite {
     /// Nothing: the device had that value. Flash was not written.
     Unneeded,
     /// It was written, and read back.
@@ -76,7 +76,7 @@ impl<P: Port> T7<P> {
 
     /// A driver for a line with exactly one T7, which may be asked without knowing its address: [`Address::ALL`].
     /// Several T7s would answer at once, and spoil each other's answers.
-    pub fn alone(port: P, timing: Timing) -> Self {
+    pub fn single(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::new(timing, true) }
     }
 
@@ -157,7 +157,7 @@ impl<P: Port> T7<P> {
         address: Address,
         axis: Axis,
         offset: Angle,
-    ) -> Result<Change, Error<P::Error>> {
+    ) -> Result<FlashWrite, Error<P::Error>> {
         self.set(address, Setting::Offset(axis, offset.into()))
     }
 
@@ -170,7 +170,7 @@ impl<P: Port> T7<P> {
         address: Address,
         axis: Axis,
         direction: Direction,
-    ) -> Result<Change, Error<P::Error>> {
+    ) -> Result<FlashWrite, Error<P::Error>> {
         self.set(address, Setting::Direction(axis, direction))
     }
 
@@ -178,7 +178,11 @@ impl<P: Port> T7<P> {
     ///
     /// # Errors
     /// [`Error`]; [`Error::Request`] before anything is sent.
-    pub fn set_damping_ms(&mut self, address: Address, damping_ms: u16) -> Result<Change, Error<P::Error>> {
+    pub fn set_damping_ms(
+        &mut self,
+        address: Address,
+        damping_ms: u16,
+    ) -> Result<FlashWrite, Error<P::Error>> {
         self.set(address, Setting::Damping(damping_ms))
     }
 
@@ -186,7 +190,7 @@ impl<P: Port> T7<P> {
     ///
     /// # Errors
     /// [`Error`].
-    pub fn set_range(&mut self, address: Address, range: Range) -> Result<Change, Error<P::Error>> {
+    pub fn set_range(&mut self, address: Address, range: Range) -> Result<FlashWrite, Error<P::Error>> {
         self.set(address, Setting::Range(range))
     }
 
@@ -200,10 +204,10 @@ impl<P: Port> T7<P> {
         Ok(answer.response)
     }
 
-    fn set(&mut self, address: Address, setting: Setting) -> Result<Change, Error<P::Error>> {
+    fn set(&mut self, address: Address, setting: Setting) -> Result<FlashWrite, Error<P::Error>> {
         setting.check(address)?;
         if setting.is_in(address, self.transact(address, &setting.read())?)? {
-            return Ok(Change::Unneeded);
+            return Ok(FlashWrite::Unneeded);
         }
         question::success(address, self.transact(address, &setting.write())?)?;
         setting.was_kept(address, self.transact(address, &setting.read())?)
@@ -212,7 +216,7 @@ impl<P: Port> T7<P> {
 
 impl<P> T7<P> {
     /// What happened on the line since this was made.
-    pub fn counters(&self) -> &Counters {
+    pub fn counters(&self) -> &BusCounters {
         self.exchanges.master().counters()
     }
 

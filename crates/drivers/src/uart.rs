@@ -7,7 +7,7 @@
 //! | `Nb` | `embedded_hal_nb::serial` `Read + Write` | by name |
 //!
 //! A receiver error never disappears and never ends an exchange: it becomes a character with [line
-//! errors](clino_codec::character::LineErrors), so that junk at turnaround costs nothing and a frame that was hit is
+//! errors](clino_codec::character::LineErrors), so that stray characters at turnaround cost nothing and a frame that was hit is
 //! refused. The byte itself is lost in most HALs; zero stands in for it.
 
 #[cfg(feature = "embedded-io")]
@@ -47,7 +47,7 @@ pub trait Uart: ErrorType {
 
     /// Whether everything is *sent*: the last stop bit is on the line. May wait for that.
     ///
-    /// A UART that only knows when its last character was *accepted* may say so here instead, if the line is told:
+    /// A UART that only knows when its last character was *accepted* may say so here instead, if the line is set accordingly:
     /// [`Release::Held`](crate::rs485::Release::Held).
     ///
     /// # Errors

@@ -7,17 +7,17 @@ mod support;
 
 use clino_drivers::codec::angle::Angle;
 use clino_drivers::codec::t7::Axis;
-use clino_drivers::rs485::{Echo, Error, Release, Settings};
-use clino_drivers::t7::Change;
+use clino_drivers::rs485::{Echo, Error, PortSettings, Release};
+use clino_drivers::t7::FlashWrite;
 use clino_drivers::{AsyncPort, Retry, Serial, Timing, asynch, codec, isu, t7};
-use clino_sim::fault::Fault;
+use clino_sim::fault::AnswerFault as Fault;
 use common::executor::{block_on, block_on_until};
 use common::uart::Flush;
 use common::{Board, Model, sensors};
 use support::{CHARACTER, IoLine, MS, SERIAL, US, address, io_line, turns};
 
 fn t7_of(board: &Board) -> asynch::T7<IoLine> {
-    asynch::T7::new(io_line(board, Settings::new(SERIAL)), Timing::t7(SERIAL))
+    asynch::T7::new(io_line(board, PortSettings::new(SERIAL)), Timing::t7(SERIAL))
 }
 
 fn angle(board: &Board, t7: &mut asynch::T7<IoLine>) -> Result<Angle, t7::Error<Error<LineError, Never>>> {
@@ -52,7 +52,7 @@ fn a_flush_that_lies_is_held() {
     let sensor = sensors::t7(5);
     let model = Model { flush: Flush::Never, ..Model::BUFFERED };
     let board = sensors::t7_board(model, &[&sensor]);
-    let settings = Settings { release: Release::WHOLE_FRAME, ..Settings::new(SERIAL) };
+    let settings = PortSettings { release: Release::WHOLE_FRAME, ..PortSettings::new(SERIAL) };
     let mut t7 = asynch::T7::new(io_line(&board, settings), Timing::t7(SERIAL));
     for _ in 0..10 {
         angle(&board, &mut t7).unwrap();
@@ -120,7 +120,7 @@ fn a_future_may_be_dropped_at_any_time() {
 #[test]
 fn the_rest_of_a_dropped_frame_is_waited_for() {
     let board = sensors::t7_board(Model::BUFFERED, &[]);
-    let mut line = io_line(&board, Settings::new(SERIAL));
+    let mut line = io_line(&board, PortSettings::new(SERIAL));
     assert!(block_on_until(&board, 2 * CHARACTER, line.send(b"0123456789")).is_none());
     assert!(!turns(&board).high);
     block_on(&board, line.send(b"abc")).unwrap();
@@ -138,7 +138,7 @@ fn the_rest_of_a_dropped_frame_is_waited_for() {
 #[test]
 fn a_stuck_uart_lets_go_of_the_line() {
     let board = sensors::t7_board(Model::BUFFERED, &[]);
-    let mut line = io_line(&board, Settings::new(SERIAL));
+    let mut line = io_line(&board, PortSettings::new(SERIAL));
     board.uart().jam(true);
     let error = block_on(&board, line.send(b"abc")).unwrap_err();
     assert!(matches!(error, Error::Stuck { .. }), "{error:?}");
@@ -150,10 +150,10 @@ fn an_echo_is_removed() {
     for echo in [true, false] {
         let latency = if echo { 170 * US } else { 2 * MS };
         let sensor = sensors::t7_with(5, sensors::quick(latency));
-        let settings = clino_segment::Settings { echo, ..sensors::quiet() };
+        let settings = clino_segment::SegmentSettings { echo, ..sensors::quiet() };
         let stations = vec![sensors::station("t7", sensor)];
         let board = Board::new(115_200, Model::BUFFERED, settings, stations);
-        let settings = Settings { echo: Echo::Expected, ..Settings::new(SERIAL) };
+        let settings = PortSettings { echo: Echo::Expected, ..PortSettings::new(SERIAL) };
         let mut t7 = asynch::T7::new(io_line(&board, settings), Timing::t7(SERIAL));
         match angle(&board, &mut t7) {
             Ok(angle) => assert!(echo && is_true(&board, angle)),
@@ -170,7 +170,7 @@ fn noise_makes_errors_not_angles() {
     let sensor = sensors::t7(5);
     let bit_errors = clino_segment::Probability::new(0.002).unwrap();
     let noise = clino_segment::Noise { bit_errors, ..Default::default() };
-    let settings = clino_segment::Settings { noise, ..sensors::quiet() };
+    let settings = clino_segment::SegmentSettings { noise, ..sensors::quiet() };
     let board = Board::new(115_200, Model::BUFFERED, settings, vec![sensors::station("t7", sensor)]);
     let mut t7 = t7_of(&board);
     t7.set_retry(Retry::times(2));
@@ -190,7 +190,7 @@ fn settings_are_written_once() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BUFFERED, &[&sensor]);
     let mut t7 = t7_of(&board);
-    for expected in [Change::Written, Change::Unneeded] {
+    for expected in [FlashWrite::Written, FlashWrite::Unneeded] {
         assert_eq!(block_on(&board, t7.set_damping_ms(address(5), 250)), Ok(expected));
     }
     assert_eq!(block_on(&board, t7.damping_ms(address(5))), Ok(250));
@@ -201,14 +201,14 @@ fn settings_are_written_once() {
 fn an_isu_is_nulled() {
     let sensor = sensors::isu(3, 90_000_000);
     let board = sensors::isu_board(Model::BUFFERED, &[&sensor]);
-    let line = io_line(&board, Settings::new(Serial::ISU));
+    let line = io_line(&board, PortSettings::new(Serial::ISU));
     let mut isu = asynch::Isu::new(line, Timing::isu());
     let module = codec::isu::Address::new(3).unwrap();
     block_on(&board, isu.reset_null(module)).unwrap();
     board.pass(600 * MS);
     assert_eq!(block_on(&board, isu.angle(module)), Ok(Angle::ZERO));
-    let everybody = codec::isu::Address::ANY;
-    assert_eq!(block_on(&board, isu.angle(everybody)), Err(isu::Error::NotAlone));
+    let all = codec::isu::Address::ANY;
+    assert_eq!(block_on(&board, isu.angle(all)), Err(isu::Error::NotSingleDevice));
 }
 
 /// Anything half-duplex, through `embedded_io_async`.
@@ -217,7 +217,7 @@ fn a_write_is_a_turn() {
     use embedded_io_async::{Read, Write};
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BUFFERED, &[&sensor]);
-    let mut line = io_line(&board, Settings::new(SERIAL));
+    let mut line = io_line(&board, PortSettings::new(SERIAL));
     let mut answer = [0; 8];
     block_on(&board, async {
         Write::write_all(&mut line, &[0x05, 0x01, 0x83]).await.unwrap();

@@ -6,7 +6,7 @@ mod common;
 mod support;
 
 use clino_drivers::codec::t7::Axis;
-use clino_drivers::rs485::{Error, Release, Settings};
+use clino_drivers::rs485::{Error, PortSettings, Release};
 use clino_drivers::{Isu, Micros, Port, Serial, T7, Timing, t7};
 use clino_segment::log::Fate;
 use common::uart::Flush;
@@ -22,7 +22,7 @@ const RELEASE_BLOCKING: u64 = US;
 fn nb_at_115200() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
-    let mut t7 = T7::new(nb_line(&board, Settings::new(SERIAL)), Timing::t7(SERIAL));
+    let mut t7 = T7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
     for _ in 0..20 {
         t7.angle(address(5), Axis::Two).unwrap();
         t7.all_data(address(5)).unwrap();
@@ -40,7 +40,7 @@ fn embedded_io_at_115200() {
     let sensor = sensors::t7(5);
     for model in [Model::BARE, Model::BUFFERED] {
         let board = sensors::t7_board(model, &[&sensor]);
-        let mut t7 = T7::new(io_line(&board, Settings::new(SERIAL)), Timing::t7(SERIAL));
+        let mut t7 = T7::new(io_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
         for _ in 0..20 {
             t7.angle(address(5), Axis::Two).unwrap();
         }
@@ -56,7 +56,7 @@ fn both_at_9600() {
     for nb in [true, false] {
         let sensor = sensors::isu(3, 1_000_000);
         let board = sensors::isu_board(Model::BARE, &[&sensor]);
-        let settings = Settings::new(Serial::ISU);
+        let settings = PortSettings::new(Serial::ISU);
         let module = clino_drivers::codec::isu::Address::new(3).unwrap();
         if nb {
             Isu::new(nb_line(&board, settings), Timing::isu()).angle(module).unwrap();
@@ -77,7 +77,7 @@ fn a_flush_that_lies_cuts_the_last_character() {
     let sensor = sensors::t7(5);
     let model = Model { flush: Flush::RegisterEmpty, ..Model::BARE };
     let board = sensors::t7_board(model, &[&sensor]);
-    let mut t7 = T7::new(nb_line(&board, Settings::new(SERIAL)), Timing::t7(SERIAL));
+    let mut t7 = T7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
     assert!(t7.angle(address(5), Axis::Two).is_err());
     let fates: Vec<Fate> = turns(&board).sent.iter().map(|&(_, fate)| fate).collect();
     assert!(matches!(fates[..], [Fate::Clean, Fate::Clean, Fate::Cut { .. }]), "{fates:?}");
@@ -94,7 +94,7 @@ fn a_flush_that_lies_is_held() {
         for nb in [true, false] {
             let sensor = sensors::t7(5);
             let board = sensors::t7_board(Model { flush, ..model }, &[&sensor]);
-            let settings = Settings { release, ..Settings::new(SERIAL) };
+            let settings = PortSettings { release, ..PortSettings::new(SERIAL) };
             for _ in 0..10 {
                 let asked = if nb {
                     T7::new(nb_line(&board, settings), Timing::t7(SERIAL)).angle(address(5), Axis::Two)
@@ -116,7 +116,7 @@ fn a_flush_that_lies_is_held() {
 fn delays_are_kept() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
-    let settings = Settings { before: Micros(50), after: Micros(30), ..Settings::new(SERIAL) };
+    let settings = PortSettings { before: Micros(50), after: Micros(30), ..PortSettings::new(SERIAL) };
     let mut t7 = T7::new(nb_line(&board, settings), Timing::t7(SERIAL));
     t7.angle(address(5), Axis::Two).unwrap();
     let turns = turns(&board);
@@ -130,7 +130,7 @@ fn delays_are_kept() {
 fn a_stuck_uart_lets_go_of_the_line() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
-    let mut t7 = T7::new(nb_line(&board, Settings::new(SERIAL)), Timing::t7(SERIAL));
+    let mut t7 = T7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
     board.uart().jam(true);
     let error = t7.angle(address(5), Axis::Two).unwrap_err();
     assert!(matches!(error, t7::Error::Port(Error::Stuck { .. })), "{error:?}");
@@ -149,7 +149,7 @@ fn an_answer_at_once_is_not_lost() {
     for latency in [9 * US, 20 * US, 100 * US, 170 * US] {
         let sensor = sensors::t7_with(5, sensors::quick(latency));
         let board = sensors::t7_board(Model::BARE, &[&sensor]);
-        let mut t7 = T7::new(nb_line(&board, Settings::new(SERIAL)), Timing::t7(SERIAL));
+        let mut t7 = T7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
         for _ in 0..20 {
             t7.angle(address(5), Axis::Two).unwrap();
         }
@@ -163,7 +163,7 @@ fn an_answer_at_once_is_not_lost() {
 fn a_write_is_a_turn() {
     use embedded_io::Write;
     let board = sensors::t7_board(Model::BARE, &[]);
-    let mut line = nb_line(&board, Settings::new(SERIAL));
+    let mut line = nb_line(&board, PortSettings::new(SERIAL));
     line.write_all(b"hello").unwrap();
     line.write_all(b"world!").unwrap();
     line.send(&[]).unwrap();

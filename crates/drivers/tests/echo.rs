@@ -7,13 +7,13 @@ mod support;
 
 use clino_drivers::codec::character::Character;
 use clino_drivers::codec::t7::Axis;
-use clino_drivers::rs485::{Echo, Error, Settings};
+use clino_drivers::rs485::{Echo, Error, PortSettings};
 use clino_drivers::{Port, T7, Timing, t7};
 use clino_segment::{Babble, Faults, Station};
 use common::{Board, Model, sensors};
 use support::{MS, SERIAL, US, address, io_line, nb_line, turns};
 
-const SETTINGS: Settings = Settings { echo: Echo::Expected, ..Settings::new(SERIAL) };
+const SETTINGS: PortSettings = PortSettings { echo: Echo::Expected, ..PortSettings::new(SERIAL) };
 
 fn board(model: Model, echo: bool, babble: Option<Babble>, latency: u64) -> Board {
     let sensor = sensors::t7_with(5, sensors::quick(latency));
@@ -22,7 +22,7 @@ fn board(model: Model, echo: bool, babble: Option<Babble>, latency: u64) -> Boar
         let faults = Faults { babble: vec![babble], ..Default::default() };
         stations.push(Station { name: "babbler".into(), node: Box::new(sensors::t7(6)), faults });
     }
-    Board::new(115_200, model, clino_segment::Settings { echo, ..sensors::quiet() }, stations)
+    Board::new(115_200, model, clino_segment::SegmentSettings { echo, ..sensors::quiet() }, stations)
 }
 
 /// Even a UART that holds one character gets its echo out of the way in time for a quick answer.
@@ -38,7 +38,7 @@ fn an_echo_is_removed() {
                     if nb { nb_t7.angle(address(5), Axis::Two) } else { io_t7.angle(address(5), Axis::Two) };
                 assert!(sensors::is_true(asked.unwrap(), sensors::TURNING.at(board.now())));
             }
-            assert_eq!((nb_t7.counters().junk, io_t7.counters().junk), (0, 0));
+            assert_eq!((nb_t7.counters().discarded, io_t7.counters().discarded), (0, 0));
             let turns = turns(&board);
             assert!(turns.all_clean() && turns.count == 10, "{turns:?}");
         }
@@ -54,11 +54,11 @@ fn a_missing_echo_is_an_error() {
     assert!(!turns(&board).high);
 }
 
-/// An echo nobody expects is junk, and costs no answer.
+/// An unexpected echo is discarded and costs no answer.
 #[test]
 fn an_unexpected_echo_costs_nothing() {
     let board = board(Model::BUFFERED, true, None, 2 * MS);
-    let mut t7 = T7::new(nb_line(&board, Settings::new(SERIAL)), Timing::t7(SERIAL));
+    let mut t7 = T7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
     assert!(sensors::is_true(t7.angle(address(5), Axis::Two).unwrap(), sensors::TURNING.at(board.now())));
 }
 

@@ -6,11 +6,11 @@ mod common;
 mod support;
 
 use clino_drivers::codec::t7::{Axis, DecodeError, Millidegrees, Request, Response};
-use clino_drivers::rs485::Settings;
+use clino_drivers::rs485::PortSettings;
 use clino_drivers::{Blame, Micros, Retry, T7, Timing, codec, t7};
 use clino_segment::chance::{Chance, Probability};
 use clino_segment::{Babble, Faults, Noise, Station};
-use clino_sim::fault::Fault;
+use clino_sim::fault::AnswerFault as Fault;
 use clino_sim::node::Ns;
 use common::{Board, Model, sensors};
 use support::{CHARACTER, MS, SERIAL, address, io_line, nb_line, nb_t7, turns};
@@ -112,7 +112,7 @@ fn a_line_that_is_known_to_have_rested_is_asked_at_once() {
 fn noisy_board(bit_errors: f64, model: Model) -> (Board, sensors::SharedT7) {
     let sensor = sensors::t7(5);
     let noise = Noise { bit_errors: Probability::new(bit_errors).unwrap(), ..Default::default() };
-    let settings = clino_segment::Settings { chance: Chance::new(7), noise, ..sensors::quiet() };
+    let settings = clino_segment::SegmentSettings { chance: Chance::new(7), noise, ..sensors::quiet() };
     let stations = vec![sensors::station("t7", sensor.clone())];
     (Board::new(115_200, model, settings, stations), sensor)
 }
@@ -122,7 +122,7 @@ fn noisy_board(bit_errors: f64, model: Model) -> (Board, sensors::SharedT7) {
 fn noise_makes_errors_not_angles() {
     for nb in [true, false] {
         let (board, _) = noisy_board(0.005, Model::BARE);
-        let settings = Settings::new(SERIAL);
+        let settings = PortSettings::new(SERIAL);
         let mut nb_t7 = T7::new(nb_line(&board, settings), Timing::t7(SERIAL));
         let mut io_t7 = T7::new(io_line(&board, settings), Timing::t7(SERIAL));
         let (mut good, mut bad) = (0, 0);
@@ -175,16 +175,16 @@ fn tries_again_when_told_to() {
 
 /// What a node says out of turn before an answer costs nothing.
 #[test]
-fn junk_before_an_answer_is_passed_over() {
+fn stray_characters_before_an_answer_are_skipped() {
     let sensor = sensors::t7_with(5, Default::default());
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
     let mut t7 = nb_t7(&board);
-    let junk = [0x00, 0xFF, 0x05, 0x06, 0x05, 0x06, 0x83, 0x00, 0x00, 0x00, 0x00, 0x72];
-    sensor.lock().unwrap().faults.next = Some(Fault::Instead(junk.to_vec()));
+    let stray = [0x00, 0xFF, 0x05, 0x06, 0x05, 0x06, 0x83, 0x00, 0x00, 0x00, 0x00, 0x72];
+    sensor.lock().unwrap().faults.next = Some(Fault::Instead(stray.to_vec()));
     assert_eq!(t7.angle(address(5), Axis::Two).unwrap(), codec::angle::Angle::ZERO);
 }
 
-/// Somebody who never stops costs a bounded time, and the line is left alone.
+/// A node that never stops transmitting costs a bounded time, and the driver stays off.
 #[test]
 fn babble_is_not_talked_into() {
     for model in [Model::BARE, Model::BUFFERED] {
@@ -208,7 +208,7 @@ fn babble_is_not_talked_into() {
     }
 }
 
-/// Somebody who starts when an answer is due costs a bounded time, too.
+/// A node that starts to transmit when an answer is due costs a bounded time, too.
 #[test]
 fn babble_instead_of_an_answer_ends() {
     let babble = Babble { from: MS, until: 300 * MS, gap: 0 };
@@ -227,8 +227,8 @@ fn what_cannot_be_sent_is_not() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
     let mut t7 = nb_t7(&board);
-    let everybody = codec::t7::Address::ALL;
-    assert_eq!(t7.angle(everybody, Axis::Two), Err(t7::Error::NotAlone));
+    let all = codec::t7::Address::ALL;
+    assert_eq!(t7.angle(all, Axis::Two), Err(t7::Error::NotSingleDevice));
     let error = t7.set_damping_ms(address(5), 1).unwrap_err();
     let limits =
         codec::t7::EncodeError::OutOfRange { field: codec::t7::Field::Damping, value: 1, min: 2, max: 5_000 };
@@ -237,9 +237,9 @@ fn what_cannot_be_sent_is_not() {
     assert_eq!(error.blame(), Blame::Request);
     assert_eq!((turns(&board).count, board.now() < MS), (0, true));
     // On a line with one sensor, its address need not be known.
-    let mut t7 = T7::alone(t7.release(), Timing::t7(SERIAL));
-    assert!(is_true(&board, t7.angle(everybody, Axis::Two).unwrap()));
-    assert!(matches!(t7.all_data(everybody), Err(t7::Error::Request(_))), "its answer is too long");
+    let mut t7 = T7::single(t7.release(), Timing::t7(SERIAL));
+    assert!(is_true(&board, t7.angle(all, Axis::Two).unwrap()));
+    assert!(matches!(t7.all_data(all), Err(t7::Error::Request(_))), "its answer is too long");
 }
 
 #[test]

@@ -51,7 +51,7 @@ fn any_port_will_do() {
     assert_eq!(t7.release().sent, [[0x05, 0x01, 0x83]]);
 }
 
-/// After so many sendings, characters come without end, and listening takes no time: a babbling line on a processor
+/// After this many frames sent, characters come without end, and listening takes no time: a babbling line on a processor
 /// too slow for it.
 struct Flood {
     after: usize,

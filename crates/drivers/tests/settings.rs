@@ -8,10 +8,10 @@ mod support;
 use clino_drivers::codec::angle::{Angle, Range};
 use clino_drivers::codec::isu::{Address, DeviceError};
 use clino_drivers::codec::t7::{Axis, Direction, Field, Status};
-use clino_drivers::rs485::Settings;
-use clino_drivers::t7::Change;
+use clino_drivers::rs485::PortSettings;
+use clino_drivers::t7::FlashWrite;
 use clino_drivers::{Isu, Serial, Timing, isu, t7};
-use clino_sim::fault::Fault;
+use clino_sim::fault::AnswerFault as Fault;
 use clino_sim::isu::Mode;
 use common::{Board, Model, sensors};
 use support::{MS, NbLine, address, nb_line, nb_t7};
@@ -46,7 +46,7 @@ fn settings_are_written_once() {
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
     let mut t7 = nb_t7(&board);
     let five = address(5);
-    for expected in [Change::Written, Change::Unneeded] {
+    for expected in [FlashWrite::Written, FlashWrite::Unneeded] {
         assert_eq!(t7.set_offset(five, Axis::Two, mdeg(-12_345)), Ok(expected));
         assert_eq!(t7.set_direction(five, Axis::Two, Direction::Reversed), Ok(expected));
         assert_eq!(t7.set_damping_ms(five, 250), Ok(expected));
@@ -54,7 +54,7 @@ fn settings_are_written_once() {
     }
     assert_eq!(t7.counters().writes, 4);
     // A turn more is the same offset.
-    assert_eq!(t7.set_offset(five, Axis::Two, mdeg(347_655)), Ok(Change::Unneeded));
+    assert_eq!(t7.set_offset(five, Axis::Two, mdeg(347_655)), Ok(FlashWrite::Unneeded));
     let sensor = sensor.lock().unwrap();
     let stored = sensor.settings();
     assert_eq!((stored.offsets, stored.damping_ms), ([0, 0, -12_345], 250));
@@ -97,7 +97,7 @@ fn a_lost_answer_is_not_written_twice() {
     assert!(matches!(t7.set_damping_ms(address(5), 250), Err(t7::Error::NoAnswer { .. })));
     assert_eq!(t7.counters().writes, 1);
     sensor.lock().unwrap().faults.every = None;
-    assert_eq!(t7.set_damping_ms(address(5), 250), Ok(Change::Unneeded));
+    assert_eq!(t7.set_damping_ms(address(5), 250), Ok(FlashWrite::Unneeded));
 }
 
 fn module(number: u8) -> Address {
@@ -105,7 +105,7 @@ fn module(number: u8) -> Address {
 }
 
 fn isu_of(board: &Board) -> Isu<NbLine> {
-    Isu::new(nb_line(board, Settings::new(Serial::ISU)), Timing::isu())
+    Isu::new(nb_line(board, PortSettings::new(Serial::ISU)), Timing::isu())
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn an_isu_tells_everything() {
     let words: Vec<u16> = isu.read_eeprom(module(3), 0x48, 2).unwrap().iter().collect();
     assert_eq!(words, sensor.lock().unwrap().eeprom.words()[0x48..0x4A]);
     assert!(matches!(isu.read_ram(module(3), 0xFF, 2), Err(isu::Error::Request(_))));
-    assert_eq!(isu.angle(Address::ANY), Err(isu::Error::NotAlone));
+    assert_eq!(isu.angle(Address::ANY), Err(isu::Error::NotSingleDevice));
     assert!(matches!(isu.angle(module(4)), Err(isu::Error::NoAnswer { .. })));
 }
 

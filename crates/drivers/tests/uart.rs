@@ -8,7 +8,7 @@ mod support;
 use std::collections::VecDeque;
 
 use clino_drivers::codec::character::{Character, LineErrors};
-use clino_drivers::rs485::{Error, NoPin, Rs485, Settings};
+use clino_drivers::rs485::{Error, NoPin, PortSettings, Rs485};
 use clino_drivers::uart::{Io, Nb, Uart};
 use common::uart::LineError;
 use embedded_hal_nb::serial::ErrorKind;
@@ -128,7 +128,8 @@ fn embedded_io_06_works_like_its_successor() {
 
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BUFFERED, &[&sensor]);
-    let line = Rs485::new(Io06::new(board.uart()), board.de(), board.delay(), Settings::new(SERIAL)).unwrap();
+    let line =
+        Rs485::new(Io06::new(board.uart()), board.de(), board.delay(), PortSettings::new(SERIAL)).unwrap();
     let mut t7 = T7::new(line, Timing::t7(SERIAL));
     let angle = t7.angle(support::address(5), Axis::Two).unwrap();
     assert!(sensors::is_true(angle, sensors::TURNING.at(board.now())));
@@ -141,7 +142,7 @@ fn a_line_reads_errors_in_their_place() {
     use embedded_io::{Read, ReadReady};
 
     let board = common::sensors::t7_board(common::Model::BARE, &[]);
-    let mut line = Rs485::new(Nb::new(script()), NoPin, board.delay(), Settings::new(SERIAL)).unwrap();
+    let mut line = Rs485::new(Nb::new(script()), NoPin, board.delay(), PortSettings::new(SERIAL)).unwrap();
     let mut buffer = [0; 8];
     assert_eq!(line.read(&mut []), Ok(0));
     assert_eq!((line.read(&mut buffer), buffer[0]), (Ok(1), 0x41));

@@ -11,8 +11,8 @@
 //!   settings change between two exchanges of the task.
 //! - A task that has changed the bit rate for good leaves that rate, and nothing else, in the settings.
 
-use clino_bus::{Event, Master, Micros, Outcome, Serial, Timing, earliest};
-use clino_commissioning::Progress;
+use clino_bus::{Event, ExchangeOutcome, Master, Micros, Serial, Timing, earliest};
+use clino_commissioning::TaskProgress;
 
 use crate::bits::Bits;
 use crate::counters::{SlotCounters, bump16};
@@ -163,10 +163,10 @@ impl<P: Serve> BusTask<P> {
     }
 
     /// How far the task is.
-    pub fn progress(&self) -> Option<Progress> {
+    pub fn progress(&self) -> Option<TaskProgress> {
         match &self.work {
             Some(work) => Some(P::led_ref(work).progress()),
-            None => self.task.map(|_| Progress::default()),
+            None => self.task.map(|_| TaskProgress::default()),
         }
     }
 
@@ -363,7 +363,7 @@ impl<P: Serve> BusTask<P> {
     }
 
     #[inline(never)]
-    fn settle(&mut self, outcome: &Outcome<P>, slots: &mut [Polled]) -> Option<Ended> {
+    fn settle(&mut self, outcome: &ExchangeOutcome<P>, slots: &mut [Polled]) -> Option<Ended> {
         let entry = self.begun.ended(outcome.at, Verdict::of(&outcome.result));
         let slot = match (&mut self.work, &outcome.result) {
             (Some(work), result) if P::led_ref(work).is_asking() => {

@@ -1,7 +1,7 @@
 //! What happened to one slot since reset. Counters wrap; readers take differences.
 
-use clino_bus::{Fault, Micros, Refusal};
-use clino_codec::layers::Layer;
+use clino_bus::{FailedCheck, Fault, Micros};
+use clino_codec::checks::Check;
 
 /// Microseconds of a count of response time.
 const RESPONSE_STEP_US: u32 = 10;
@@ -69,16 +69,16 @@ impl SlotCounters {
         self.response = [steps, min, max.max(steps)];
     }
 
-    pub(crate) fn failed<E: Refusal>(&mut self, fault: &Fault<E>) {
+    pub(crate) fn failed<E: FailedCheck>(&mut self, fault: &Fault<E>) {
         let counter = match fault {
             Fault::NoAnswer { .. } => return bump32(&mut self.no_answer),
             Fault::Garbled { .. } | Fault::Contention => &mut self.garbled,
-            Fault::Bad(error) => match error.layer() {
-                Layer::LineErrors => &mut self.garbled,
-                Layer::Checksum => &mut self.checksum,
-                Layer::Length => &mut self.length,
-                Layer::Address | Layer::Command => &mut self.foreign,
-                Layer::Value => &mut self.refused,
+            Fault::Bad(error) => match error.failed_check() {
+                Check::LineErrors => &mut self.garbled,
+                Check::Checksum => &mut self.checksum,
+                Check::Length => &mut self.length,
+                Check::Address | Check::Command => &mut self.foreign,
+                Check::Value => &mut self.refused,
             },
             Fault::LineBusy | Fault::NotSent | Fault::Over { .. } => &mut self.not_sent,
         };

@@ -23,7 +23,7 @@ pub enum Action<'a> {
     /// Send this frame.
     Send(&'a [u8]),
     /// Run with this bit rate and these waits from now on.
-    Run(Timing, line::Settings),
+    Run(Timing, line::LineSettings),
 }
 
 /// The door an order comes from. The outcome of a task is reported to it.

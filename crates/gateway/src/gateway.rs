@@ -1,8 +1,8 @@
 //! The façade: the slots, the two polled buses and the PWM inputs, behind one `poll`. It hands on; what happens to an event is
 //! decided in `bus_task.rs`, `pwm.rs`, `schedule.rs` and `slot.rs`.
 
-use clino_bus::{Counters, Event, Isu, Micros, T7, Timing, earliest};
-use clino_commissioning::Progress;
+use clino_bus::{BusCounters, Event, Isu, Micros, T7, Timing, earliest};
+use clino_commissioning::TaskProgress;
 use heapless::Vec;
 
 use crate::alarm::{Alarm, AlarmDetail};
@@ -245,7 +245,7 @@ impl Gateway {
     }
 
     /// How far the task on a bus is, if there is one.
-    pub fn progress(&self, bus: Bus) -> Option<Progress> {
+    pub fn progress(&self, bus: Bus) -> Option<TaskProgress> {
         on!(self, bus, task => task.progress())
     }
 
@@ -366,7 +366,7 @@ impl Gateway {
     }
 
     /// What happened on a bus since reset.
-    pub fn counters(&self, bus: Bus) -> &Counters {
+    pub fn counters(&self, bus: Bus) -> &BusCounters {
         on!(self, bus, task => task.master().counters())
     }
 

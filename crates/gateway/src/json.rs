@@ -19,7 +19,7 @@ use core::fmt::{self, Write};
 
 pub use clino_bus::DriverEnable;
 use clino_bus::line::{self, EchoMode};
-use clino_bus::{Counters, Micros};
+use clino_bus::{BusCounters, Micros};
 
 use crate::alarm::{Alarm, AlarmDetail, AlarmState};
 use crate::config::{Bus, Kind, PwmInput, Source};
@@ -121,7 +121,7 @@ pub fn statistics(
     out: &mut dyn Write,
     bus: Bus,
     topic: Topic,
-    counters: &Counters,
+    counters: &BusCounters,
     health: &BusHealth,
     driver: &DriverEnable,
 ) -> fmt::Result {
@@ -137,7 +137,7 @@ pub fn statistics(
             "{{\"line\":\"{bus}\",\"forced\":{},\"busy\":{},\"junk\":{},\"framing\":{},\"noise\":{},\"overrun\":{}}}",
             counters.forced,
             counters.line_busy,
-            counters.junk,
+            counters.discarded,
             counters.framing,
             counters.noise,
             counters.overrun,
@@ -162,7 +162,7 @@ pub fn statistics(
 }
 
 /// Writes how a bus is set.
-pub fn bus(out: &mut dyn Write, bus: Bus, line: &line::Settings) -> fmt::Result {
+pub fn bus(out: &mut dyn Write, bus: Bus, line: &line::LineSettings) -> fmt::Result {
     let (name, baud, guard) = (bus.name(), line.serial.baud, line.guard.0);
     let (pre, post, echo) = (line.pre_delay.0, line.post_delay.0, echo_name(line.echo));
     writeln!(

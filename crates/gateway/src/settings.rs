@@ -32,7 +32,7 @@ pub struct BusSettings {
     /// Bit rate and waits.
     pub timing: Timing,
     /// The line to go with them.
-    pub line: line::Settings,
+    pub line: line::LineSettings,
 }
 
 impl BusSettings {

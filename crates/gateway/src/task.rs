@@ -10,8 +10,8 @@ pub mod isu;
 mod reason;
 pub mod t7;
 
-use clino_bus::{Master, Micros, Outcome, Protocol, Serial};
-use clino_commissioning::{Action, Commissionable, Operation, Progress, Runner};
+use clino_bus::{ExchangeOutcome, Master, Micros, Protocol, Serial};
+use clino_commissioning::{Commissionable, Operation, Runner, RunnerAction, TaskProgress};
 
 pub(crate) use claim::Claim;
 pub(crate) use follow::followed;
@@ -48,11 +48,11 @@ pub(crate) enum Lead<P: Protocol> {
 /// A task under way, whatever it does.
 pub(crate) trait Led<P: Protocol> {
     fn poll(&mut self, master: &mut Master<P>, now: Micros) -> Lead<P>;
-    fn settle(&mut self, outcome: &Outcome<P>) -> Option<News>;
+    fn settle(&mut self, outcome: &ExchangeOutcome<P>) -> Option<News>;
     fn poll_at(&self) -> Option<Micros>;
     fn is_asking(&self) -> bool;
     fn is_exclusive(&self) -> bool;
-    fn progress(&self) -> Progress;
+    fn progress(&self) -> TaskProgress;
     fn cancel(&mut self);
 }
 
@@ -78,15 +78,15 @@ where
 {
     fn poll(&mut self, master: &mut Master<P>, now: Micros) -> Lead<P> {
         match self.poll(master, now) {
-            Action::Idle => Lead::Idle,
-            Action::Send(frame) => Lead::Send(frame),
-            Action::Serial(serial) => Lead::Serial(serial),
-            Action::Done(Ok(report)) => Lead::Done(report.into()),
-            Action::Done(Err(error)) => Lead::Done(error.into()),
+            RunnerAction::Idle => Lead::Idle,
+            RunnerAction::Send(frame) => Lead::Send(frame),
+            RunnerAction::Serial(serial) => Lead::Serial(serial),
+            RunnerAction::Done(Ok(report)) => Lead::Done(report.into()),
+            RunnerAction::Done(Err(error)) => Lead::Done(error.into()),
         }
     }
 
-    fn settle(&mut self, outcome: &Outcome<P>) -> Option<News> {
+    fn settle(&mut self, outcome: &ExchangeOutcome<P>) -> Option<News> {
         self.settle(outcome).map(Into::into)
     }
 
@@ -102,7 +102,7 @@ where
         self.is_exclusive()
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         self.progress()
     }
 

@@ -2,8 +2,8 @@
 //!
 //! Written where a transaction ends; read newest first. 16 bytes an entry.
 
-use clino_bus::{Fault, Micros, Refusal};
-use clino_codec::layers::Layer;
+use clino_bus::{FailedCheck, Fault, Micros};
+use clino_codec::checks::Check;
 use heapless::Vec;
 
 use crate::Bus;
@@ -60,20 +60,20 @@ impl Verdict {
         }
     }
 
-    pub(crate) fn of<A, E: Refusal>(result: &Result<A, Fault<E>>) -> Verdict {
+    pub(crate) fn of<A, E: FailedCheck>(result: &Result<A, Fault<E>>) -> Verdict {
         result.as_ref().map_or_else(Verdict::of_fault, |_| Verdict::Good)
     }
 
-    pub(crate) fn of_fault<E: Refusal>(fault: &Fault<E>) -> Verdict {
+    pub(crate) fn of_fault<E: FailedCheck>(fault: &Fault<E>) -> Verdict {
         match fault {
             Fault::NoAnswer { .. } => Verdict::NoAnswer,
             Fault::Garbled { .. } => Verdict::Garbled,
-            Fault::Bad(error) => match error.layer() {
-                Layer::LineErrors => Verdict::LineErrors,
-                Layer::Checksum => Verdict::Checksum,
-                Layer::Length => Verdict::Length,
-                Layer::Address | Layer::Command => Verdict::Foreign,
-                Layer::Value => Verdict::Value,
+            Fault::Bad(error) => match error.failed_check() {
+                Check::LineErrors => Verdict::LineErrors,
+                Check::Checksum => Verdict::Checksum,
+                Check::Length => Verdict::Length,
+                Check::Address | Check::Command => Verdict::Foreign,
+                Check::Value => Verdict::Value,
             },
             Fault::Contention => Verdict::Contention,
             Fault::LineBusy => Verdict::LineBusy,

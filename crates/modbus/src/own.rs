@@ -10,7 +10,7 @@
 //! back later is a frame like others: [`repeat`](crate::repeat) knows those, in every mode.
 
 use clino_bus::Micros;
-use clino_bus::line::{Echo, EchoMode, Verdict};
+use clino_bus::line::{EchoMode, EchoTracker, EchoVerdict};
 use clino_codec::character::Character;
 
 use crate::settings::Settings;
@@ -21,7 +21,7 @@ const ECHO_BITS: u32 = 5;
 /// Follows our answer on its way back.
 #[derive(Debug)]
 pub struct Own {
-    echo: Echo,
+    echo: EchoTracker,
     /// An answer is going out.
     sending: bool,
     /// What is heard until then is ours.
@@ -32,7 +32,7 @@ pub struct Own {
 
 impl Own {
     pub const fn new(mode: EchoMode) -> Own {
-        Own { echo: Echo::new(mode), sending: false, deaf_until: Micros::ZERO, tail: None }
+        Own { echo: EchoTracker::new(mode), sending: false, deaf_until: Micros::ZERO, tail: None }
     }
 
     /// An answer goes out now.
@@ -72,7 +72,7 @@ impl Own {
             return true;
         }
         let own = self.tail.is_some_and(|until| at < until)
-            && self.echo.judge(character, sent, sent.len()) != Verdict::Foreign;
+            && self.echo.judge(character, sent, sent.len()) != EchoVerdict::Foreign;
         self.tail = None;
         if own {
             self.expect_tail(at, settings);

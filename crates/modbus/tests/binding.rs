@@ -12,7 +12,7 @@ use clino_modbus::binding::{Binding, Wish};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::settings::Settings;
 use clino_modbus::{Host, Refusal, Write};
-use clino_recovery::{Cause, Clock, Mode, Start};
+use clino_recovery::{Clock, Mode, Start, StartCause};
 use common::board::Board;
 use common::{Bench, SETTINGS};
 
@@ -510,16 +510,16 @@ fn how_it_has_started_is_told() {
     let mut binding = Binding::new(&board, &snapshot);
     binding.snapshot();
     let told = 1 << 5 | 1 << 6 | 1 << 7;
-    let quiet = Start { cause: Cause::PowerOn, boots: 1, ..Start::default() };
+    let quiet = Start { cause: StartCause::PowerOn, boots: 1, ..Start::default() };
     for (start, bits) in [
         (quiet, 0),
-        (Start { cause: Cause::BrownOut, ..quiet }, 0),
-        (Start { cause: Cause::Watchdog, ..quiet }, 0x80),
-        (Start { cause: Cause::Stalled, ..quiet }, 0x80),
+        (Start { cause: StartCause::BrownOut, ..quiet }, 0),
+        (Start { cause: StartCause::Watchdog, ..quiet }, 0x80),
+        (Start { cause: StartCause::Stalled, ..quiet }, 0x80),
         (Start { mode: Mode::Safe, ..quiet }, 0x20),
-        (Start { mode: Mode::Bare, cause: Cause::Panic, ..quiet }, 0xA0),
+        (Start { mode: Mode::Bare, cause: StartCause::Panic, ..quiet }, 0xA0),
         (Start { clock: Clock::Internal, ..quiet }, 0x40),
-        (Start { clock: Clock::Fallback, cause: Cause::ClockFailed, ..quiet }, 0xC0),
+        (Start { clock: Clock::Fallback, cause: StartCause::ClockFailed, ..quiet }, 0xC0),
     ] {
         board.start.set(start);
         assert_eq!(binding.status() & told, bits, "{start:?}");

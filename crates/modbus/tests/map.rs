@@ -16,7 +16,7 @@ use clino_modbus::map::{
     BLOCKS, Block, BusItem, CommandItem, DetailItem, Entry, Form, GatewayItem, Item, ReadingItem, StartItem,
 };
 use clino_modbus::{SLOTS, slot_bits};
-use clino_recovery::{Cause, Clock, Duty, Mode};
+use clino_recovery::{Clock, Mode, MonitoredTask, StartCause};
 
 const UPDATE: &str = "UPDATE=1 cargo test -p clino-modbus --test map";
 
@@ -140,10 +140,10 @@ fn codes_are_distinct() {
     assert!(distinct(Reason::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Command::ALL.iter().map(|&command| command as u16).collect()));
     assert!(distinct(Signals::ALL.iter().map(|row| row.0.bits()).collect()));
-    assert!(distinct(Cause::ALL.iter().map(|row| row.0 as u16).collect()));
+    assert!(distinct(StartCause::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Mode::ALL.iter().map(|row| row.0 as u16).collect()));
     assert!(distinct(Clock::ALL.iter().map(|row| row.0 as u16).collect()));
-    assert!(distinct(Duty::ALL.iter().map(|&duty| duty as u16).collect()));
+    assert!(distinct(MonitoredTask::ALL.iter().map(|&duty| duty as u16).collect()));
     assert!(distinct(slot_bits::ALL.iter().map(|row| row.0).collect()));
 }
 
@@ -342,7 +342,7 @@ fn values(entry: &Entry) -> String {
             codes([&[(0, "none")][..], &faults].concat())
         }
         Item::Start(StartItem::Cause | StartItem::CrashCause) => {
-            codes(Cause::ALL.map(|(cause, name, _)| (cause as u32, name)).into())
+            codes(StartCause::ALL.map(|(cause, name, _)| (cause as u32, name)).into())
         }
         Item::Start(StartItem::Mode) => codes(Mode::ALL.map(|(mode, _)| (mode as u32, mode.name())).into()),
         Item::Start(StartItem::Clock) => {
@@ -492,10 +492,11 @@ fn sections() -> BTreeMap<&'static str, String> {
     let reasons: Vec<_> =
         Reason::ALL.iter().map(|&(code, name, text)| (code as u16, name, text.trim())).collect();
     sections.insert("reasons", codes(&reasons));
-    sections.insert("causes", codes(&Cause::ALL.map(|(code, name, text)| (code as u16, name, text))));
+    sections.insert("causes", codes(&StartCause::ALL.map(|(code, name, text)| (code as u16, name, text))));
     sections.insert("modes", codes(&Mode::ALL.map(|(code, text)| (code as u16, code.name(), text))));
     sections.insert("clocks", codes(&Clock::ALL.map(|(code, text)| (code as u16, code.name(), text))));
-    sections.insert("duties", codes(&Duty::ALL.map(|duty| (duty as u16, duty.name(), duty.meaning()))));
+    sections
+        .insert("duties", codes(&MonitoredTask::ALL.map(|duty| (duty as u16, duty.name(), duty.meaning()))));
     sections.insert(
         "gateway status",
         bits(&Signals::ALL.map(|(signal, name, text)| (signal.bits(), name, text))),

@@ -16,7 +16,7 @@ use clino_gateway::{
 };
 use clino_modbus::Refusal;
 use clino_modbus::binding::{Binding, Site, Wish};
-use clino_recovery::{Cause, Clock, Crash, Duty, FaultStatus, Mode, Registers, Start, Uid};
+use clino_recovery::{Clock, Crash, FaultStatus, Mode, MonitoredTask, Registers, Start, StartCause, Uid};
 use common::board::Board;
 use common::real::Real;
 use common::{Bench, SETTINGS};
@@ -153,7 +153,7 @@ fn started() -> Start {
     let registers = Registers { pc: 0x0801_0203, lr: 0x0801_0405, sp: 0x2001_FF08, exception: 22 };
     let crash = Crash::fault(fault, Some(registers), false);
     Start {
-        cause: Cause::PowerOn,
+        cause: StartCause::PowerOn,
         boots: 70_001,
         crashes: 70_002,
         mode: Mode::Bare,
@@ -218,7 +218,7 @@ fn a_panic_has_a_file_and_a_line_and_no_registers() {
 #[test]
 fn a_stalled_duty_is_named_and_what_its_fault_status_would_be_is_not() {
     let at = Registers { pc: 0x0800_1234, lr: 0x0800_5678, sp: 0x2000_0100, exception: 0 };
-    let words = start(Some(Crash::stalled(Duty::Storage, at)));
+    let words = start(Some(Crash::stalled(MonitoredTask::Storage, at)));
     assert_eq!((words[3], &words[12..15]), (8, &[0, 6, 0][..]));
     assert_eq!(words[16..22], [0x0800, 0x1234, 0x0800, 0x5678, 0x2000, 0x0100]);
     assert_eq!(words[22..28], [0xFFFF; 6]);

@@ -1,6 +1,6 @@
 //! A pseudo-terminal as a serial port: bytes both ways, the bit rate that the program has set, and whether it is open.
 //!
-//! A real port loses what comes in while nobody has it open. So bytes are handed over only to an open terminal, and
+//! A real port loses what comes in while no program has it open. So bytes are handed over only to an open terminal, and
 //! what a program left unread is thrown away when it closes: the next one does not read answers to questions it never
 //! asked. That is why the terminal's own end is not held open, which would also keep a program's exclusive lock alive.
 //!
@@ -23,7 +23,7 @@ const AT_ONCE: Timespec = Timespec { tv_sec: 0, tv_nsec: 0 };
 
 /// What is left of the settings that a program has made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settings {
+pub struct PtySettings {
     /// Bit rate in bit/s; 0 hangs up.
     pub baud: u32,
     /// Two stop bits instead of one.
@@ -47,14 +47,14 @@ impl Terminal {
     /// # Errors
     /// The system has no more of them.
     pub fn open(baud: u32) -> io::Result<Self> {
-        Self::open_with(Settings { baud, two_stop_bits: false, odd_parity: false })
+        Self::open_with(PtySettings { baud, two_stop_bits: false, odd_parity: false })
     }
 
     /// A raw terminal with these settings.
     ///
     /// # Errors
     /// The system has no more of them.
-    pub fn open_with(settings: Settings) -> io::Result<Self> {
+    pub fn open_with(settings: PtySettings) -> io::Result<Self> {
         let master = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         rustix::pty::grantpt(&master)?;
         rustix::pty::unlockpt(&master)?;
@@ -89,9 +89,9 @@ impl Terminal {
     ///
     /// # Errors
     /// Those of the system.
-    pub fn settings(&self) -> io::Result<Settings> {
+    pub fn settings(&self) -> io::Result<PtySettings> {
         let attributes = rustix::termios::tcgetattr(&self.master)?;
-        Ok(Settings {
+        Ok(PtySettings {
             baud: attributes.output_speed(),
             two_stop_bits: attributes.control_modes.contains(ControlModes::CSTOPB),
             odd_parity: attributes.control_modes.contains(ControlModes::PARODD),
@@ -105,7 +105,7 @@ impl Terminal {
     pub fn read<'a>(&self, buffer: &'a mut [u8]) -> io::Result<&'a [u8]> {
         match rustix::io::read(&self.master, &mut *buffer) {
             Ok(count) => Ok(buffer.get(..count).unwrap_or(buffer)),
-            // Nothing there, or nobody.
+            // Nothing there, or no program.
             Err(Errno::AGAIN | Errno::IO | Errno::INTR) => Ok(&[]),
             Err(error) => Err(error.into()),
         }

@@ -1,9 +1,9 @@
-//! Why the gateway has started. The numbers are told upstream: they never change their meaning.
+//! Why the gateway has started. The numbers never change their meaning: Modbus masters read them.
 
 /// What the reset controller says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reset {
-    /// The power came.
+pub enum ResetSource {
+    /// Power-up.
     PowerOn,
     /// It was too low for a while.
     BrownOut,
@@ -21,38 +21,38 @@ pub enum Reset {
     Unknown,
 }
 
-/// What ended the time before.
+/// What ended the previous run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Cause {
-    /// Nobody says.
+pub enum StartCause {
+    /// Not known.
     #[default]
     Unknown = 0,
-    /// The power came.
+    /// Power-up.
     PowerOn = 1,
     /// The supply was too low for a while.
     BrownOut = 2,
     /// The reset pin.
     Pin = 3,
-    /// Somebody has asked for it, at the console or from safe mode.
+    /// Requested, or safe mode has ended.
     Software = 4,
-    /// The watchdog was not fed, and nobody could say why: interrupts were held off, or the core was locked up.
+    /// The watchdog was not fed, for a reason not recorded: interrupts were masked, or the core was locked up.
     Watchdog = 5,
     /// The window watchdog, which this firmware does not use.
     WindowWatchdog = 6,
     /// Low-power management, which it does not use either.
     LowPower = 7,
-    /// A duty has not checked in.
+    /// A monitored task has not checked in.
     Stalled = 8,
-    /// The program has found itself to be wrong.
+    /// The program detected an internal error.
     Panic = 9,
-    /// A fault of no particular kind.
+    /// A fault without a more specific kind.
     HardFault = 10,
     /// An access that is not allowed.
     MemoryFault = 11,
-    /// An access to nothing.
+    /// An access to an address without memory or peripheral.
     BusFault = 12,
-    /// An instruction that is none.
+    /// An undefined instruction.
     UsageFault = 13,
     /// The stack ran out of its memory.
     StackOverflow = 14,
@@ -60,40 +60,41 @@ pub enum Cause {
     ClockFailed = 15,
 }
 
-impl Cause {
+impl StartCause {
     /// All of them, by number, with their names and meanings.
-    pub const ALL: [(Cause, &'static str, &'static str); 16] = [
-        (Cause::Unknown, "unknown", "not known"),
-        (Cause::PowerOn, "power_on", "the power came"),
-        (Cause::BrownOut, "brown_out", "the supply was too low for a while"),
-        (Cause::Pin, "pin", "the reset pin"),
-        (Cause::Software, "software", "it was ordered, or safe mode has ended"),
-        (Cause::Watchdog, "watchdog", "the watchdog was not fed; the cause was not recorded"),
-        (Cause::WindowWatchdog, "window_watchdog", "the window watchdog, which is not used"),
-        (Cause::LowPower, "low_power", "low-power management, which is not used"),
-        (Cause::Stalled, "stalled", "a duty has not checked in"),
-        (Cause::Panic, "panic", "the program has found itself to be wrong"),
-        (Cause::HardFault, "hard_fault", "a fault of no particular kind"),
-        (Cause::MemoryFault, "memory_fault", "an access that is not allowed"),
-        (Cause::BusFault, "bus_fault", "an access to nothing"),
-        (Cause::UsageFault, "usage_fault", "an instruction that is none"),
-        (Cause::StackOverflow, "stack_overflow", "the stack ran out of its memory"),
-        (Cause::ClockFailed, "clock_failed", "the crystal has stopped"),
+    pub const ALL: [(StartCause, &'static str, &'static str); 16] = [
+        (StartCause::Unknown, "unknown", "not known"),
+        (StartCause::PowerOn, "power_on", "power-up"),
+        (StartCause::BrownOut, "brown_out", "the supply was too low for a while"),
+        (StartCause::Pin, "pin", "the reset pin"),
+        (StartCause::Software, "software", "it was ordered, or safe mode has ended"),
+        (StartCause::Watchdog, "watchdog", "the watchdog was not fed; the cause was not recorded"),
+        (StartCause::WindowWatchdog, "window_watchdog", "the window watchdog, which is not used"),
+        (StartCause::LowPower, "low_power", "low-power management, which is not used"),
+        (StartCause::Stalled, "stalled", "a monitored task has not checked in"),
+        (StartCause::Panic, "panic", "the program detected an internal error"),
+        (StartCause::HardFault, "hard_fault", "a fault without a more specific kind"),
+        (StartCause::MemoryFault, "memory_fault", "an access that is not allowed"),
+        (StartCause::BusFault, "bus_fault", "an access to an address without memory or peripheral"),
+        (StartCause::UsageFault, "usage_fault", "an undefined instruction"),
+        (StartCause::StackOverflow, "stack_overflow", "the stack ran out of its memory"),
+        (StartCause::ClockFailed, "clock_failed", "the crystal has stopped"),
     ];
 
     /// Its name in JSON and in the documentation.
     pub fn name(self) -> &'static str {
-        Cause::ALL.into_iter().find(|(cause, ..)| *cause == self).map_or("unknown", |(_, name, _)| name)
+        StartCause::ALL.into_iter().find(|(cause, ..)| *cause == self).map_or("unknown", |(_, name, _)| name)
     }
 
     /// Whether something went wrong with the gateway itself.
     pub const fn is_crash(self) -> bool {
-        self as u8 >= Cause::Stalled as u8 || matches!(self, Cause::Watchdog | Cause::WindowWatchdog)
+        self as u8 >= StartCause::Stalled as u8
+            || matches!(self, StartCause::Watchdog | StartCause::WindowWatchdog)
     }
 
     /// The cause of this number.
-    pub fn from_number(number: u8) -> Cause {
-        Cause::ALL
+    pub fn from_number(number: u8) -> StartCause {
+        StartCause::ALL
             .into_iter()
             .map(|(cause, ..)| cause)
             .find(|cause| *cause as u8 == number)
@@ -101,17 +102,17 @@ impl Cause {
     }
 }
 
-impl From<Reset> for Cause {
-    fn from(reset: Reset) -> Cause {
+impl From<ResetSource> for StartCause {
+    fn from(reset: ResetSource) -> StartCause {
         match reset {
-            Reset::PowerOn => Cause::PowerOn,
-            Reset::BrownOut => Cause::BrownOut,
-            Reset::Pin => Cause::Pin,
-            Reset::Software => Cause::Software,
-            Reset::Watchdog => Cause::Watchdog,
-            Reset::WindowWatchdog => Cause::WindowWatchdog,
-            Reset::LowPower => Cause::LowPower,
-            Reset::Unknown => Cause::Unknown,
+            ResetSource::PowerOn => StartCause::PowerOn,
+            ResetSource::BrownOut => StartCause::BrownOut,
+            ResetSource::Pin => StartCause::Pin,
+            ResetSource::Software => StartCause::Software,
+            ResetSource::Watchdog => StartCause::Watchdog,
+            ResetSource::WindowWatchdog => StartCause::WindowWatchdog,
+            ResetSource::LowPower => StartCause::LowPower,
+            ResetSource::Unknown => StartCause::Unknown,
         }
     }
 }

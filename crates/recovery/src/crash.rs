@@ -1,9 +1,9 @@
-//! What is known of a crash.
+//! The record of a crash.
 //!
 //! Fault status bits: ARMv7-M Architecture Reference Manual, section B3.2.15 (CFSR) and B3.2.16 (HFSR).
 
-use crate::cause::Cause;
-use crate::duty::Duty;
+use crate::cause::StartCause;
+use crate::monitor::MonitoredTask;
 
 /// Characters kept of the name of the file in which a panic was.
 pub const PLACE: usize = 16;
@@ -12,16 +12,16 @@ pub const PLACE: usize = 16;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Crash {
     /// What.
-    pub cause: Cause,
+    pub cause: StartCause,
     /// The start in which it happened, counted like [`Start::boots`](crate::Start::boots).
     pub boot: u32,
     /// Milliseconds from that start to the crash; saturates.
     pub uptime_ms: u32,
-    /// Where the program was; unknown for a panic, and for a watchdog that nobody could explain.
+    /// Where the program was; unknown for a panic, and for a watchdog reset without a known cause.
     pub registers: Option<Registers>,
     /// Status of a fault, all zero otherwise.
     pub fault: FaultStatus,
-    /// The duty that was silent, or the line of a panic.
+    /// The number of the task that was silent, or the line of a panic.
     pub detail: u32,
     /// The last characters of the file that panicked; zeros before.
     pub place: [u8; PLACE],
@@ -88,18 +88,18 @@ impl FaultStatus {
     }
 
     /// What kind of fault it was. `outside`: the stack pointer was outside the stack.
-    pub const fn cause(&self, outside: bool) -> Cause {
+    pub const fn cause(&self, outside: bool) -> StartCause {
         let cfsr = self.cfsr;
         if outside || cfsr & STACKING != 0 {
-            Cause::StackOverflow
+            StartCause::StackOverflow
         } else if cfsr & USAGE != 0 {
-            Cause::UsageFault
+            StartCause::UsageFault
         } else if cfsr & BUS != 0 {
-            Cause::BusFault
+            StartCause::BusFault
         } else if cfsr & MEMORY != 0 {
-            Cause::MemoryFault
+            StartCause::MemoryFault
         } else {
-            Cause::HardFault
+            StartCause::HardFault
         }
     }
 }
@@ -110,9 +110,14 @@ impl Crash {
         Crash { cause: fault.cause(outside), registers, fault, ..Crash::default() }
     }
 
-    /// A duty that has not checked in, and where the program was when that was noticed.
-    pub fn stalled(duty: Duty, registers: Registers) -> Crash {
-        Crash { cause: Cause::Stalled, registers: Some(registers), detail: duty as u32, ..Crash::default() }
+    /// A task that has not checked in, and where the program was when the monitor noticed it.
+    pub fn stalled(task: MonitoredTask, registers: Registers) -> Crash {
+        Crash {
+            cause: StartCause::Stalled,
+            registers: Some(registers),
+            detail: task as u32,
+            ..Crash::default()
+        }
     }
 
     /// A panic, at this line of this file.
@@ -122,27 +127,27 @@ impl Crash {
         for (to, from) in place.iter_mut().rev().zip(file.bytes().rev()) {
             *to = from;
         }
-        Crash { cause: Cause::Panic, detail: line, place, ..Crash::default() }
+        Crash { cause: StartCause::Panic, detail: line, place, ..Crash::default() }
     }
 
     /// The crystal has stopped.
     pub fn clock_failed(registers: Option<Registers>) -> Crash {
-        Crash { cause: Cause::ClockFailed, registers, ..Crash::default() }
+        Crash { cause: StartCause::ClockFailed, registers, ..Crash::default() }
     }
 
-    /// The duty that was silent.
-    pub fn duty(&self) -> Option<Duty> {
-        if self.cause == Cause::Stalled { Duty::from_number(self.detail) } else { None }
+    /// The task that was silent.
+    pub fn task(&self) -> Option<MonitoredTask> {
+        if self.cause == StartCause::Stalled { MonitoredTask::from_number(self.detail) } else { None }
     }
 
     /// The line of a panic.
     pub fn line(&self) -> Option<u32> {
-        (self.cause == Cause::Panic).then_some(self.detail)
+        (self.cause == StartCause::Panic).then_some(self.detail)
     }
 
     /// The end of the name of the file of a panic.
     pub fn file(&self) -> Option<&str> {
-        if self.cause != Cause::Panic {
+        if self.cause != StartCause::Panic {
             return None;
         }
         let start = self.place.iter().position(|byte| *byte != 0)?;

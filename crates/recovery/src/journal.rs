@@ -1,19 +1,19 @@
-//! What is kept from one start to the next.
+//! The data kept from one start to the next.
 
-use crate::cause::{Cause, Reset};
+use crate::cause::{ResetSource, StartCause};
 use crate::crash::Crash;
 use crate::start::{BARE_AFTER, Clock, FAST_MS, Mode, SAFE_AFTER, Start};
 
 /// What a start leaves for the next one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Journal {
-    /// Starts since power came; wraps.
+    /// Starts since power-up; wraps.
     pub(crate) boots: u32,
-    /// Crashes since power came; wraps.
+    /// Crashes since power-up; wraps.
     pub(crate) crashes: u32,
     /// Fast crashes in a row.
     pub(crate) fast_crashes: u8,
-    /// The crystal has stopped since power came, or since somebody asked for a restart.
+    /// The crystal has stopped since power-up, or since the last requested restart.
     pub(crate) crystal_stopped: bool,
     /// What is to be made of the next reset.
     pub(crate) ending: Ending,
@@ -24,7 +24,7 @@ pub struct Journal {
 /// How a time has ended, as far as it could say itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Ending {
-    /// It has not said anything.
+    /// Not known.
     #[default]
     Unsaid,
     /// With the crash that is noted.
@@ -39,32 +39,32 @@ impl Journal {
     /// `before`: what was found in the memory; `None` if it was spoilt. `reset`: what the reset controller says.
     /// `uptime_ms`: how long the time before lasted, if that was found.
     #[must_use]
-    pub fn begin(before: Option<Journal>, reset: Reset, uptime_ms: Option<u32>) -> (Journal, Start) {
+    pub fn begin(before: Option<Journal>, reset: ResetSource, uptime_ms: Option<u32>) -> (Journal, Start) {
         let before = match reset {
             // Whatever is found after this was never written.
-            Reset::PowerOn => None,
+            ResetSource::PowerOn => None,
             _ => before,
         };
         let mut journal = before.unwrap_or_default();
         let ending = core::mem::take(&mut journal.ending);
         journal.boots = journal.boots.wrapping_add(1);
         let cause = match (reset, ending) {
-            (Reset::Software, Ending::Crash) => {
+            (ResetSource::Software, Ending::Crash) => {
                 let crash = journal.crash.unwrap_or_default();
                 journal.count(&crash);
                 crash.cause
             }
-            (Reset::Software, Ending::Retry) => {
+            (ResetSource::Software, Ending::Retry) => {
                 journal.fast_crashes = SAFE_AFTER.saturating_sub(1);
-                Cause::Software
+                StartCause::Software
             }
             // A crash that could note itself but not reset: the watchdog did.
-            (Reset::Watchdog, Ending::Crash) => {
+            (ResetSource::Watchdog, Ending::Crash) => {
                 let crash = journal.crash.unwrap_or_default();
                 journal.count(&crash);
                 crash.cause
             }
-            (Reset::Watchdog | Reset::WindowWatchdog, _) => {
+            (ResetSource::Watchdog | ResetSource::WindowWatchdog, _) => {
                 let crash = Crash {
                     cause: reset.into(),
                     boot: journal.boots.wrapping_sub(1),
@@ -95,7 +95,7 @@ impl Journal {
 
     fn count(&mut self, crash: &Crash) {
         self.crashes = self.crashes.wrapping_add(1);
-        if crash.cause == Cause::ClockFailed {
+        if crash.cause == StartCause::ClockFailed {
             // The next start is without the crystal: no need for less.
             self.crystal_stopped = true;
         } else if crash.uptime_ms < FAST_MS {

@@ -1,5 +1,5 @@
-//! The journal as words of memory that a reset leaves alone, with a checksum: what is there after power came, or after
-//! something wrote over it, is not taken for a journal.
+//! The journal as words of memory that a reset does not change, with a checksum: random content after power-up, or
+//! overwritten words, do not pass for a journal.
 //!
 //! ```text
 //! 0        mark and version
@@ -16,7 +16,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-use crate::cause::Cause;
+use crate::cause::StartCause;
 use crate::crash::{Crash, FaultStatus, Registers};
 use crate::journal::{Ending, Journal};
 
@@ -86,8 +86,8 @@ impl Journal {
         words
     }
 
-    /// Notes a crash; a reset follows. Of two crashes in one start the first is kept: it is the cause of the other. If the
-    /// words are no journal, one begins. It is done in the words themselves: who crashes may have little stack left.
+    /// Records a crash; a reset follows. Of two crashes in one start the first is kept: it is the cause of the other. If the
+    /// words hold no journal, a new one begins. The function works in place, because little stack may be left.
     pub fn note(words: &mut [u32; WORDS], crash: &Crash, uptime_ms: u32) {
         if !is_journal(words) {
             *words = [0; WORDS];
@@ -137,7 +137,7 @@ impl Journal {
         }
         let registers = Registers { pc: *pc, lr: *lr, sp: *sp, exception: *level as u16 };
         let crash = Crash {
-            cause: Cause::from_number(cause),
+            cause: StartCause::from_number(cause),
             boot: *boot,
             uptime_ms: *uptime_ms,
             registers: (level & KNOWN != 0).then_some(registers),

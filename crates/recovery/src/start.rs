@@ -1,14 +1,14 @@
-//! The start as it is told.
+//! The start as it is reported.
 
 use core::fmt;
 
-use crate::cause::Cause;
+use crate::cause::StartCause;
 use crate::crash::Crash;
 
 /// A crash this soon after the start is a fast one: half a minute, in which every slot was read many times.
 pub const FAST_MS: u32 = 30_000;
 
-/// How long safe mode lasts before the gateway tries again: long enough for somebody on the line, short enough for a bridge.
+/// How long safe mode lasts before the gateway tries again: long enough for a technician at the console, short enough for a bridge.
 pub const SAFE_MODE_MS: u32 = 600_000;
 
 /// Fast crashes in a row after which only the console and the Modbus port are served.
@@ -64,7 +64,7 @@ pub enum Clock {
     Crystal = 0,
     /// The internal oscillator, because the crystal did not start.
     Internal = 1,
-    /// The internal oscillator, because the crystal has stopped since power came.
+    /// The internal oscillator, because the crystal has stopped since power-up.
     Fallback = 2,
 }
 
@@ -73,7 +73,7 @@ impl Clock {
     pub const ALL: [(Clock, &'static str); 3] = [
         (Clock::Crystal, "the crystal"),
         (Clock::Internal, "the internal oscillator, because the crystal did not start"),
-        (Clock::Fallback, "the internal oscillator, because the crystal has stopped since power came"),
+        (Clock::Fallback, "the internal oscillator, because the crystal has stopped since power-up"),
     ];
 
     /// Its name in JSON and in the documentation.
@@ -107,8 +107,8 @@ impl fmt::Display for Uid {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Start {
     /// What ended the time before.
-    pub cause: Cause,
-    /// Starts since power came, this one included; wraps.
+    pub cause: StartCause,
+    /// Starts since power-up, this one included; wraps.
     pub boots: u32,
     /// How many of the times before ended in a crash; wraps.
     pub crashes: u32,
@@ -116,7 +116,7 @@ pub struct Start {
     pub mode: Mode,
     /// What time is measured with.
     pub clock: Clock,
-    /// The last crash since power came.
+    /// The last crash since power-up.
     pub crash: Option<Crash>,
     /// The chip that it has started on.
     pub uid: Uid,

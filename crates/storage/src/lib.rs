@@ -1,4 +1,4 @@
-//! The gateway's configuration in flash: after a power cut the old one or the new one, never a mix, never none.
+//! The gateway's configuration in flash. After a power cut it is the old one or the new one, never a mix, never none.
 //!
 //! [`Store`] keeps one [`record`] with everything that is configured: 48 slots, both buses, the Modbus port, the console.
 //! The record is one item of a `sequential-storage` map: written behind the last one, found again by being the newest that
@@ -16,10 +16,10 @@
 //!
 //! # Wear
 //!
-//! The part bears 10 000 erases of a sector (DS8626 table 42). The library goes round the three sectors and erases one
+//! The part bears 10 000 erases of a sector (DS8626 table 42). The library uses the three sectors in turn and erases one
 //! when another is full, so that a sector is erased once in as many saves as fit in all three:
 //!
-//! | | record | in flash, with its header | saves per sector | saves of life |
+//! | | record | in flash, with its header | saves per sector | endurance in saves |
 //! |---|---|---|---|---|
 //! | the longest the gateway takes, all slots with names of 16 characters | 2956 bytes | 2964 bytes | 5 | 149 000 |
 //! | all 48 slots as usual | 156 bytes | 164 bytes | 99 | 2 857 000 |
@@ -30,10 +30,10 @@
 //!
 //! - The erase of a sector stalls this part for 250 to 500 ms (DS8626 table 40). It happens within [`Store::save`] and
 //!   [`Store::factory_reset`], never in [`Store::load`]; [`Store::erases`] counts.
-//! - A record that rots in flash cannot be told from one that was cut off while it was written: the one before it is
-//!   found then, if it is still there.
-//! - A bit that reads now one way and now the other, after a torn word, is not expected: what was once read as whole is
-//!   taken as whole.
+//! - A record that changed in flash looks like one whose writing was cut off: the record before it is
+//!   loaded then, if it is still there.
+//! - A bit that reads differently at each access, after a torn word, is not handled: what was once read as whole
+//!   counts as whole.
 //! - RAM: a [`Store`] is 2092 bytes for the longest record ([`record::LONGEST`]), and about 40 for the rest.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -58,4 +58,4 @@ mod wait;
 
 pub use pages::FlashError;
 pub use record::Reject;
-pub use store::{LoadError, Loaded, SaveError, Saved, Store};
+pub use store::{LoadError, Loaded, SaveError, SaveOutcome, Store};

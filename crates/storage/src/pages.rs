@@ -1,4 +1,4 @@
-//! The flash as `sequential-storage` is to see it: three pages that are blank or written, never half erased.
+//! The flash as `sequential-storage` sees it: three pages that are blank or written, never half erased.
 //!
 //! ```text
 //! sector   0        8                                                    16384
@@ -41,7 +41,7 @@ const CLEARED: [u8; MARK.len()] = [0; MARK.len()];
 /// A byte that was not programmed since the erase.
 const ERASED: u8 = 0xFF;
 
-/// Why the flash did not do as it was told.
+/// Errors of the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashError<E> {
     /// The flash itself says so.

@@ -1,4 +1,4 @@
-//! The record: everything that is configured, in a few hundred bytes.
+//! The record: the whole configuration in a few hundred bytes.
 //!
 //! ```text
 //! ┌─────────┬──────┬────────────────────────────────────────────────────────┬────────┐
@@ -19,7 +19,7 @@
 //! Buses, Modbus port and console are each written as their differences from the usual. A slot is a byte for
 //! its kind, a byte for its address if there is a kind, and its differences from the slot of `record/base.rs`.
 //!
-//! Numbers are LEB128: seven bits a byte, the lowest first, the top bit says that more follow. Nothing is believed: decoding
+//! Numbers are LEB128: seven bits a byte, the lowest first, the top bit says that more follow. Nothing is trusted: decoding
 //! refuses what [`Order::check`] would refuse.
 
 mod base;
@@ -73,7 +73,7 @@ pub const LONGEST: usize = {
 pub enum Reject {
     /// It ends too early.
     Short,
-    /// So many bytes are left over.
+    /// This many bytes are left over.
     Surplus(u16),
     /// Its checksum is wrong.
     Checksum {
@@ -116,7 +116,7 @@ pub(crate) enum Part<'a> {
     Slot(u8, &'a SlotConfig),
 }
 
-/// What there is to be stored.
+/// What to store.
 #[derive(Clone, Copy)]
 pub(crate) enum Content<'a> {
     /// A configuration.

@@ -36,7 +36,7 @@ pub enum Loaded {
 
 /// What [`Store::save`] did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Saved {
+pub enum SaveOutcome {
     /// Nothing: the same was stored already.
     Unchanged,
     /// It is stored now.
@@ -59,7 +59,7 @@ pub enum LoadError<E> {
 pub enum SaveError<E> {
     /// The gateway could not run like this.
     Rejected(Reject),
-    /// The flash does not do as it is told.
+    /// The flash did not do what it was ordered to do.
     Flash(FlashError<E>),
     /// The library does not find its way in what is stored.
     Library,
@@ -114,7 +114,7 @@ impl<F: NorFlash> Store<F> {
         &mut self,
         configuration: &dyn Configuration,
         modbus: &clino_modbus::Settings,
-    ) -> Result<Saved, SaveError<F::Error>> {
+    ) -> Result<SaveOutcome, SaveError<F::Error>> {
         record::check(configuration, modbus).map_err(SaveError::Rejected)?;
         self.put(Content::Configuration(configuration, modbus))
     }
@@ -124,7 +124,7 @@ impl<F: NorFlash> Store<F> {
     ///
     /// # Errors
     /// [`SaveError::Flash`]; the last configuration may be lost then, as it was to be.
-    pub fn factory_reset(&mut self) -> Result<Saved, SaveError<F::Error>> {
+    pub fn factory_reset(&mut self) -> Result<SaveOutcome, SaveError<F::Error>> {
         self.put(Content::Factory).or_else(|_| {
             self.clear()?;
             self.put(Content::Factory)
@@ -155,18 +155,18 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    fn put(&mut self, content: Content<'_>) -> Result<Saved, SaveError<F::Error>> {
+    fn put(&mut self, content: Content<'_>) -> Result<SaveOutcome, SaveError<F::Error>> {
         let is_readable = match self.stored() {
             Ok(Some(stored)) => {
                 let mut compare = Compare::new(stored);
                 record::encode(content, &mut compare);
                 if compare.same() {
-                    return Ok(Saved::Unchanged);
+                    return Ok(SaveOutcome::Unchanged);
                 }
                 true
             }
             Ok(None) => false,
-            // What is there serves nobody, and would hide what is written behind it.
+            // The content is useless, and would hide what is written behind it.
             Err(Failure::Library) => {
                 self.clear()?;
                 false
@@ -181,7 +181,7 @@ impl<F: NorFlash> Store<F> {
             result => result?,
         }
         self.saves = self.saves.saturating_add(1);
-        Ok(Saved::Written)
+        Ok(SaveOutcome::Written)
     }
 
     /// Writes a record behind what is there, and behind words that have changed where nothing should be.
@@ -226,7 +226,7 @@ impl Value<'_> for Content<'_> {
         Ok(room.saturating_sub(left))
     }
 
-    /// Nobody reads one: what is read is bytes.
+    /// Never called: the store reads bytes.
     fn deserialize_from(_: &[u8]) -> Result<(Self, usize), SerializationError> {
         Err(SerializationError::InvalidFormat)
     }

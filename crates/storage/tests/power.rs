@@ -2,7 +2,7 @@
 
 mod support;
 
-use clino_storage::{FlashError, Loaded, SaveError, Saved, Store};
+use clino_storage::{FlashError, Loaded, SaveError, SaveOutcome, Store};
 use support::configurations::{Configuration, factory, longest, numbered};
 use support::flash::{Flash, PowerLost, TORN_ERASES};
 use support::random::Random;
@@ -15,7 +15,7 @@ enum Wish {
 }
 
 impl Wish {
-    fn carry_out(&self, flash: &mut Flash) -> Result<Saved, SaveError<PowerLost>> {
+    fn carry_out(&self, flash: &mut Flash) -> Result<SaveOutcome, SaveError<PowerLost>> {
         let mut store = Store::new(flash);
         match self {
             Wish::Save(wanted) => store.save(&wanted.settings, &wanted.modbus),
@@ -71,7 +71,7 @@ fn cut(before: &Flash, old: &Option<Wish>, new: &Wish, after: u64, seed: u64, ta
         assert!(then == Some(next.clone()) || done.is_err() && then == now, "step {after}, seed {seed}");
         tally.twice += 1;
     }
-    assert!(matches!(next.carry_out(&mut flash), Ok(Saved::Written | Saved::Unchanged)));
+    assert!(matches!(next.carry_out(&mut flash), Ok(SaveOutcome::Written | SaveOutcome::Unchanged)));
     assert_eq!(found(&mut flash), Some(next));
 }
 
@@ -82,7 +82,7 @@ fn cut_everywhere(wishes: &[Wish], tears: u64) -> (Tally, Flash) {
     let mut old = None;
     for (number, new) in wishes.iter().enumerate() {
         let mut after = flash.clone();
-        assert_eq!(new.carry_out(&mut after), Ok(Saved::Written));
+        assert_eq!(new.carry_out(&mut after), Ok(SaveOutcome::Written));
         for step in 0..after.steps - flash.steps {
             let seed = (number as u64) << 32 | step << 8;
             for tear in 0..tears {
@@ -147,7 +147,7 @@ fn campaign() {
 fn power_that_never_lasts() {
     let mut flash = Flash::new();
     let kept = Wish::Save(Box::new(longest(1)));
-    assert_eq!(kept.carry_out(&mut flash), Ok(Saved::Written));
+    assert_eq!(kept.carry_out(&mut flash), Ok(SaveOutcome::Written));
     let mut random = Random(1);
     for n in 0..400 {
         // Less than the record needs, so that the new one is never whole.

@@ -1,8 +1,8 @@
-//! Flash with something in it that nobody has stored: it can be set up again, whatever that is.
+//! Flash with foreign content: the store can be set up again, whatever the content is.
 
 mod support;
 
-use clino_storage::{LoadError, Loaded, SaveError, Saved, Store};
+use clino_storage::{LoadError, Loaded, SaveError, SaveOutcome, Store};
 use support::configurations::{Configuration, factory, longest, numbered};
 use support::flash::{Flash, PowerLost};
 use support::other::put;
@@ -14,7 +14,7 @@ const SECTOR: usize = 4_096;
 /// Everything can be stored, and is found.
 fn serves(flash: &mut Flash) {
     let wanted = numbered(4_711);
-    assert_eq!(Store::new(&mut *flash).save(&wanted.settings, &wanted.modbus), Ok(Saved::Written));
+    assert_eq!(Store::new(&mut *flash).save(&wanted.settings, &wanted.modbus), Ok(SaveOutcome::Written));
     let Configuration { mut settings, mut modbus } = factory();
     assert_eq!(Store::new(flash).load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 3 }));
     assert_eq!(Configuration { settings, modbus }, wanted);
@@ -34,7 +34,7 @@ fn a_record_that_is_too_long_is_replaced() {
     serves(&mut flash);
 }
 
-/// No page is free, which never happens by itself.
+/// No page is free, which the store itself never causes.
 #[test]
 fn pages_that_all_say_that_they_are_full_are_used_again() {
     let mut flash = Flash::new();
@@ -48,7 +48,7 @@ fn pages_that_all_say_that_they_are_full_are_used_again() {
     serves(&mut flash);
 }
 
-/// Words that have changed behind the last record, in a sector that is not full: the record goes behind them by itself.
+/// Words that have changed behind the last record, in a sector that is not full: the record goes behind them.
 #[test]
 fn one_save_goes_behind_words_that_have_changed() {
     let mut random = Random(12);
@@ -57,7 +57,7 @@ fn one_save_goes_behind_words_that_have_changed() {
         let configuration = |n| if case % 2 == 0 { numbered(n) } else { longest(n) };
         let mut flash = Flash::new();
         let old = configuration(1);
-        assert_eq!(Store::new(&mut flash).save(&old.settings, &old.modbus), Ok(Saved::Written));
+        assert_eq!(Store::new(&mut flash).save(&old.settings, &old.modbus), Ok(SaveOutcome::Written));
         // Behind the mark, the head of the page and the record: at any word of the next two records.
         let free = flash.steps as usize;
         let count = 1 + random.below([1, 4, 16, 64][case % 4]) as usize;
@@ -71,7 +71,11 @@ fn one_save_goes_behind_words_that_have_changed() {
             .collect();
         flash.rot(free + random.below(1_000) as usize, words);
         let (new, before) = (configuration(2), flash.steps);
-        assert_eq!(Store::new(&mut flash).save(&new.settings, &new.modbus), Ok(Saved::Written), "{case}");
+        assert_eq!(
+            Store::new(&mut flash).save(&new.settings, &new.modbus),
+            Ok(SaveOutcome::Written),
+            "{case}"
+        );
         steps = steps.max(flash.steps - before);
         let Configuration { mut settings, mut modbus } = factory();
         assert_eq!(
@@ -89,12 +93,12 @@ fn one_save_goes_behind_words_that_have_changed() {
 fn after_a_factory_reset_there_is_room() {
     let mut flash = Flash::new();
     let Configuration { settings, modbus } = numbered(1);
-    assert_eq!(Store::new(&mut flash).save(&settings, &modbus), Ok(Saved::Written));
+    assert_eq!(Store::new(&mut flash).save(&settings, &modbus), Ok(SaveOutcome::Written));
     // Every third: there is room for the two words of a header, and nowhere for a record.
     flash.rot(100, (0..SECTOR - 200).map(|word| if word % 3 == 0 { 0 } else { u32::MAX }));
     let wanted = numbered(2);
     let mut store = Store::new(&mut flash);
     assert!(matches!(store.save(&wanted.settings, &wanted.modbus), Err(SaveError::Flash(_))));
-    assert_eq!(store.factory_reset(), Ok(Saved::Written));
+    assert_eq!(store.factory_reset(), Ok(SaveOutcome::Written));
     serves(&mut flash);
 }

@@ -4,7 +4,7 @@ mod support;
 
 use clino_bus::{Micros, Serial, Timing};
 use clino_gateway::BusSettings;
-use clino_storage::{LoadError, Loaded, Reject, Saved, Store};
+use clino_storage::{LoadError, Loaded, Reject, SaveOutcome, Store};
 use support::configurations::{Configuration, factory, numbered};
 use support::flash::Flash;
 use support::other::put;
@@ -44,8 +44,8 @@ fn an_older_one_is_migrated() {
     assert_eq!(Configuration { settings: settings.clone(), modbus }, expected);
 
     // From now on as the version of today.
-    assert_eq!(store.save(&settings, &modbus), Ok(Saved::Written));
-    assert_eq!(store.save(&settings, &modbus), Ok(Saved::Unchanged));
+    assert_eq!(store.save(&settings, &modbus), Ok(SaveOutcome::Written));
+    assert_eq!(store.save(&settings, &modbus), Ok(SaveOutcome::Unchanged));
     let Configuration { mut settings, mut modbus } = numbered(7);
     assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 3 }));
     assert_eq!(Configuration { settings, modbus }, expected);

@@ -3,7 +3,7 @@
 mod support;
 
 use clino_storage::record::LONGEST;
-use clino_storage::{Loaded, Saved, Store};
+use clino_storage::{Loaded, SaveOutcome, Store};
 use support::configurations::{Configuration, factory, longest, numbered, usual};
 use support::flash::Flash;
 
@@ -19,7 +19,7 @@ fn life(configuration: impl Fn(u32) -> Configuration) -> (u64, u64) {
     for n in 0..SAVES {
         let before = flash.steps;
         let Configuration { settings, modbus } = configuration(n as u32);
-        assert_eq!(Store::new(&mut flash).save(&settings, &modbus), Ok(Saved::Written));
+        assert_eq!(Store::new(&mut flash).save(&settings, &modbus), Ok(SaveOutcome::Written));
         words = words.min(flash.steps - before);
     }
     let most = u64::from(flash.erases.into_iter().max().unwrap());
@@ -48,10 +48,10 @@ fn a_hundred_thousand_saves() {
 fn the_same_again_costs_nothing() {
     let mut flash = Flash::new();
     let Configuration { settings, modbus } = numbered(7);
-    assert_eq!(Store::new(&mut flash).save(&settings, &modbus), Ok(Saved::Written));
+    assert_eq!(Store::new(&mut flash).save(&settings, &modbus), Ok(SaveOutcome::Written));
     let steps = flash.steps;
     let mut store = Store::new(&mut flash);
-    assert_eq!(store.save(&settings, &modbus), Ok(Saved::Unchanged));
+    assert_eq!(store.save(&settings, &modbus), Ok(SaveOutcome::Unchanged));
     assert_eq!((store.saves(), store.erases()), (0, 0));
     assert_eq!(flash.steps, steps);
 }
@@ -69,9 +69,9 @@ fn a_factory_reset_is_found_again() {
     let mut flash = Flash::new();
     let Configuration { mut settings, mut modbus } = numbered(7);
     let mut store = Store::new(&mut flash);
-    assert_eq!(store.save(&settings, &modbus), Ok(Saved::Written));
-    assert_eq!(store.factory_reset(), Ok(Saved::Written));
-    assert_eq!(store.factory_reset(), Ok(Saved::Unchanged));
+    assert_eq!(store.save(&settings, &modbus), Ok(SaveOutcome::Written));
+    assert_eq!(store.factory_reset(), Ok(SaveOutcome::Written));
+    assert_eq!(store.factory_reset(), Ok(SaveOutcome::Unchanged));
     assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Factory));
     assert_eq!((store.saves(), store.erases()), (2, 1));
     // What is running goes on.
@@ -86,8 +86,8 @@ fn a_store_that_lives_long() {
     let Configuration { mut settings, mut modbus } = factory();
     for n in 0..100 {
         let wanted = if n % 3 == 0 { numbered(n) } else { longest(n) };
-        assert_eq!(store.save(&wanted.settings, &wanted.modbus), Ok(Saved::Written));
-        assert_eq!(store.save(&wanted.settings, &wanted.modbus), Ok(Saved::Unchanged));
+        assert_eq!(store.save(&wanted.settings, &wanted.modbus), Ok(SaveOutcome::Written));
+        assert_eq!(store.save(&wanted.settings, &wanted.modbus), Ok(SaveOutcome::Unchanged));
         assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 3 }));
         assert_eq!(Configuration { settings: settings.clone(), modbus }, wanted);
     }

@@ -3,22 +3,22 @@
 use clino_bus::{Isu, Serial, T7, Timing};
 use clino_codec::t7::Axis;
 use clino_codec::{isu, t7};
-use clino_segment::log::{Event, Fate, Talker};
-use clino_segment::{Noise, Settings, chance::Chance};
+use clino_segment::log::{Fate, LineEvent, Talker};
+use clino_segment::{Noise, SegmentSettings, chance::Chance};
 use clino_sim::motion::Motion;
 use clino_testkit::rig::{Bench, sensor};
 
 const DEGREE: i64 = 1_000_000;
 
-fn settings() -> Settings {
-    Settings { chance: Chance::new(1), echo: false, noise: Noise::default() }
+fn settings() -> SegmentSettings {
+    SegmentSettings { chance: Chance::new(1), echo: false, noise: Noise::default() }
 }
 
 #[test]
 fn a_t7_answers() {
     let options =
         clino_sim::t7::Options { motion: [const { Motion::Constant(30 * DEGREE) }; 3], ..Default::default() };
-    let stored = clino_sim::t7::Settings { address: 5, ..Default::default() };
+    let stored = clino_sim::t7::StoredSettings { address: 5, ..Default::default() };
     let node = clino_sim::t7::T7::new(clino_sim::t7::Identity::default(), stored, options).unwrap();
     let mut bench =
         Bench::<T7>::new(Timing::t7(Serial::T7_DEFAULT), settings(), vec![sensor("t7-5", Box::new(node))]);
@@ -34,7 +34,7 @@ fn a_t7_answers() {
         .events
         .iter()
         .filter_map(|event| match event {
-            Event::Char { who: Talker::Gateway, word, fate: Fate::Clean, .. } => Some(*word),
+            LineEvent::Char { who: Talker::Gateway, word, fate: Fate::Clean, .. } => Some(*word),
             _ => None,
         })
         .collect();

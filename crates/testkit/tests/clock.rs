@@ -6,7 +6,7 @@
 use clino_bus::{Isu, Micros, Protocol, Serial, T7, Timing};
 use clino_codec::t7::Axis;
 use clino_codec::{isu, t7};
-use clino_segment::{Noise, Settings, Station, chance::Chance};
+use clino_segment::{Noise, SegmentSettings, Station, chance::Chance};
 use clino_sim::isu::{ChecksumScope, Content, Eeprom};
 use clino_sim::motion::Motion;
 use clino_testkit::rig::{Bench, sensor};
@@ -18,7 +18,7 @@ const UART_TOLERANCE: i32 = 33_300;
 const WORST: i32 = 80_000;
 
 fn bench<P: Protocol>(timing: Timing, station: Station, ppm: i32) -> Bench<P> {
-    let settings = Settings { chance: Chance::new(1), echo: false, noise: Noise::default() };
+    let settings = SegmentSettings { chance: Chance::new(1), echo: false, noise: Noise::default() };
     let mut bench = Bench::new(timing, settings, vec![station]);
     bench.port.set_clock_error(ppm);
     // The sensors have started.
@@ -30,7 +30,7 @@ fn bench<P: Protocol>(timing: Timing, station: Station, ppm: i32) -> Bench<P> {
 fn t7((baud, baud_index): (u32, u8), ppm: i32) -> usize {
     let motion = [const { Motion::Constant(54_321_000) }; 3];
     let options = clino_sim::t7::Options { motion, ..Default::default() };
-    let stored = clino_sim::t7::Settings { address: 5, baud_index, ..Default::default() };
+    let stored = clino_sim::t7::StoredSettings { address: 5, baud_index, ..Default::default() };
     let node = clino_sim::t7::T7::new(clino_sim::t7::Identity::default(), stored, options).unwrap();
     let mut bench = bench::<T7>(Timing::t7(Serial { baud }), sensor("t7-5", Box::new(node)), ppm);
     let address = t7::Address::new(5).unwrap();

@@ -11,12 +11,12 @@ use clino_codec::angle::{Angle, Range};
 use clino_codec::isu::eeprom::Change;
 use clino_codec::t7::{Axis, Direction, Millidegrees};
 use clino_commissioning::isu::Module;
-use clino_commissioning::t7::{Device, Setting};
+use clino_commissioning::t7::{Device, DeviceSetting};
 use clino_gateway::config::Filter;
 use clino_gateway::order::Order;
 use clino_gateway::task::{isu, t7};
 use clino_gateway::{Bus, SlotConfig, Source, Status};
-use clino_sim::fault::Fault;
+use clino_sim::fault::AnswerFault as Fault;
 use support::{Dice, House, ISU, Moves, PWM, SECOND, SLOTS, any_config, isu_address, t7_source, table};
 
 /// Nothing moves.
@@ -110,7 +110,7 @@ fn a_reversed_t7_does_not_pass_through_half_a_turn() {
         moves.t7 = [(170_000_000, 0), (0, 0), (-175_000_000, 0), (90_000_000, 0)];
         let mut house = House::new(&table, &moves);
         for axis in [Axis::Zero, Axis::Two] {
-            let setting = Setting::Direction { axis, direction: Direction::Reversed };
+            let setting = DeviceSetting::Direction { axis, direction: Direction::Reversed };
             carried_out(&mut house, Order::T7(t7::Task::Set(device(1), setting)), "direction");
         }
         // Said to the slot, not to the sensor.
@@ -140,7 +140,7 @@ fn an_unconfirmed_slot_is_held_as_well() {
     let mut table = table();
     table.iter_mut().for_each(|slot| slot.confirm = false);
     let mut house = House::new(&table, &AT_REST);
-    let offset = Setting::Offset { axis: Axis::Two, offset: Millidegrees(90_000) };
+    let offset = DeviceSetting::Offset { axis: Axis::Two, offset: Millidegrees(90_000) };
     carried_out(&mut house, Order::T7(t7::Task::Set(device(1), offset)), "offset");
     carried_out(&mut house, Order::Isu(isu::Task::ResetNull(module())), "isu zero");
     carried_out(&mut house, Order::Isu(isu::Task::Reset(module())), "isu reset");
@@ -173,7 +173,7 @@ fn a_write_that_may_have_happened_counts_as_one() {
         let mut house = House::new(&table(), &AT_REST);
         run(&mut house, 2 * SECOND, 0, "before");
         let before = writes(&house);
-        let offset = Setting::Offset { axis: Axis::Zero, offset: Millidegrees(45_000) };
+        let offset = DeviceSetting::Offset { axis: Axis::Zero, offset: Millidegrees(45_000) };
         house.order(Order::T7(t7::Task::Set(device(1), offset))).unwrap();
         house.order(Order::Isu(isu::Task::ResetNull(module()))).unwrap();
         for _ in 0..40 {
@@ -286,13 +286,13 @@ fn any_change(house: &House, dice: &mut Dice) -> (Order, String) {
         0 => Order::T7(t7::Task::Zero(device(1), axis)),
         1 => {
             let most = if house.t7(0).settings().range as u8 == 0 { 180_000 } else { 360_000 };
-            set(Setting::Offset { axis, offset: Millidegrees(dice.below(most) as i32) })
+            set(DeviceSetting::Offset { axis, offset: Millidegrees(dice.below(most) as i32) })
         }
-        2 => set(Setting::Direction {
+        2 => set(DeviceSetting::Direction {
             axis,
             direction: dice.one_of(&[Direction::Normal, Direction::Reversed]),
         }),
-        3 => set(Setting::Range(dice.one_of(&[Range::Bidirectional, Range::Unidirectional]))),
+        3 => set(DeviceSetting::Range(dice.one_of(&[Range::Bidirectional, Range::Unidirectional]))),
         4 => {
             let (from, to) = if house.t7(1).settings().address == 2 { (2, 3) } else { (3, 2) };
             let address = |number| clino_codec::t7::Address::new(number).unwrap();

@@ -10,7 +10,7 @@
 mod flash;
 
 mod watchdog {
-    /// None runs here: nobody has to look at duties before a sector is erased.
+    /// No watchdog runs here: no check of the tasks before a sector is erased.
     pub fn look() {}
 }
 
@@ -21,7 +21,7 @@ use clino_codec::angle::{Angle, Range};
 use clino_codec::t7;
 use clino_gateway::config::{Ask, Direction, Filter, Name};
 use clino_gateway::{MAX_SLOTS, Settings, SlotConfig, Source, Span};
-use clino_storage::{Loaded, Saved, Store};
+use clino_storage::{Loaded, SaveOutcome, Store};
 use cortex_m::peripheral::DWT;
 use cortex_m_rt::entry;
 use defmt_rtt as _;
@@ -94,8 +94,8 @@ fn main() -> ! {
         put(
             result,
             match saved {
-                Ok(Saved::Written) => 1,
-                Ok(Saved::Unchanged) => 2,
+                Ok(SaveOutcome::Written) => 1,
+                Ok(SaveOutcome::Unchanged) => 2,
                 Err(_) => 3,
             },
         );

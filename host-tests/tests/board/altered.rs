@@ -139,7 +139,7 @@ fn expected(received: &[Reception]) -> Vec<Answer> {
             0 if clean && begins && after_return => {}
             b'\r' if clean => {
                 let text = String::from_utf8(std::mem::take(&mut line)).expect("ASCII");
-                assert!(damaged || SETTING.contains(&text.as_str()), "the oracle: {text}");
+                assert!(damaged || SETTING.contains(&text.as_str()), "the checker: {text}");
                 answers.push(if damaged { Answer::Damaged } else { Answer::Done });
                 damaged = false;
             }

@@ -134,7 +134,7 @@ fn an_isu_moves_to_another_address_and_its_eeprom_stays_sound() {
 
 #[test]
 fn an_echo_is_removed_and_the_delays_of_the_driver_are_kept() {
-    // The gateway's receiver is always on, and the line is told so, with 50 us before and 20 us after each frame.
+    // The gateway's receiver is always on, and the line is set accordingly, with 50 us before and 20 us after each frame.
     let ran = run(r#"
         seed = 1
         duration = "3s"

@@ -91,7 +91,7 @@ fn the_trace_the_counters_and_the_load_fit_the_wire() {
     let trace = lines(&ran, "{\"trace\":");
     // All that are kept, but for one that ended while they were fetched.
     assert!((31..=32).contains(&trace.len()), "{}", trace.len());
-    // The one that ended last comes first; how long it took is told to 16 us.
+    // The one that ended last comes first; how long it took is given to 16 us.
     let ends = trace.iter().map(|line| number(line, "at_us") + number(line, "took_us"));
     let ends: Vec<f64> = ends.collect();
     assert!(ends.is_sorted_by(|newer, older| newer + 16.0 > *older), "{ends:?}");

@@ -52,7 +52,7 @@ fn an_isu_with_a_bad_checksum_is_never_believed() {
 }
 
 #[test]
-fn answers_that_come_too_late_are_credited_to_nobody() {
+fn answers_that_come_too_late_are_never_used() {
     // A node that has answered before is waited for, so that its late answer meets no other request: a collision would
     // keep the other T7s waiting for the rest of a frame for up to 500 ms (T7 guide, section 1).
     let ran = run(r#"
@@ -86,7 +86,7 @@ fn answers_that_come_too_late_are_credited_to_nobody() {
 }
 
 #[test]
-fn a_babbling_node_stops_nobody_for_longer_than_it_babbles() {
+fn a_babbling_node_stops_no_poll_for_longer_than_it_babbles() {
     let ran = run(r#"
         seed = 3
         duration = "4s"
@@ -99,7 +99,7 @@ fn a_babbling_node_stops_nobody_for_longer_than_it_babbles() {
         "#);
     const SECOND: u64 = 1_000_000_000;
     assert!(ran.all_well, "{}", ran.summary);
-    // Frames cut short by the babble may keep a T7 deaf as long as anybody talks (T7 guide, section 1): one second
+    // Frames cut short by the babble may keep a T7 deaf as long as any node transmits (T7 guide, section 1): one second
     // without an answer, then 520 ms of silence for all, then a reading and the one that confirms it.
     for slot in [0, 1] {
         let back = ran.slot(slot).find(|spoken| spoken.began > 3 * SECOND / 2 && spoken.is_ok());

@@ -1,8 +1,8 @@
-//! Whoever talks at the console or at the Modbus port, however much and whatever: the buses are polled on.
+//! Whatever arrives at the console or the Modbus port, and however much: the gateway goes on polling the buses.
 
 use std::fmt::Write as _;
 
-use clino_board::analysis::Verdict;
+use clino_board::analysis::PollVerdict;
 use clino_host_tests::{Ran, modbus, run};
 
 const MS: u64 = 1_000_000;
@@ -46,7 +46,7 @@ fn assert_undisturbed(ran: &Ran, what: &str) {
     println!("{what}: from answer to request {} us at most, {} us before", flooded / 1_000, calm / 1_000);
     assert!(flooded - calm <= DELAY, "{} us later", (flooded - calm) / 1_000);
     let polls = ran.t7.polls.iter().filter(|poll| (500 * MS..4_400 * MS).contains(&poll.de_high));
-    let bad = polls.filter(|poll| poll.verdict != Verdict::Good).count();
+    let bad = polls.filter(|poll| poll.verdict != PollVerdict::Good).count();
     assert_eq!(bad, 0, "polls that were not answered");
     // It is the same gateway that answers in the end: no reset.
     let version = ran.lines.iter().rfind(|line| line.text.contains("uptime_ms")).expect("it still answers");

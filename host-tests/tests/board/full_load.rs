@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use clino_board::analysis::{Poll, Protocol, Verdict};
+use clino_board::analysis::{Poll, PollVerdict, Protocol};
 use clino_host_tests::modbus::{self, Exchange};
 use clino_host_tests::{Ran, elf, run};
 use clino_inspect::annotations::Annotations;
@@ -63,7 +63,7 @@ fn every_duty_is_done() {
     let t7 = polls(&ran).count() as f64 / SECONDS;
     println!("T7: {t7:.1} polls/s, {:.2} % of {:.1}", 100.0 * t7 * POLL, 1.0 / POLL);
     assert!(t7 >= 0.94 / POLL, "{t7} polls a second");
-    let bad = polls(&ran).find(|poll| poll.verdict != Verdict::Good && !poll.is_open(UNTIL_MS * MS));
+    let bad = polls(&ran).find(|poll| poll.verdict != PollVerdict::Good && !poll.is_open(UNTIL_MS * MS));
     assert!(bad.is_none(), "{bad:?}");
 
     no_refresh_is_missed(&ran);
@@ -98,13 +98,13 @@ fn the_stack_is_no_deeper_than_computed(ran: &Ran) {
 fn half_of_the_t7s_dead_cost_the_others_five_percent_at_most() {
     // Sixteen alone go round sixteen times as often as one in sixteen of the limit.
     let ran = run(&scenario(|address| address % 2 == 0));
-    let alive = polls(&ran).filter(|poll| poll.verdict == Verdict::Good).count() as f64 / SECONDS;
+    let alive = polls(&ran).filter(|poll| poll.verdict == PollVerdict::Good).count() as f64 / SECONDS;
     let alone = alone();
     println!("16 of 32 dead: {alive:.1} good polls/s, alone {alone:.1}: {:.2} %", 100.0 * alive / alone);
     assert!(alive >= 0.95 * alone, "{alive} of {alone}");
 }
 
-/// Good polls a second of the sixteen when nobody is configured that is not there.
+/// Good polls a second of the sixteen nodes when only nodes that exist are configured.
 fn alone() -> f64 {
     let scenario = scenario(|address| address % 2 == 0);
     let lines = scenario.lines().map(|line| {
@@ -115,7 +115,7 @@ fn alone() -> f64 {
         }
     });
     let ran = run(&lines.collect::<Vec<_>>().join("\n"));
-    polls(&ran).filter(|poll| poll.verdict == Verdict::Good).count() as f64 / SECONDS
+    polls(&ran).filter(|poll| poll.verdict == PollVerdict::Good).count() as f64 / SECONDS
 }
 
 /// Every angle that an ISU has had was read: one is a step from the one before.
@@ -123,7 +123,7 @@ fn no_refresh_is_missed(ran: &Ran) {
     for address in 1..=14 {
         let mine = ran.isu.polls.iter().filter(|poll| {
             poll.address(Protocol::Isu) == Some(address)
-                && poll.verdict == Verdict::Good
+                && poll.verdict == PollVerdict::Good
                 && poll.de_high > 2 * SECOND
         });
         // Start, address and function, length, code high and low, checksum.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::OnceLock;
 
-use clino_board::analysis::{Analysis, Protocol, Verdict};
+use clino_board::analysis::{Analysis, PollVerdict, Protocol};
 use clino_host_tests::modbus::{self, Exchange};
 use clino_host_tests::{Ran, run};
 
@@ -16,7 +16,7 @@ const SECOND: u64 = 1_000 * MS;
 const FROM: u64 = SECOND;
 const UNTIL: u64 = 3 * SECOND;
 const END_MS: u64 = 4_800;
-/// When somebody asks at the console how the buses are.
+/// When the console asks for the state of the buses.
 const ASKED_MS: u64 = 2_500;
 
 const T7S: u8 = 8;
@@ -33,8 +33,8 @@ const ISU_CYCLE: u64 = 460 * MS + ISUS as u64 * 19 * MS;
 /// 1, AN #201 section 4; and 4 %, in case our clock is fast.
 const T7_DEAF: u64 = 520 * MS;
 const ISU_DEAF: u64 = 416 * MS;
-/// A T7 that has taken something for the beginning of a message may have to hear so many characters before it hears us
-/// again, unless it is silent for so long; and there are three in each request.
+/// A T7 that has taken something for the beginning of a message may have to hear this many characters before it hears us
+/// again, unless the line is silent for that long; and there are three in each request.
 const T7_LONGEST: u64 = 257;
 const T7_SWALLOWS: u64 = T7_LONGEST.div_ceil(3 * T7S as u64) * T7_CYCLE;
 /// Longest exchange that may be under way when the fault ends: one that waits for silence on the line, for
@@ -56,7 +56,7 @@ struct Case {
     bus: Bus,
     /// Of the segment.
     segment: &'static str,
-    /// The receiver of the gateway is always on at the T7 bus, and it is told so.
+    /// The receiver of the gateway is always on at the T7 bus, and it is set accordingly.
     hears_itself: bool,
     /// Of the last sensor.
     sensor: &'static str,
@@ -135,7 +135,8 @@ fn bus(ran: &Ran, bus: Bus) -> (&Analysis, Protocol) {
 /// Good answers on a bus while the fault lasts.
 fn good(ran: &Ran, which: Bus) -> u64 {
     let polls = bus(ran, which).0.polls.iter();
-    polls.filter(|poll| (FROM..UNTIL).contains(&poll.de_high) && poll.verdict == Verdict::Good).count() as u64
+    polls.filter(|poll| (FROM..UNTIL).contains(&poll.de_high) && poll.verdict == PollVerdict::Good).count()
+        as u64
 }
 
 /// Lines of the slots that are not on this bus, while the fault lasts.
@@ -183,10 +184,10 @@ fn check(case: &Case) {
         Bus::T7 => (T7_CYCLE, T7_EXCHANGE + T7_SWALLOWS + T7_DEAF),
         Bus::Isu => (ISU_CYCLE, ISU_EXCHANGE + ISU_DEAF),
     };
-    // Whoever has heard a part of a request may be deaf, too.
+    // A node that has heard a part of a request may be deaf, too.
     let polls = &bus(&ran, case.bus).0.polls;
     let cut = polls.iter().any(|poll| (poll.de_high..poll.last_stop).contains(&UNTIL));
-    // It takes a cycle to see who is deaf.
+    // It takes a cycle to see which nodes are deaf.
     let most = cycle + if case.deafens || cut { deaf + cycle } else { 0 };
     assert!(back <= most, "the last one was back after {} us, {} at most", back / 1_000, most / 1_000);
 }
@@ -196,7 +197,9 @@ fn back(ran: &Ran, case: &Case) -> u64 {
     let (analysis, protocol) = bus(ran, case.bus);
     let nodes = if case.bus == Bus::T7 { T7S } else { ISUS };
     let mut back: BTreeMap<u8, u64> = BTreeMap::new();
-    for poll in analysis.polls.iter().filter(|poll| poll.de_high >= UNTIL && poll.verdict == Verdict::Good) {
+    for poll in
+        analysis.polls.iter().filter(|poll| poll.de_high >= UNTIL && poll.verdict == PollVerdict::Good)
+    {
         let (Some(address), Some(end)) = (poll.address(protocol), poll.answer_end) else { continue };
         back.entry(address).or_insert(end - UNTIL);
     }
@@ -208,7 +211,7 @@ fn back(ran: &Ran, case: &Case) -> u64 {
 
 fn the_fault_is_told(ran: &Ran, exchanges: &[Exchange], case: &Case) {
     let told_us = told(exchanges, case.bus);
-    let first = told_us.iter().find(|(at, fault, _)| *at > FROM && *fault != 0).expect("it is told");
+    let first = told_us.iter().find(|(at, fault, _)| *at > FROM && *fault != 0).expect("it is reported");
     println!("told over Modbus {} ms after the beginning", (first.0 - FROM) / MS);
     // Half a second and a cycle; an ISU that answered the last time is waited for longer, and Modbus asks every 200 ms.
     // After a change of the bit rate the bus is silent first, until its nodes hear.
@@ -218,7 +221,9 @@ fn the_fault_is_told(ran: &Ran, exchanges: &[Exchange], case: &Case) {
     // Good answers on the bus since the fault was told: into a pause of what babbles one may fit, and ends the fault.
     let answered = |until: u64| {
         let polls = &bus(ran, case.bus).0.polls;
-        polls.iter().any(|poll| poll.verdict == Verdict::Good && (FROM + MS..until).contains(&poll.de_high))
+        polls
+            .iter()
+            .any(|poll| poll.verdict == PollVerdict::Good && (FROM + MS..until).contains(&poll.de_high))
     };
     for (at, fault, faults) in told_us {
         let during = (FROM + (by + 210) * MS..UNTIL).contains(&at);
@@ -263,7 +268,7 @@ fn the_uplinks_run_on(ran: &Ran, quiet: &Ran, exchanges: &[Exchange]) {
     let longest = waits.iter().max().expect("answers") / 1_000;
     // A bus full of characters takes its part of the core: half a millisecond is promised for a full load of good ones.
     assert!(longest <= 1_000, "{longest} us");
-    // The stream of readings fills the console, fault or not; what somebody asks comes next but one.
+    // The stream of readings fills the console, fault or not; the answer to a command comes next but one.
     let answered = |ran| {
         let shown = [shown(ran, Bus::T7), shown(ran, Bus::Isu)];
         let at = shown.map(|shown| shown.first().expect("an answer").0);
@@ -297,7 +302,7 @@ fn a_babbling_t7() {
 
 #[test]
 fn a_t7_that_babbles_with_pauses() {
-    // What it says into an answer is garbage, what it says when nobody was asked is babble: the last second decides.
+    // What it says into an answer is garbage, what it sends without a request is babble: the last second decides.
     check(&Case { sensor: PAUSING, called: &[BABBLE, GARBAGE], deafens: true, ..WELL });
 }
 
@@ -329,7 +334,7 @@ fn a_t7_bus_at_its_idle_level_where_the_gateway_hears_itself() {
 
 #[test]
 fn a_t7_bus_that_the_gateway_never_lets_go_of_where_it_hears_itself() {
-    // Its driver fights the answers: what is left of them is garbage. Who hears that may become deaf and be mute, or speak at
+    // Its driver fights the answers: what is left of them is garbage. A node that hears that may become deaf and be mute, or speak at
     // the wrong time, into a request.
     let called = &[GARBAGE, MUTE, CONTENTION];
     check(&Case { segment: DE_SHORTED, hears_itself: true, called, deafens: true, ..WELL });

@@ -75,7 +75,7 @@ fn the_console_hears_its_own_output_after_a_delay() {
         [console]
         echo = { delay = "50ms" }
     "#);
-    let first = ran.lines.first().expect("the gateway says something by itself");
+    let first = ran.lines.first().expect("the gateway prints a line without being asked");
     let heard: Vec<u8> = ran.received.console.iter().map(Reception::byte).collect();
     let text = first.text.as_bytes();
     assert_eq!(heard.get(..text.len()), Some(text));

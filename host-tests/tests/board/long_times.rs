@@ -1,6 +1,6 @@
 //! The image's clock set forward: past 35.8 and 71.6 min, at which counts of 32 bits turn, past 49.7 days, and a year.
 //!
-//! Nobody waits that long for a virtual board: a bit of the clock's count of rounds (65.536 ms each, `src/clock.rs`) is
+//! No test waits that long for a virtual board: a bit of the clock's count of rounds (65.536 ms each, `src/clock.rs`) is
 //! turned while the image runs. What that cannot show, ages of every limit in between, is in the core's own tests
 //! (`crates/gateway`, `stamp/tests.rs`, `gate/tests.rs`, `maths/tests.rs`, `phase/tests.rs`).
 

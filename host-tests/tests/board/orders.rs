@@ -228,7 +228,7 @@ fn a_sensor_that_is_zeroed_reads_zero_in_its_slots() {
     assert!(configs.iter().all(|config| config.contains(r#""zero_deg":0,"#)), "{configs:?}");
 }
 
-/// Row 23 of issue 12: who else is on the bus is told before, and by how much the gateway's own settings differ after.
+/// The question before a change of bit rate names the other nodes of the bus; the hint after it, the gateway's own settings.
 #[test]
 fn a_change_of_bit_rate_says_who_falls_silent_before_it_is_done() {
     let ran = run(r#"

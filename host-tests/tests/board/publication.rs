@@ -8,7 +8,7 @@ const ZERO_OF_3: u16 = 0x106A;
 /// Blocks of 4 registers and less at these addresses: int32, float32, int16, and both again low word first; of slot 3.
 const VIEWS: [(u16, u16); 6] = [(0x0026, 2), (0x0706, 2), (0x0763, 1), (0x0806, 2), (0x0866, 2), (0x0162, 5)];
 
-/// Function 4 for so many registers.
+/// Function 4 for this many registers.
 fn read((first, quantity): (u16, u16)) -> Vec<u8> {
     let ([f, g], [q, r]) = (first.to_be_bytes(), quantity.to_be_bytes());
     vec![4, f, g, q, r]

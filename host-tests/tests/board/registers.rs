@@ -36,7 +36,7 @@ const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3c00;
 const DBGMCU: u32 = 0xe004_2000;
 
-/// GPIO (RM0090 section 8.4), two bits a pin in MODER, OSPEEDR and PUPDR, four in AFRL and AFRH. Pins that nobody uses are as
+/// GPIO (RM0090 section 8.4), two bits a pin in MODER, OSPEEDR and PUPDR, four in AFRL and AFRH. Unused pins are as
 /// at reset: PA13 (SWDIO, up), PA14 (SWCLK, down), PB3 (SWO), PB4 (up).
 const PINS: [Register; 24] = [
     // PA1, PA2, PA3, PA15 are alternate functions 2, 7, 7, 1; PA3 alone is pulled up.

@@ -201,8 +201,8 @@ fn one_register_at_a_time() {
     }
 }
 
-/// Row 24: what is written as it is does not make the settings unsaved, nor interrupt a value; what is typed wrong is told
-/// with the numbers that are right.
+/// Writing a setting's present value does not make the settings unsaved, nor interrupt a value; the error for a wrong number
+/// lists the right ones.
 #[test]
 fn small_lies() {
     let ran = run(&format!(

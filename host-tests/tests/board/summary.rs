@@ -7,7 +7,7 @@ use clino_host_tests::{Ran, modbus, run};
 const ISU_BUS_DEAD: u16 = 1 << 1;
 const ISU_BUS_FAULT: u16 = 1 << 9;
 const SLOT_FAULT: u16 = 1 << 10;
-/// The slot is *noisy*: so many of its requests failed. It is said until 200 more have gone well, in 53 s.
+/// The slot is *noisy* because this many of its requests failed, until 200 more have succeeded, in 53 s.
 const HEALTH: u16 = 1 << 11;
 
 /// Status word and the bits of the slots that are online and valid.

@@ -29,7 +29,7 @@ const SENSORS: [Sensor; 6] = [
     pwm(1, 45.0),
     pwm(2, 359.0),
 ];
-/// Nobody reads it until it is told to.
+/// No slot reads it until a test sets one.
 const SPARE: Sensor = t7(SPARE_ADDRESS, 66.006);
 /// Its address.
 pub const SPARE_ADDRESS: u8 = 5;

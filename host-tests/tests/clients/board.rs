@@ -43,7 +43,7 @@ impl Board {
         Board { child, output, notes, console, modbus }
     }
 
-    /// Ctrl-C, and what the board makes of the run: nothing was wrong, and nobody has reset the chip. Returns whether
+    /// Ctrl-C, and the board's judgement of the run: no error and no reset of the chip. Returns whether
     /// the run was as fast as real time.
     pub fn stop(mut self) -> bool {
         let id = self.child.id().to_string();
@@ -61,7 +61,7 @@ impl Board {
 
 impl Drop for Board {
     fn drop(&mut self) {
-        // After `stop` there is nobody left to kill.
+        // After `stop` no process is left to kill.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

@@ -69,7 +69,7 @@ fn a_crystal_that_stops_is_a_restart_without_it() {
 #[test]
 fn a_pwm_angle_is_a_ratio_and_stays_right_however_far_off_the_oscillator_is() {
     for error in ["-0.08", "0.045"] {
-        // The console's bit rate is off as well, and nobody could read it: the Modbus port of a master that is as far off.
+        // The console's bit rate is off as well, and unreadable: the test uses the Modbus port, with a master that is as far off.
         let baud = if error == "-0.08" { 17_664 } else { 20_064 };
         let port = format!("[modbus]\nbaud = {baud}\n");
         let crystal = format!("dead = true\ninternal_error = {error}\n");

@@ -6,7 +6,7 @@ use clino_host_tests::{Ran, modbus, run};
 
 use crate::{MS, SECOND, planted, resets, said, typed};
 
-/// FC 04 at 0x0980: everything that is told of the start.
+/// FC 04 at 0x0980: all registers of the start.
 const START_BLOCK: [u8; 5] = [4, 0x09, 0x80, 0, 28];
 /// When the fault is planted.
 const AT_MS: u64 = 1_000;
@@ -22,7 +22,7 @@ fn crash(what: &str, level: &str, lsi_hz: u32) -> Ran {
     run(&(scenario + &typed(3_200, "reset-cause") + &modbus::request(&START_BLOCK, 3_500)))
 }
 
-/// What everybody has to say of a crash.
+/// What console, Modbus port and log report of a crash.
 struct Told {
     cause: &'static str,
     code: u16,

@@ -28,7 +28,7 @@ struct Life {
 }
 
 impl Life {
-    /// *Unsaved*, each time somebody asked.
+    /// *Unsaved*, at each request.
     fn unsaved(&self) -> Vec<bool> {
         let registers = self.exchanges.iter().filter_map(|exchange| exchange.registers());
         registers.map(|registers| registers[0] & UNSAVED != 0).collect()
@@ -122,7 +122,7 @@ fn bare_mode_says_that_the_next_start_differs_and_asks_before_it_replaces_it() {
     let at = |ms: u64, line: &str| typed(BARE + ms, line);
     let asked = |ms: u64| modbus::request(&STATUS, BARE + ms);
     let stored = kept();
-    // A program is told to confirm, a person is asked; whoever declines has changed nothing.
+    // A program has to confirm, a person is asked; declining changes nothing.
     let text = at(0, "reset-cause")
         + &asked(50)
         + &at(100, "save")

@@ -1,5 +1,5 @@
-//! The shipped image when it goes wrong: faults are planted from outside into the running core, crystals stop, the power
-//! fails. It comes back by itself, and says afterwards what happened.
+//! The shipped image in failures: faults are planted from outside into the running core, crystals stop, the power
+//! fails. It recovers without help, and reports afterwards what happened.
 
 mod bring_up;
 mod clocks;

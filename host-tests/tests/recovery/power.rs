@@ -11,7 +11,7 @@ use clino_board::scenario::Scenario;
 
 use crate::{MS, SECOND, typed};
 
-/// When somebody begins to type, in ms,
+/// When typing begins, in ms,
 const SOON: u64 = 60;
 /// and after a cut: the start may have to erase a sector first.
 const LATER: u64 = 700;

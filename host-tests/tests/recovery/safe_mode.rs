@@ -15,7 +15,7 @@ fn scenario(duration_ms: u64, more: &str) -> Ran {
 }
 
 #[test]
-fn after_three_fast_crashes_only_the_console_and_modbus_are_served_until_somebody_restarts() {
+fn after_three_fast_crashes_only_the_console_and_modbus_are_served_until_a_restart() {
     let lines = [(2_500, "reset-cause"), (2_600, "t7 scan"), (2_900, "reboot --yes"), (4_000, "reset-cause")];
     let lines: String = lines.into_iter().map(|(at, line)| typed(at, line)).collect();
     let more =
@@ -34,7 +34,7 @@ fn after_three_fast_crashes_only_the_console_and_modbus_are_served_until_somebod
     assert_eq!(polls.filter(|poll| quiet.contains(&poll.de_high)).count(), 0);
     let refused = ran.lines.iter().find(|line| quiet.contains(&line.began) && line.text.contains("error"));
     assert!(refused.is_some(), "the scan is refused");
-    // No angle is told there, at either port.
+    // No angle is available there, at either port.
     assert_eq!(ran.spoken.iter().filter(|spoken| quiet.contains(&spoken.began) && spoken.is_ok()).count(), 0);
     let exchanges = modbus::exchanges(&ran.bus_log);
     let registers: Vec<_> =
@@ -51,7 +51,7 @@ fn after_three_fast_crashes_only_the_console_and_modbus_are_served_until_somebod
 
 #[test]
 fn safe_mode_ends_by_itself_after_ten_minutes() {
-    // Nobody asks anything meanwhile.
+    // No request meanwhile.
     let ran = scenario(604_000, &typed(603_500, "reset-cause"));
     let resets = resets(&ran);
     assert_eq!(resets.len(), 4, "{resets:?}");

@@ -1,4 +1,4 @@
-//! Figures of a bus, worked out from its wire log alone.
+//! Figures of a bus, computed from its wire log only.
 //!
 //! The log is cut into polls at the edges of DE: what the gateway sent while DE was high is the request, what
 //! it heard until the next rise is the answer. Both are judged by the vendors' documents (`analysis/t7.rs`,
@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use clino_sim::node::Ns;
 
-use clino_segment::log::{Event, Fate, SegmentLog, Talker};
+use clino_segment::log::{Fate, LineEvent, SegmentLog, Talker};
 
 /// Largest time from DE's rise to the first start bit, in bit times.
 pub const MOST_LEAD_BITS: f64 = 1.0;
@@ -30,9 +30,9 @@ pub enum Protocol {
     Isu,
 }
 
-/// What came of a poll.
+/// The result of a poll.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum PollVerdict {
     /// A whole answer to this request, with the right checksum.
     Good,
     /// Nothing was heard.
@@ -74,7 +74,7 @@ pub struct Poll {
     /// DE's next rise.
     pub next_de_high: Option<Ns>,
     /// What came of it.
-    pub verdict: Verdict,
+    pub verdict: PollVerdict,
 }
 
 impl Poll {
@@ -89,7 +89,7 @@ impl Poll {
     /// Whether the run ended at `end` before anything could come of it.
     pub fn is_open(&self, end: Ns) -> bool {
         self.next_de_high.is_none()
-            && self.verdict != Verdict::Good
+            && self.verdict != PollVerdict::Good
             && end < self.last_stop + LONGEST_EXCHANGE
     }
 
@@ -136,13 +136,13 @@ impl<T: PartialOrd + Copy> Extremes<T> {
 pub struct Tally {
     /// Requests.
     pub polls: u64,
-    /// [`Verdict::Good`].
+    /// [`PollVerdict::Good`].
     pub good: u64,
-    /// [`Verdict::NoAnswer`].
+    /// [`PollVerdict::NoAnswer`].
     pub no_answer: u64,
-    /// [`Verdict::BadAnswer`].
+    /// [`PollVerdict::BadAnswer`].
     pub bad_answer: u64,
-    /// [`Verdict::DeviceError`].
+    /// [`PollVerdict::DeviceError`].
     pub device_error: u64,
 }
 
@@ -176,7 +176,7 @@ pub struct Analysis {
     pub framing_errors: u64,
     /// Times that two drivers were on at once, and among them those that drove opposite levels.
     pub contentions: (u64, u64),
-    /// Share of the time in which somebody's character was on the line, 0…1.
+    /// Share of the time in which a character was on the line, 0…1.
     pub utilisation: f64,
     /// Beginning of the time that all this is about.
     pub since: Ns,
@@ -194,10 +194,10 @@ impl Analysis {
             let tally = by_address.entry(poll.address(protocol).unwrap_or(0)).or_default();
             tally.polls += 1;
             *match poll.verdict {
-                Verdict::Good => &mut tally.good,
-                Verdict::NoAnswer => &mut tally.no_answer,
-                Verdict::BadAnswer => &mut tally.bad_answer,
-                Verdict::DeviceError => &mut tally.device_error,
+                PollVerdict::Good => &mut tally.good,
+                PollVerdict::NoAnswer => &mut tally.no_answer,
+                PollVerdict::BadAnswer => &mut tally.bad_answer,
+                PollVerdict::DeviceError => &mut tally.device_error,
             } += 1;
         }
         let de = de_pulses(&events);
@@ -206,7 +206,8 @@ impl Analysis {
             fall.is_none() && polls.last().is_none_or(|poll| poll.de_high < rise)
         };
         let just_risen = de.last().filter(just_risen).map_or(0, |_| 1);
-        let count = |wanted: fn(&Event) -> bool| events.iter().filter(|event| wanted(event)).count() as u64;
+        let count =
+            |wanted: fn(&LineEvent) -> bool| events.iter().filter(|event| wanted(event)).count() as u64;
         Self {
             protocol,
             by_address,
@@ -223,16 +224,16 @@ impl Analysis {
                 .unwrap_or(0),
             idle_de: (de.len() - polls.len() - just_risen) as u64,
             broken_characters: count(|event| match event {
-                Event::Char { who: Talker::Gateway, fate, .. } => {
+                LineEvent::Char { who: Talker::Gateway, fate, .. } => {
                     matches!(fate, Fate::Cut { .. } | Fate::Late { .. } | Fate::Undriven)
                 }
                 _ => false,
             }),
             malformed_requests: polls.iter().filter(settled).filter(|poll| !poll.well_formed).count() as u64,
-            framing_errors: count(|event| matches!(event, Event::Heard { framing_error: true, .. })),
+            framing_errors: count(|event| matches!(event, LineEvent::Heard { framing_error: true, .. })),
             contentions: (
-                count(|event| matches!(event, Event::Contention { .. })),
-                count(|event| matches!(event, Event::Contention { fought: true, .. })),
+                count(|event| matches!(event, LineEvent::Contention { .. })),
+                count(|event| matches!(event, LineEvent::Contention { fought: true, .. })),
             ),
             utilisation: utilisation(&events, since, end),
             polls,
@@ -276,12 +277,12 @@ impl Analysis {
 }
 
 /// Rises and falls of DE.
-fn de_pulses(events: &[&Event]) -> Vec<(Ns, Option<Ns>)> {
+fn de_pulses(events: &[&LineEvent]) -> Vec<(Ns, Option<Ns>)> {
     let mut pulses: Vec<(Ns, Option<Ns>)> = Vec::new();
     for event in events {
         match **event {
-            Event::De { at, high: true } => pulses.push((at, None)),
-            Event::De { at, high: false } => {
+            LineEvent::De { at, high: true } => pulses.push((at, None)),
+            LineEvent::De { at, high: false } => {
                 if let Some((_, fall)) = pulses.last_mut() {
                     *fall = Some(at);
                 }
@@ -293,7 +294,7 @@ fn de_pulses(events: &[&Event]) -> Vec<(Ns, Option<Ns>)> {
 }
 
 /// Cuts a log into polls; DE pulses in which nothing was sent are none.
-fn polls(events: &[&Event], protocol: Protocol) -> Vec<Poll> {
+fn polls(events: &[&LineEvent], protocol: Protocol) -> Vec<Poll> {
     let pulses = de_pulses(events);
     let mut polls = Vec::new();
     let mut rest = events;
@@ -310,7 +311,7 @@ fn polls(events: &[&Event], protocol: Protocol) -> Vec<Poll> {
 }
 
 fn poll(
-    window: &[&Event],
+    window: &[&LineEvent],
     protocol: Protocol,
     de_high: Ns,
     de_low: Option<Ns>,
@@ -321,14 +322,14 @@ fn poll(
     let mut answer_end = None;
     for event in window {
         match **event {
-            Event::Char { who: Talker::Gateway, start, end, word, bit_ps, .. } => {
+            LineEvent::Char { who: Talker::Gateway, start, end, word, bit_ps, .. } => {
                 let first_start = sent.map_or(start, |(first, ..)| first);
                 sent = Some((first_start, end, bit_ps));
                 request.push(word as u8);
             }
-            Event::Char { end, .. } => answer_end = answer_end.max(Some(end)),
+            LineEvent::Char { end, .. } => answer_end = answer_end.max(Some(end)),
             // With the receiver on all the time the gateway hears its own request first.
-            Event::Heard { at, word, framing_error, .. } if de_low.is_some_and(|low| at > low) => {
+            LineEvent::Heard { at, word, framing_error, .. } if de_low.is_some_and(|low| at > low) => {
                 answer.push(word as u8);
                 clean &= !framing_error;
             }
@@ -341,11 +342,11 @@ fn poll(
         Protocol::Isu => (isu::is_request(&request), isu::judge(&request, &answer)),
     };
     let verdict = if answer.is_empty() {
-        Verdict::NoAnswer
+        PollVerdict::NoAnswer
     } else if clean {
         judged
     } else {
-        Verdict::BadAnswer
+        PollVerdict::BadAnswer
     };
     let request_and_answer = (request, answer);
     Some(Poll {
@@ -364,10 +365,10 @@ fn poll(
 }
 
 /// Share of the time in which at least one character was on the line.
-fn utilisation(events: &[&Event], since: Ns, end: Ns) -> f64 {
+fn utilisation(events: &[&LineEvent], since: Ns, end: Ns) -> f64 {
     let (mut busy, mut until) = (0, since);
     for event in events {
-        if let Event::Char { start, end: stop, fate, .. } = **event
+        if let LineEvent::Char { start, end: stop, fate, .. } = **event
             && fate != Fate::Undriven
         {
             let stop = stop.min(end);

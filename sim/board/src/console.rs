@@ -46,7 +46,7 @@ pub struct Terminal {
     partial: Vec<u8>,
     partial_began: Ns,
     unreadable: u64,
-    /// Every byte since the last look, if somebody wants them.
+    /// Every byte since the last look, if they are collected.
     bytes: Option<Vec<u8>>,
     /// What is to be typed.
     typed: VecDeque<Waiting>,
@@ -124,7 +124,7 @@ impl Console {
         self.terminal.clone()
     }
 
-    /// When the next typed byte starts, if there is one and somebody to hear it.
+    /// When the next typed byte starts, if there is one and a receiver for it.
     fn next_start(&self) -> Option<Ns> {
         self.receiver?;
         let next = self.terminal.lock().typed.front().copied()?;
@@ -145,7 +145,7 @@ impl Console {
 impl Wire for Console {
     fn set_receiver(&mut self, now: Ns, format: Option<Format>) {
         self.advance(now);
-        // Nobody hears what began before.
+        // A character that began before is lost.
         self.busy_until = self.busy_until.max(now);
         self.receiver = format;
     }

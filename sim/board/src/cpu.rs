@@ -1,4 +1,4 @@
-//! The Cortex-M4 with exact event timing and idle skip: a clockwork around rsemu's interpreter.
+//! The Cortex-M4 with exact event timing and idle skip: an event loop around rsemu's interpreter.
 //!
 //! The emulator's own run loop knows the next event of a peripheral only as of the start of a round (1 ms): what
 //! firmware arms in the middle of one arrives late, and a sleeping core costs one interpreter step per cycle.
@@ -10,7 +10,7 @@
 //! - catches up the stock timers when one of them has an event, also one armed a moment ago,
 //! - jumps to the next of all these when the core sleeps, when busy flash stalls it, or when only an interrupt or a
 //!   reset can end what it does: locked up, or at a branch to itself,
-//! - plants the faults that a scenario wants.
+//! - injects the faults that a scenario orders.
 //!
 //! It returns early from a round only where the machine has to act between rounds: a change of clock rates and
 //! a reset of the whole chip.
@@ -31,7 +31,7 @@ mod work;
 
 use crate::crystal;
 use crate::incident::Chronicle;
-use crate::plant::{Bait, Plant};
+use crate::injection::{Injection, Payload};
 use crate::timeline::{Actor, Timeline, lock};
 use reset::ResetLine;
 use rsemu::core::Result;
@@ -111,7 +111,7 @@ impl Cpu {
     }
 
     /// Plants a fault.
-    pub fn order(&self, plant: Plant, bait: Bait) {
-        lock(&self.work).planting.add(plant, bait);
+    pub fn order(&self, injection: Injection, payload: Payload) {
+        lock(&self.work).planting.add(injection, payload);
     }
 }

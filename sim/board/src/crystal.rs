@@ -1,6 +1,6 @@
-//! The crystal, and what the reset and clock controller makes of one that fails (RM0090 sections 7.2.1 and 7.2.7).
+//! The crystal, and the reaction of the reset and clock controller when it fails (RM0090 sections 7.2.1 and 7.2.7).
 //!
-//! The stock controller knows only crystals that start. What stands in front of its registers here:
+//! The emulator's controller knows only crystals that start. This front of its registers adds:
 //!
 //! - HSEON does not get through to it while the crystal cannot swing, and reads as firmware has written it: HSERDY
 //!   never comes.
@@ -10,7 +10,7 @@
 //! - Without the clock security system the core stands still until a reset or until the crystal is back.
 //!
 //! Not modelled: that everything else on the core's clock stands still with it (a character under way is finished; a
-//! timer counts on, and nobody reads it), and what a PLL gives for a moment that has lost its input. From the stop to the
+//! timer counts on, and no code reads it), and what a PLL gives for a moment that has lost its input. From the stop to the
 //! switch it takes up to 1 µs.
 
 mod pins;

@@ -1,4 +1,4 @@
-//! PWM readings against the true edges: how far off, and how long after the first edge of the cycle they tell of.
+//! PWM readings against the true edges: their error, and their delay after the first edge of their cycle.
 //!
 //! The angle of a cycle is the document's line, `6.749 * duty[%] - 157.45` (AN #201 section 5), in floating point
 //! and written down here again, so that it shares nothing with the gateway's.
@@ -15,9 +15,9 @@ const RECENT: Ns = 70_000_000;
 const SAME: f64 = 600.0;
 const TURN: f64 = 360.0 * DEGREE as f64;
 
-/// An angle that the console said.
+/// An angle that the console printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Heard {
+pub struct HeardAngle {
     /// First start bit of its line.
     pub began: Ns,
     /// End of its line.
@@ -38,8 +38,8 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// Compares what was said with what the line did.
-    pub fn of(pulses: &[Pulse], heard: &[Heard]) -> Edges {
+    /// Compares the printed angles with the edges on the line.
+    pub fn of(pulses: &[Pulse], heard: &[HeardAngle]) -> Edges {
         heard.iter().fold(Edges::default(), |mut edges, heard| {
             let until = pulses.partition_point(|pulse| pulse.next_rising <= heard.began);
             let recent = pulses.get(..until).unwrap_or_default().iter().rev();
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn a_reading_is_compared_with_the_cycle_it_tells_of() {
         let pulses = [pulse(0, 40), pulse(1, 50), pulse(2, 40)];
-        let said = |angle| [Heard { began: 65 * MS, at: 73 * MS, angle }];
+        let said = |angle| [HeardAngle { began: 65 * MS, at: 73 * MS, angle }];
         let right = Edges::of(&pulses, &said(180_000_400));
         assert_eq!((right.readings, right.max_error.round() as i64), (1, 400));
         // The cycle of 180 degrees began at 30 ms; the one after it was not over yet.
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn a_reading_of_a_cycle_long_past_has_nothing_to_be_compared_with() {
-        let late = [Heard { began: 200 * MS, at: 210 * MS, angle: 180_000_000 }];
+        let late = [HeardAngle { began: 200 * MS, at: 210 * MS, angle: 180_000_000 }];
         assert_eq!(Edges::of(&[pulse(0, 50)], &late), Edges::default());
     }
 }

@@ -1,4 +1,4 @@
-//! The firmware image: what the ELF file puts into flash, and where its symbols are.
+//! The firmware image: the flash contents of the ELF file, and its symbols.
 //!
 //! Only what the chip gets counts: loadable segments at their physical (load) addresses, gaps filled with the
 //! erased value. Flash and RAM bounds are those of the STM32F407VG (RM0090 §2.3).

@@ -1,6 +1,6 @@
-//! The sectors of flash that firmware writes to: what is kept from one run to the next, and what a power cut leaves.
+//! The sectors of flash that firmware writes to: their contents from one run to the next, and after a power cut.
 //!
-//! Sectors 1 to 3, 16 KiB each (RM0090 table 5). A word whose programming is cut off has any of the bits cleared that were
+//! Sectors 1 to 3, 16 KiB each (RM0090 table 5). In a word whose programming is cut off, any of the bits are cleared that were
 //! to be cleared; a sector whose erase is cut off contains anything.
 
 use rsemu::core::space::{AddressSpace, MemAttrs};

@@ -1,4 +1,4 @@
-//! Pauses within what a far end sends: a USB adapter hands on what it is given in pieces, once in a frame of its bus (1 ms).
+//! Pauses within the bytes of a far end: a USB adapter forwards its data in pieces, once in a frame of its bus (1 ms).
 
 use clino_sim::node::Ns;
 

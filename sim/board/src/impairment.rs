@@ -1,8 +1,8 @@
-//! Impairments of what comes in at the console or the Modbus port: characters lost, changed, added, delayed, or received with
+//! Impairments of the input of the console and the Modbus port: characters lost, changed, added, delayed, or received with
 //! an error flag, and an echo of the gateway's own output.
 //!
 //! They act between the far end and the USART, on whole characters in the order in which they come in. What the far end
-//! hears is not touched, nor is what the log of the Modbus pair says: [`crate::reception`] tells what arrived. Noise within a
+//! hears is not changed, nor is the log of the Modbus pair: [`crate::reception`] logs what arrived. Noise within a
 //! character, two talkers at once and a wrong bit rate are the pair's own (`clino_segment`).
 //!
 //! An impairment acts on chosen characters, or on random ones; the same seed gives the same ones. A character is counted

@@ -1,14 +1,14 @@
-//! What befell the chip itself: resets, planted faults, a crystal that stops. Instants are ns since power-up.
+//! Incidents of the chip itself: resets, planted faults, a crystal that stops. Instants are ns since power-up.
 
 use std::fmt;
 use std::sync::Mutex;
 
 use clino_sim::node::Ns;
 
-use crate::plant::{Level, What};
+use crate::injection::{Level, What};
 use crate::timeline::lock;
 
-/// One thing that befell the chip.
+/// One incident of the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Incident {
     /// When.
@@ -17,7 +17,7 @@ pub struct Incident {
     pub event: Event,
 }
 
-/// What can befall the chip.
+/// A kind of incident.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// A fault was planted: the next instruction is the first of it.
@@ -57,7 +57,7 @@ pub enum ResetCause {
     Pin,
 }
 
-/// Everything that has befallen the chip, kept by those who notice it.
+/// Everything that has happened to the chip; each part records what it notices.
 #[derive(Debug, Default)]
 pub(crate) struct Chronicle(Mutex<Vec<Incident>>);
 

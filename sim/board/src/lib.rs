@@ -1,14 +1,14 @@
 //! The virtual board: the shipped ELF on an emulated STM32F407, with real bit timing on its pins.
 
 pub mod analysis;
+pub mod checker;
 pub mod console;
 pub mod edges;
 pub mod gaps;
 pub mod impairment;
 pub mod incident;
+pub mod injection;
 pub mod modbus;
-pub mod oracle;
-pub mod plant;
 pub mod reception;
 pub mod run;
 pub mod scenario;

@@ -1,4 +1,4 @@
-//! The assembled board: image in, virtual time forward, and what can be looked at from outside.
+//! The assembled board: takes an image, advances virtual time, and shows its state.
 
 mod assembly;
 mod parts;
@@ -10,7 +10,7 @@ use crate::cpu::{Cpu, CpuStats, Fault};
 use crate::elf::Image;
 use crate::flash::Sectors;
 use crate::incident::{Chronicle, Incident};
-use crate::plant::{Bait, NoBait, Plant};
+use crate::injection::{Injection, NoPayload, Payload};
 use crate::ports::SerialPort;
 use crate::pwm::{Pulse, Source};
 use crate::reception::{Reception, Receptions};
@@ -117,17 +117,17 @@ impl Board {
         self.cpu.cut_power_at(step, seed);
     }
 
-    /// Plants a fault into the running image.
+    /// Injects a fault into the running image.
     ///
     /// # Errors
     ///
-    /// [`NoBait`] if the image lacks what it takes.
-    pub fn plant(&mut self, plant: Plant, image: &Image) -> Result<(), NoBait> {
-        self.cpu.order(plant, Bait::find(image, plant.what)?);
+    /// [`NoPayload`] if the image lacks what it takes.
+    pub fn inject(&mut self, injection: Injection, image: &Image) -> Result<(), NoPayload> {
+        self.cpu.order(injection, Payload::find(image, injection.what)?);
         Ok(())
     }
 
-    /// What has befallen the chip since power-up, in order: resets, planted faults, lockups.
+    /// The incidents of the chip since power-up, in order: resets, injected faults, lockups.
     pub fn incidents(&self) -> Vec<Incident> {
         self.chronicle.incidents()
     }

@@ -2,7 +2,7 @@
 //!
 //! The pair is a [`clino_segment::Segment`] without sensors: only what the gateway sends while its DE is high reaches
 //! the master, two talkers at once spoil each other's bits and are logged, and a wrong bit rate is heard as the wrong
-//! bytes it gives. The master is behind an adapter that switches its driver by itself, on from the first start bit of
+//! bytes it gives. The master is behind an adapter with automatic direction control: its driver is on from the first start bit of
 //! what is to be sent to the last stop bit.
 //!
 //! What a master knows of Modbus is how long silence ends a frame ("MODBUS over Serial Line", V1.02, section 2.5.1.1).
@@ -100,7 +100,7 @@ impl Master {
         self.outgoing.front().map(|next| next.start(self.sent_until))
     }
 
-    /// Earliest instant at which a request is told from what was heard last.
+    /// Earliest instant at which a request is separate from the characters heard before it.
     pub fn free_from(&self) -> Ns {
         self.heard_until + self.framing.silence()
     }

@@ -1,4 +1,4 @@
-//! The chip's oscillators: how far off they are, and what the crystal does.
+//! The chip's oscillators: their errors, and the faults of the crystal.
 
 use clino_sim::node::Ns;
 

@@ -1,4 +1,4 @@
-//! What hangs on the chip's pins: the four serial ports and the two PWM inputs.
+//! The circuits at the chip's pins: the four serial ports and the two PWM inputs.
 //!
 //! The DE pins, interrupts and clock enables of the ports are in `board.machine`; alternate functions are from
 //! the datasheet (DS8626 rev 9, table 9).

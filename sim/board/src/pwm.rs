@@ -1,7 +1,7 @@
-//! PWM sources: a level on a pin with edges at exact instants, and a log of what was driven.
+//! PWM sources: a level on a pin with edges at exact instants, and a log of the edges.
 //!
 //! A source that is not connected drives nothing: the pin is at the level of its pull resistor (PUPDR of its GPIO port), low
-//! without one. What firmware does to the resistor is seen up to [`LOOK`] later.
+//! without one. A change of the resistor by firmware takes effect up to [`LOOK`] later.
 
 use crate::timeline::{Actor, Timeline, lock};
 use clino_sim::node::Ns;

@@ -1,7 +1,7 @@
-//! What arrived at a serial port: each character that the USART's receiver has taken up, with the flags it has raised.
+//! A log of received characters of a serial port, each with the flags that the USART's receiver raised.
 //!
-//! Noted by the emulated USART itself, so that a test knows what the firmware could know, whatever was done to the line.
-//! Not noted: a character that the receiver cannot have heard (switched off, without a clock or a pin).
+//! The emulated USART itself writes it, so that a test knows what the firmware could know under any impairment.
+//! Not logged: a character that the receiver cannot have heard (switched off, without a clock or a pin).
 
 use std::fmt;
 use std::sync::{Arc, Mutex};

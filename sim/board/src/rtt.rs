@@ -1,4 +1,4 @@
-//! Reads what firmware logs through RTT: up-buffer 0 of the control block in target RAM.
+//! Reads the firmware's log through RTT: up-buffer 0 of the control block in target RAM.
 //!
 //! | Offset | Field of the control block |
 //! |---|---|

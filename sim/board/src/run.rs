@@ -6,18 +6,18 @@ use std::{fmt, io};
 use clino_sim::node::Ns;
 
 use crate::analysis::{Analysis, Protocol};
+use crate::checker::Checker;
 use crate::console::{Console, Line, SharedTerminal};
 use crate::edges::Edges;
 use crate::elf::Image;
 use crate::impairment::SharedImpairments;
 use crate::incident::{self, Incident};
 use crate::modbus::{ModbusLine, SharedMaster};
-use crate::oracle::Oracle;
 use crate::reception::Reception;
 use crate::scenario::{Bench, Planned, Scenario};
 use crate::summary::Summary;
 use crate::{Board, BuildError, HostPorts, Ports, SerialPort, Stopped};
-use clino_segment::log::{Event, SegmentLog, SharedLog};
+use clino_segment::log::{LineEvent, SegmentLog, SharedLog};
 
 /// How often the console is looked at, and the run may be stopped, in virtual time.
 const LOOK: Ns = 10_000_000;
@@ -39,9 +39,9 @@ pub struct Run {
     modbus_log: SharedLog,
     impairments: HostPorts<SharedImpairments>,
     buses: [Bus; 2],
-    /// Somebody is at the console or at the Modbus port.
+    /// A user is at the console or at the Modbus port.
     attended: bool,
-    oracle: Oracle,
+    checker: Checker,
     duration: Ns,
     /// How much of what happened on the lines is kept, and up to when it has been forgotten.
     remembered: Ns,
@@ -82,8 +82,8 @@ impl Run {
             pwm,
         };
         let mut board = Board::clocked_by(scenario.oscillators(), image, ports)?;
-        for plant in scenario.plants() {
-            board.plant(plant, image)?;
+        for injection in scenario.injections() {
+            board.inject(injection, image)?;
         }
         Ok(Self {
             board,
@@ -93,7 +93,7 @@ impl Run {
             impairments,
             buses,
             attended: false,
-            oracle: Oracle::new(truths),
+            checker: Checker::new(truths),
             duration: scenario.duration(),
             remembered: Ns::MAX,
             forgotten: 0,
@@ -107,8 +107,8 @@ impl Run {
         self.duration = duration;
     }
 
-    /// Somebody is at the console or at the Modbus port. What is no JSON on the console is for people then, and the
-    /// readings are nobody's fault: it may be they who switch them off, or set a zero.
+    /// A user is at the console or at the Modbus port. What is no JSON on the console is for people then, and the
+    /// readings do not fail the run: the user may have switched them off, or set a zero.
     pub fn attend(&mut self) {
         self.attended = true;
     }
@@ -131,7 +131,7 @@ impl Run {
             let taken = self.terminal.lock().take_line();
             let Some(taken) = taken else { break };
             if !self.attended || taken.text.starts_with('{') {
-                self.oracle.line(&taken);
+                self.checker.line(&taken);
             }
             line(&taken);
         }
@@ -199,8 +199,8 @@ impl Run {
     }
 
     /// The readings so far.
-    pub fn oracle(&self) -> &Oracle {
-        &self.oracle
+    pub fn checker(&self) -> &Checker {
+        &self.checker
     }
 
     /// Name and figures of each bus so far.
@@ -215,7 +215,7 @@ impl Run {
     /// Name of each PWM input with readings, and what they are like against its edges, so far.
     fn edges(&self) -> Vec<(String, Edges)> {
         let inputs = ["pwm1", "pwm2"].into_iter().enumerate().filter_map(|(input, bus)| {
-            let slot = self.oracle.slots().iter().find(|slot| slot.truth.who.bus == bus)?;
+            let slot = self.checker.slots().iter().find(|slot| slot.truth.who.bus == bus)?;
             let edges = Edges::of(&self.board.pwm_log(input), &slot.heard);
             (edges.readings > 0).then(|| (bus.to_owned(), edges))
         });
@@ -244,25 +244,25 @@ impl Run {
             faults.push(format!("{unreadable} console characters have the wrong bit rate or format"));
         }
         if !self.attended {
-            faults.extend(self.oracle.faults(self.now));
+            faults.extend(self.checker.faults(self.now));
         }
         for (name, bus) in &buses {
             faults.extend(bus.broken_rules().into_iter().map(|broken| format!("bus {name}: {broken}")));
         }
         let pwm = self.edges();
         let modbus = self.modbus.lock().traffic();
-        let (end, oracle) = (self.now, &self.oracle);
+        let (end, checker) = (self.now, &self.checker);
         let (pwm, incidents) = (&pwm[..], &incidents[..]);
-        let summary = Summary { end, oracle, buses: &buses, pwm, modbus, core, incidents, faults: &faults };
+        let summary = Summary { end, checker, buses: &buses, pwm, modbus, core, incidents, faults: &faults };
         (summary.to_string(), faults.is_empty())
     }
 
-    /// What has befallen the chip so far: resets, planted faults.
+    /// The incidents of the chip so far: resets, injected faults.
     pub fn incidents(&self) -> Vec<Incident> {
         self.board.incidents()
     }
 
-    /// Writes what happened on both buses and the Modbus port and what befell the chip, in order.
+    /// Writes the events of both buses and of the Modbus port and the incidents of the chip, in order.
     ///
     /// # Errors
     /// Those of `out`.
@@ -270,7 +270,7 @@ impl Run {
         let buses = self.buses.iter().map(|bus| (bus.name, &bus.log));
         let logs: Vec<_> =
             buses.chain([("modbus", &self.modbus_log)]).map(|(name, log)| (name, lock(log))).collect();
-        let mut events: Vec<(&str, &SegmentLog, &Event)> = Vec::new();
+        let mut events: Vec<(&str, &SegmentLog, &LineEvent)> = Vec::new();
         for (name, log) in &logs {
             events.extend(log.in_order().into_iter().map(|event| (*name, &**log, event)));
         }
@@ -312,8 +312,8 @@ fn lock(log: &SharedLog) -> MutexGuard<'_, SegmentLog> {
 /// Drops what came before the last rise of the gateway's DE that is not after `horizon`; returns when that was.
 fn forget(log: &SharedLog, horizon: Ns) -> Option<Ns> {
     let mut log = lock(log);
-    let is_rise = |event: &Event| matches!(*event, Event::De { at, high: true } if at <= horizon);
+    let is_rise = |event: &LineEvent| matches!(*event, LineEvent::De { at, high: true } if at <= horizon);
     let first = log.events.iter().rposition(is_rise)?;
     log.events.drain(..first);
-    log.events.first().map(Event::at)
+    log.events.first().map(LineEvent::at)
 }

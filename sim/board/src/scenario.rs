@@ -1,4 +1,4 @@
-//! A scenario: which sensors hang on the board, how they move, what goes wrong, for how long.
+//! A scenario: the sensors of the board, their motion, the faults, and the duration.
 //!
 //! Read from a TOML file, documented in `docs/scenario.md`. The same file gives the same run, byte for byte:
 //! everything that is left to chance comes from `seed`.
@@ -21,9 +21,9 @@ use clino_sim::node::Ns;
 
 use crate::HostPorts;
 use crate::impairment::ImpairedLine;
+use crate::injection::Injection;
 use crate::modbus::Framing;
 use crate::oscillators::Oscillators;
-use crate::plant::Plant;
 use crate::pwm::PwmWaveform;
 use clino_segment::Segment;
 use clino_segment::wire::Wire;
@@ -79,9 +79,9 @@ pub enum Kind {
     Pwm,
 }
 
-/// Who a sensor is, as the gateway's console names it.
+/// The identity of a sensor, as the gateway's console names it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Identity {
+pub struct SensorIdentity {
     /// What it is.
     pub kind: Kind,
     /// Where it hangs: `t7`, `isu`, `pwm1`, `pwm2`.
@@ -93,8 +93,8 @@ pub struct Identity {
 /// What is true about one sensor.
 #[derive(Clone, Debug)]
 pub struct Truth {
-    /// Who it is.
-    pub who: Identity,
+    /// Its identity.
+    pub who: SensorIdentity,
     /// The true angle over time.
     pub motion: Motion,
     /// How old the angle in a good answer may be when the answer is complete.
@@ -179,8 +179,8 @@ impl Scenario {
     }
 
     /// Faults to be planted into the running firmware.
-    pub fn plants(&self) -> impl Iterator<Item = Plant> {
-        self.file.plant.iter().map(|plant| Plant {
+    pub fn injections(&self) -> impl Iterator<Item = Injection> {
+        self.file.plant.iter().map(|plant| Injection {
             at: plant.at.0,
             what: *plant.what.get_ref(),
             level: plant.level,

@@ -1,4 +1,4 @@
-//! The summary of a run as people read it: what the gateway read against the truth, how it used its buses, and
+//! The summary of a run as people read it: the gateway's readings against the truth, the use of its buses, and
 //! what is wrong.
 
 use std::fmt::{self, Write};
@@ -6,11 +6,11 @@ use std::fmt::{self, Write};
 use clino_sim::node::Ns;
 
 use crate::analysis::{Analysis, Extremes, Tally};
+use crate::checker::{Checker, Slot};
 use crate::cpu::CpuStats;
 use crate::edges::Edges;
 use crate::incident::Incident;
 use crate::modbus::Traffic;
-use crate::oracle::{Oracle, Slot};
 use clino_segment::log::PS_PER_S;
 
 /// Width of the names of figures.
@@ -21,7 +21,7 @@ pub struct Summary<'a> {
     /// Virtual time that was run.
     pub end: Ns,
     /// The console's readings against the truth.
-    pub oracle: &'a Oracle,
+    pub checker: &'a Checker,
     /// Name and figures of each bus.
     pub buses: &'a [(&'static str, Analysis)],
     /// Name and figures of each PWM input that had something to say.
@@ -30,7 +30,7 @@ pub struct Summary<'a> {
     pub modbus: Traffic,
     /// What the core did.
     pub core: CpuStats,
-    /// What befell the chip.
+    /// The incidents of the chip.
     pub incidents: &'a [Incident],
     /// What is wrong with the run; empty if it worked.
     pub faults: &'a [String],
@@ -39,7 +39,7 @@ pub struct Summary<'a> {
 impl fmt::Display for Summary<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "\nReadings against the truth")?;
-        f.write_str(&slots(self.oracle))?;
+        f.write_str(&slots(self.checker))?;
         for (name, bus) in self.buses {
             writeln!(f, "\nBus {name}{}", rate(bus))?;
             f.write_str(&polls(bus))?;
@@ -58,7 +58,7 @@ impl fmt::Display for Summary<'_> {
         }
         writeln!(f, "\nRun")?;
         figure(f, "virtual time", format!("{:.3} s", self.end as f64 / 1e9))?;
-        figure(f, "first T7 angle on console", self.oracle.first_t7().map_or("-".into(), ms))?;
+        figure(f, "first T7 angle on console", self.checker.first_t7().map_or("-".into(), ms))?;
         let cycles = self.core.awake_cycles + self.core.asleep_cycles;
         let awake = self.core.awake_cycles as f64 * 100.0 / cycles.max(1) as f64;
         figure(f, "core awake", format!("{awake:.2} % ({} instructions)", self.core.instructions))?;
@@ -78,13 +78,13 @@ fn figure(f: &mut impl Write, name: &str, value: impl fmt::Display) -> fmt::Resu
     writeln!(f, "  {name:<NAME$}{value}")
 }
 
-fn slots(oracle: &Oracle) -> String {
+fn slots(checker: &Checker) -> String {
     let mut rows = vec![
         ["sensor", "readings", "ok", "wrong", "max error", "tolerance", "max lag", "first ok", "last"]
             .map(String::from)
             .to_vec(),
     ];
-    rows.extend(oracle.slots().iter().map(|slot| {
+    rows.extend(checker.slots().iter().map(|slot| {
         let Slot { truth, readings, ok, wrong, max_error, max_lag, first_ok, last, .. } = slot;
         vec![
             truth.who.to_string(),
@@ -194,12 +194,12 @@ mod tests {
 
     #[test]
     fn an_empty_run_has_a_summary() {
-        let oracle = Oracle::new(vec![]);
+        let checker = Checker::new(vec![]);
         let buses = [("t7", Analysis::of(&SegmentLog::default(), Protocol::T7, 0..0))];
         let core = CpuStats::default();
         let well = Summary {
             end: 0,
-            oracle: &oracle,
+            checker: &checker,
             buses: &buses,
             pwm: &[],
             modbus: Traffic::default(),
@@ -213,7 +213,7 @@ mod tests {
         let faults = ["it broke".to_owned()];
         let ill = Summary {
             end: 0,
-            oracle: &oracle,
+            checker: &checker,
             buses: &buses,
             pwm: &[],
             modbus: Traffic::default(),

@@ -1,4 +1,4 @@
-//! Virtual time: from the core's cycle counter to nanoseconds, and who wants to act when.
+//! Virtual time: from the core's cycle counter to nanoseconds, and the next act of each actor.
 //!
 //! Everything on the board that is not part of the chip's stock model (USARTs, PWM sources) keeps its time in
 //! nanoseconds since power-up. The core counts cycles of a clock that firmware re-rates at run time, so the
@@ -115,17 +115,17 @@ impl Timeline {
         self.cursor.get().map_or(0, |cursor| self.ns_at(cursor.get()))
     }
 
-    /// Tells the core to look again at who wants to act next.
+    /// Makes the core check again which actor acts next.
     pub fn nudge(&self) {
         self.nudged.store(true, Ordering::Relaxed);
     }
 
-    /// Whether somebody asked for that since the last [`Timeline::take_nudge`].
+    /// Whether [`Timeline::nudge`] was called since the last [`Timeline::take_nudge`].
     pub fn is_nudged(&self) -> bool {
         self.nudged.load(Ordering::Relaxed)
     }
 
-    /// Whether somebody asked for that since the last call.
+    /// Whether [`Timeline::nudge`] was called since the last call.
     pub fn take_nudge(&self) -> bool {
         self.is_nudged() && self.nudged.swap(false, Ordering::Relaxed)
     }

@@ -82,7 +82,7 @@ struct State {
     shifting_until: Option<u64>,
     /// The shifter holds a character, not the preamble.
     shifting_character: bool,
-    /// The format the wire was last told.
+    /// The format last given to the wire.
     listening: Option<Format>,
     /// When to decide whether the line is idle, and the latest start of a character that would deny it.
     idle_check: Option<(Ns, Ns)>,

@@ -1,4 +1,4 @@
-//! The independent watchdog as the manual has it, in front of the stock one (RM0090 section 21).
+//! The independent watchdog as in the manual (RM0090 section 21), in front of the emulator's own.
 //!
 //! | What firmware does | The stock watchdog | The chip |
 //! |---|---|---|

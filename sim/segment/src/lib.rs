@@ -2,7 +2,7 @@
 //!
 //! | Part | What |
 //! |---|---|
-//! | [`Segment`] | the pair: who drives it, what each receiver samples, disturbances |
+//! | [`Segment`] | the pair: its drivers, what each receiver samples, disturbances |
 //! | [`wire`] | the seam to the master's UART |
 //! | [`log`] | everything that happened on it, for tests and figures |
 //!
@@ -13,5 +13,5 @@ mod segment;
 pub mod wire;
 
 pub use segment::{
-    Babble, Faults, LineFaults, Noise, Probability, Segment, Settings, Station, Stuck, chance,
+    Babble, Faults, LineFaults, Noise, Probability, Segment, SegmentSettings, Station, StuckLine, chance,
 };

@@ -5,7 +5,7 @@
 //! the analysis of the virtual board. Characters are logged when they end, so records are nearly, not exactly, in the order
 //! of their times; [`SegmentLog::in_order`] sorts them.
 //!
-//! Text form ([`SegmentLog::write_text`]): one record per line, `time_ns line what who details`, documented in
+//! Text form ([`SegmentLog::write_text`]): one record per line, `time_ns line event node details`, documented in
 //! `docs/scenario.md`.
 
 use std::fmt;
@@ -29,7 +29,7 @@ pub enum Talker {
 /// What became of a character between its transmitter and the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// It was on the line from start to stop bit and nobody contradicted it.
+    /// It was on the line from start to stop bit, and no other driver opposed it.
     Clean,
     /// Another driver drove the opposite level at some time during it.
     Fought,
@@ -49,10 +49,10 @@ pub enum Fate {
 
 /// One thing that happened.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Event {
+pub enum LineEvent {
     /// A transmitter shifted out a character.
     Char {
-        /// Who sent it.
+        /// The sender.
         who: Talker,
         /// Beginning of the start bit.
         start: Ns,
@@ -98,7 +98,7 @@ pub enum Event {
         from: Ns,
         /// At most one was left.
         until: Ns,
-        /// Everybody who took part.
+        /// All senders that took part.
         who: Vec<Talker>,
         /// They drove opposite levels at some time, so something was spoiled.
         fought: bool,
@@ -138,7 +138,7 @@ pub enum Event {
         how: Alteration,
     },
     /// Injected fault: the pair was shorted, or is so no more.
-    Stuck {
+    StuckLine {
         /// When.
         at: Ns,
         /// What every receiver reads from now on; `None` for what the drivers make of it.
@@ -170,21 +170,21 @@ pub enum Alteration {
     },
 }
 
-impl Event {
+impl LineEvent {
     /// When it happened (the beginning, for what lasts).
     pub fn at(&self) -> Ns {
         match *self {
-            Event::Char { start: at, .. }
-            | Event::Heard { at, .. }
-            | Event::De { at, .. }
-            | Event::Drive { at, .. }
-            | Event::Contention { from: at, .. }
-            | Event::Power { at, .. }
-            | Event::Flipped { at, .. }
-            | Event::Dropped { at, .. }
-            | Event::Altered { at, .. }
-            | Event::Stuck { at, .. }
-            | Event::DeShorted { at, .. } => at,
+            LineEvent::Char { start: at, .. }
+            | LineEvent::Heard { at, .. }
+            | LineEvent::De { at, .. }
+            | LineEvent::Drive { at, .. }
+            | LineEvent::Contention { from: at, .. }
+            | LineEvent::Power { at, .. }
+            | LineEvent::Flipped { at, .. }
+            | LineEvent::Dropped { at, .. }
+            | LineEvent::Altered { at, .. }
+            | LineEvent::StuckLine { at, .. }
+            | LineEvent::DeShorted { at, .. } => at,
         }
     }
 }
@@ -195,16 +195,16 @@ pub struct SegmentLog {
     /// Name of each node, by its place in the segment.
     pub nodes: Vec<String>,
     /// What happened, characters at their ends.
-    pub events: Vec<Event>,
+    pub events: Vec<LineEvent>,
 }
 
 /// A log that the segment writes and the host reads, during the run or after it.
 pub type SharedLog = Arc<Mutex<SegmentLog>>;
 
 impl SegmentLog {
-    /// All events sorted by [`Event::at`]; those of the same instant stay in the order of recording.
-    pub fn in_order(&self) -> Vec<&Event> {
-        let mut events: Vec<&Event> = self.events.iter().collect();
+    /// All events sorted by [`LineEvent::at`]; those of the same instant stay in the order of recording.
+    pub fn in_order(&self) -> Vec<&LineEvent> {
+        let mut events: Vec<&LineEvent> = self.events.iter().collect();
         events.sort_by_key(|event| event.at());
         events
     }
@@ -218,14 +218,14 @@ impl SegmentLog {
     }
 
     /// One event as a line of text, without its end.
-    pub fn text(&self, line: &str, event: &Event) -> String {
+    pub fn text(&self, line: &str, event: &LineEvent) -> String {
         let at = event.at();
         let head = |what: &str, who: Talker| format!("{at:>12} {line} {what:<10} {}", self.name(who));
         match *event {
-            Event::Char { who, end, word, bit_ps, fate, .. } => {
+            LineEvent::Char { who, end, word, bit_ps, fate, .. } => {
                 format!("{} {word:02x} end={end} baud={} {fate}", head("char", who), PS_PER_S / bit_ps)
             }
-            Event::Heard { word, framing_error, noise, .. } => {
+            LineEvent::Heard { word, framing_error, noise, .. } => {
                 let mut text = format!("{} {word:02x}", head("heard", Talker::Gateway));
                 if framing_error {
                     text.push_str(" framing_error");
@@ -235,26 +235,30 @@ impl SegmentLog {
                 }
                 text
             }
-            Event::De { high, .. } => {
+            LineEvent::De { high, .. } => {
                 format!("{} {}", head("de", Talker::Gateway), if high { "high" } else { "low" })
             }
-            Event::Drive { node, on, .. } => format!("{} {}", head("drive", Talker::Node(node)), on_off(on)),
-            Event::Power { node, on, .. } => format!("{} {}", head("power", Talker::Node(node)), on_off(on)),
-            Event::Contention { until, ref who, fought, .. } => {
+            LineEvent::Drive { node, on, .. } => {
+                format!("{} {}", head("drive", Talker::Node(node)), on_off(on))
+            }
+            LineEvent::Power { node, on, .. } => {
+                format!("{} {}", head("power", Talker::Node(node)), on_off(on))
+            }
+            LineEvent::Contention { until, ref who, fought, .. } => {
                 let names: Vec<&str> = who.iter().map(|&who| self.name(who)).collect();
                 let fought = if fought { "fought" } else { "same_level" };
                 format!("{at:>12} {line} {:<10} {} until={until} {fought}", "contention", names.join("+"))
             }
-            Event::Flipped { receiver, bits, .. } => {
+            LineEvent::Flipped { receiver, bits, .. } => {
                 format!("{} bits={bits:#05x}", head("flipped", receiver))
             }
-            Event::Dropped { receiver, .. } => head("dropped", receiver),
-            Event::Altered { node, how, .. } => format!("{} {how}", head("altered", Talker::Node(node))),
-            Event::Stuck { level, .. } => {
+            LineEvent::Dropped { receiver, .. } => head("dropped", receiver),
+            LineEvent::Altered { node, how, .. } => format!("{} {how}", head("altered", Talker::Node(node))),
+            LineEvent::StuckLine { level, .. } => {
                 let level = level.map_or("no", |high| if high { "high" } else { "low" });
                 format!("{at:>12} {line} {:<10} line {level}", "stuck")
             }
-            Event::DeShorted { on, .. } => {
+            LineEvent::DeShorted { on, .. } => {
                 format!("{} {}", head("de_shorted", Talker::Gateway), on_off(on))
             }
         }

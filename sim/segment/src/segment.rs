@@ -1,12 +1,12 @@
 //! An RS485 half-duplex segment: the gateway's USART behind its DE pin, and simulated sensors, on one pair.
 //!
-//! It knows who drives the line at every instant. Undriven, the line idles high (fail-safe bias). What a
+//! It knows which drivers are on at every instant. Undriven, the line idles high (fail-safe bias). What a
 //! transmitter shifts out while its driver is off never reaches the line; a driver switched off within a
 //! character cuts it. Every receiver samples the resulting level at its own bit times, so a wrong baud rate, two talkers
 //! at once or a cut character come out as the wrong bytes and framing errors they really give.
 //!
 //! The gateway's RE̅ is tied to its DE (it hears nothing while it drives, its RO pulled up) unless
-//! [`Settings::echo`] says that RE̅ is always on. So a DE that is shorted high makes it deaf as well, without `echo`; with
+//! [`SegmentSettings::echo`] says that RE̅ is always on. So a DE that is shorted high makes it deaf as well, without `echo`; with
 //! it, it hears its own idle level fighting the answers. A node that is deaf while it sends has its receiver off while its
 //! driver is on.
 //!
@@ -18,9 +18,9 @@
 pub mod chance;
 mod driver;
 mod faults;
-mod guest;
 mod line;
 mod receiver;
+mod second_master;
 mod shorts;
 mod slot;
 #[cfg(test)]
@@ -31,17 +31,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use clino_sim::node::{Node, Ns};
 
-use crate::log::{Event, SegmentLog, SharedLog, Talker};
+use crate::log::{LineEvent, SegmentLog, SharedLog, Talker};
 use crate::wire::{Format, Received, Sent, Wire};
 use chance::{Chance, Topic};
 use driver::{Character, Driver};
-use guest::Guest;
 use line::{Level, Line, Ps, reached, to_ns, to_ps};
 use receiver::{Receiver, Sampled, Sampling, Shared};
+use second_master::SecondMaster;
 use slot::Slot;
 
 pub use chance::Probability;
-pub use faults::{Babble, Faults, LineFaults, Stuck};
+pub use faults::{Babble, Faults, LineFaults, StuckLine};
 pub use receiver::Noise;
 
 /// How far receivers look back, in bit times: start, nine data bits, stop and one to spare.
@@ -51,7 +51,7 @@ const MAX_ACTS_AT_ONCE: usize = 1_000;
 
 /// What is the same for the whole segment.
 #[derive(Clone, Copy, Debug)]
-pub struct Settings {
+pub struct SegmentSettings {
     /// Decides everything that is left to chance.
     pub chance: Chance,
     /// The gateway hears itself.
@@ -79,15 +79,15 @@ struct OpenContention {
 
 /// The line and everything on it.
 pub struct Segment {
-    settings: Settings,
+    settings: SegmentSettings,
     faults: LineFaults,
     line: Line,
-    /// The gateway's, then the nodes', then the guest's.
+    /// The gateway's, then the nodes', then the second master's.
     drivers: Vec<Driver>,
     receiver: Receiver,
     slots: Vec<Slot>,
     /// A second UART on the pair; its driver is the last one.
-    guest: Option<Guest>,
+    second_master: Option<SecondMaster>,
     contention: Option<OpenContention>,
     /// The level to which the pair is shorted.
     stuck: Option<bool>,
@@ -101,13 +101,13 @@ pub struct Segment {
     clock: Ps,
     next: Option<Ps>,
     received: VecDeque<Received>,
-    news: Vec<Event>,
+    news: Vec<LineEvent>,
     log: SharedLog,
 }
 
 impl Segment {
     /// A segment with these sensors, all powered since time 0 unless their faults say otherwise.
-    pub fn new(settings: Settings, stations: Vec<Station>) -> Self {
+    pub fn new(settings: SegmentSettings, stations: Vec<Station>) -> Self {
         let nodes = stations.iter().map(|station| station.name.clone()).collect();
         let log = Arc::new(Mutex::new(SegmentLog { nodes, events: Vec::new() }));
         let drivers = (0..=stations.len()).map(|index| Driver::new(talker(index))).collect();
@@ -121,7 +121,7 @@ impl Segment {
             drivers,
             receiver,
             slots,
-            guest: None,
+            second_master: None,
             contention: None,
             stuck: None,
             de_shorted: false,
@@ -151,7 +151,7 @@ impl Segment {
         Arc::clone(&self.log)
     }
 
-    /// Earliest thing that happens by itself.
+    /// The earliest event of the segment itself.
     fn find_next(&self) -> Option<Ps> {
         let characters = self.drivers.iter().filter_map(Driver::next_event);
         let nodes = self.slots.iter().filter_map(Slot::next);
@@ -159,10 +159,10 @@ impl Segment {
         characters.chain(nodes).chain(faults).chain(self.receivers().filter_map(Receiver::due)).min()
     }
 
-    /// Everybody who samples the line.
+    /// All receivers of the line.
     fn receivers(&self) -> impl Iterator<Item = &Receiver> {
-        let guest = self.guest.iter().map(Guest::receiver);
-        self.slots.iter().map(Slot::receiver).chain(guest).chain([&self.receiver])
+        let second_master = self.second_master.iter().map(SecondMaster::receiver);
+        self.slots.iter().map(Slot::receiver).chain(second_master).chain([&self.receiver])
     }
 
     /// Lets everything up to and including `now` happen.
@@ -210,7 +210,7 @@ impl Segment {
         }
     }
 
-    /// Works out the level from all drivers and tells everybody about a change.
+    /// Computes the level from all drivers and reports a change to all receivers.
     fn resolve(&mut self, at: Ps) {
         let (mut on, mut highs) = (0, 0);
         for level in self.drivers.iter().filter_map(Driver::drives) {
@@ -235,8 +235,8 @@ impl Segment {
             for slot in &mut self.slots {
                 slot.line_changed(at, high, &self.settings.noise);
             }
-            if let Some(guest) = &mut self.guest {
-                guest.line_changed(at, high, &self.settings.noise);
+            if let Some(second_master) = &mut self.second_master {
+                second_master.line_changed(at, high, &self.settings.noise);
             }
         }
     }
@@ -245,7 +245,7 @@ impl Segment {
         if on < 2 {
             if let Some(OpenContention { from, who, fought }) = self.contention.take() {
                 let (from, until) = (to_ns(from), to_ns(at));
-                self.news.push(Event::Contention { from, until, who, fought });
+                self.news.push(LineEvent::Contention { from, until, who, fought });
             }
             return;
         }
@@ -268,14 +268,14 @@ impl Segment {
             && let Some(sampled) = self.receiver.complete(line, noise, &mut self.shared, &mut self.news)
         {
             let Sampled { at, word, framing_error, noise } = sampled;
-            self.news.push(Event::Heard { at, word, framing_error, noise });
+            self.news.push(LineEvent::Heard { at, word, framing_error, noise });
             self.received.push_back(Received { at, word, framing_error, noise });
         }
         for slot in &mut self.slots {
             slot.complete(self.clock, line, noise, &mut self.shared, &mut self.news);
         }
-        if let Some(guest) = &mut self.guest {
-            guest.complete(self.clock, line, noise, &mut self.shared, &mut self.news);
+        if let Some(second_master) = &mut self.second_master {
+            second_master.complete(self.clock, line, noise, &mut self.shared, &mut self.news);
         }
     }
 
@@ -320,7 +320,7 @@ impl Wire for Segment {
         self.run(at);
         if high != self.de {
             self.de = high;
-            self.news.push(Event::De { at: now, high });
+            self.news.push(LineEvent::De { at: now, high });
             self.switch_gateway(at);
         }
         self.run(at);

@@ -1,7 +1,7 @@
-//! The seam between the emulated USART and whatever hangs on its TX, RX and DE pins.
+//! The interface between the emulated USART and the circuit at its TX, RX and DE pins.
 //!
 //! The USART owns bit timing of what it sends and tells the wire its receiver's format; the wire owns the
-//! physics: who drives the line when, what each receiver samples, noise, and the log.
+//! physics: which driver is on when, what each receiver samples, noise, and the log.
 //!
 //! Times are nanoseconds since power-up; bit times are picoseconds, because 1/115200 s is not a whole number
 //! of nanoseconds.

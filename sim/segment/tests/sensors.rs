@@ -3,9 +3,9 @@
 use std::sync::{Arc, Mutex};
 
 use clino_segment::chance::Chance;
-use clino_segment::log::Event;
+use clino_segment::log::LineEvent;
 use clino_segment::wire::{Format, Sent, Wire as _};
-use clino_segment::{Faults, Noise, Segment, Settings, Station};
+use clino_segment::{Faults, Noise, Segment, SegmentSettings, Station};
 use clino_sim::motion::{DEGREE, Motion};
 use clino_sim::node::{Node, Ns};
 use clino_sim::{isu, latency::Latency, t7};
@@ -15,14 +15,14 @@ const SECOND: Ns = 1_000 * MS;
 const T7_BIT_PS: u64 = 8_680_555;
 const ISU_BIT_PS: u64 = 104_166_666;
 
-/// Two T7s that nobody told apart yet, both as fast as each other.
+/// Two T7s with the same address, both as fast as each other.
 const ANGLE_A: i64 = 10 * DEGREE;
 const ANGLE_B: i64 = -77_777 * DEGREE / 1_000;
 const ANSWER_A: [u8; 8] = [0x05, 0x06, 0x83, 0x00, 0x00, 0x27, 0x10, 0x3B];
 
 fn t7(serial: u32, angle: i64) -> Arc<Mutex<t7::T7>> {
     let identity = t7::Identity { serial, ..t7::Identity::default() };
-    let settings = t7::Settings { address: 5, ..t7::Settings::default() };
+    let settings = t7::StoredSettings { address: 5, ..t7::StoredSettings::default() };
     let motion = std::array::from_fn(|_| Motion::Constant(angle));
     let options = t7::Options { motion, ..t7::Options::default() };
     Arc::new(Mutex::new(t7::T7::new(identity, settings, options).unwrap()))
@@ -41,7 +41,7 @@ fn station(node: impl Node + 'static, unplugged: Vec<(Ns, Ns)>) -> Station {
 
 /// A pair with a listening master at `bit_ps`.
 fn pair(stations: Vec<Station>, bit_ps: u64) -> Segment {
-    let settings = Settings { chance: Chance::new(1), echo: false, noise: Noise::default() };
+    let settings = SegmentSettings { chance: Chance::new(1), echo: false, noise: Noise::default() };
     let mut segment = Segment::new(settings, stations);
     segment.set_receiver(0, Some(format(bit_ps)));
     segment
@@ -77,7 +77,7 @@ fn play(segment: &mut Segment, until: Ns) {
 fn fights(segment: &Segment) -> usize {
     let log = segment.log();
     let log = log.lock().unwrap();
-    log.events.iter().filter(|event| matches!(event, Event::Contention { fought: true, .. })).count()
+    log.events.iter().filter(|event| matches!(event, LineEvent::Contention { fought: true, .. })).count()
 }
 
 #[test]
@@ -122,11 +122,11 @@ fn all_isus_talk_over_each_other_at_address_0_and_each_alone_at_its_own() {
 fn a_late_t7_talks_into_the_next_exchange() {
     let (late, punctual) = (t7(1, ANGLE_A), {
         let identity = t7::Identity::default();
-        let settings = t7::Settings { address: 6, ..t7::Settings::default() };
+        let settings = t7::StoredSettings { address: 6, ..t7::StoredSettings::default() };
         let options = t7::Options { get_latency: Latency::fixed(MS), ..t7::Options::default() };
         t7::T7::new(identity, settings, options).unwrap()
     });
-    late.lock().unwrap().faults.next = Some(clino_sim::fault::Fault::Late(8 * MS));
+    late.lock().unwrap().faults.next = Some(clino_sim::fault::AnswerFault::Late(8 * MS));
     let mut segment = pair(vec![station(late, vec![]), station(punctual, vec![])], T7_BIT_PS);
     // The first answer comes 10 ms after its command, the second 1 ms after one that ends 9.2 ms after it.
     let end = (30 * T7_BIT_PS).div_ceil(1_000);

@@ -1,13 +1,13 @@
-//! Faults of a sensor that is powered and on the line: it spoils, delays, shortens or withholds answers.
+//! Faults in the answers of a sensor that is powered and on the line: it damages, delays, shortens or withholds answers.
 //!
-//! Faults act on a finished answer just before it is sent, so a command that changes a setting has changed it
+//! The faults act on a finished answer just before it is sent, so a command that changes a setting has changed it
 //! even when its answer never comes. Noise on the line is not a fault of the sensor and not made here.
 
 use crate::node::Ns;
 
 /// What goes wrong with one answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum AnswerFault {
     /// The checksum, the last byte, comes inverted.
     BadChecksum,
     /// This status instead of the true one, under a right checksum. Only a T7's answers to Set commands have
@@ -23,15 +23,15 @@ pub enum Fault {
     Instead(Vec<u8>),
 }
 
-/// The faults a node is told to show. The default is none.
+/// The faults that a node shows. The default is none.
 #[derive(Clone, Debug, Default)]
-pub struct Faults {
+pub struct AnswerFaults {
     /// Hears nothing at all while set.
     pub deaf: bool,
     /// Strikes the next answer, once.
-    pub next: Option<Fault>,
+    pub next: Option<AnswerFault>,
     /// Strikes every answer whose number is a multiple of the first field.
-    pub every: Option<(u64, Fault)>,
+    pub every: Option<(u64, AnswerFault)>,
     /// Answers so far, struck ones included.
     pub answers: u64,
 }
@@ -45,7 +45,7 @@ pub(crate) struct Struck {
     pub unharmed: bool,
 }
 
-impl Faults {
+impl AnswerFaults {
     /// Counts one answer and does to it what is due. `with_status` gives the answer another status, if it has
     /// one. An empty result is not sent.
     pub(crate) fn strike(
@@ -62,18 +62,18 @@ impl Faults {
         let mut delay = 0;
         match due {
             None => {}
-            Some(Fault::BadChecksum) => {
+            Some(AnswerFault::BadChecksum) => {
                 if let Some(checksum) = bytes.last_mut() {
                     *checksum = !*checksum;
                 }
             }
-            Some(Fault::WrongStatus(status)) => {
+            Some(AnswerFault::WrongStatus(status)) => {
                 bytes = with_status(&bytes, status).unwrap_or(bytes);
             }
-            Some(Fault::Silent) => bytes.clear(),
-            Some(Fault::Late(by)) => delay = by,
-            Some(Fault::Truncated(length)) => bytes.truncate(length),
-            Some(Fault::Instead(other)) => bytes = other,
+            Some(AnswerFault::Silent) => bytes.clear(),
+            Some(AnswerFault::Late(by)) => delay = by,
+            Some(AnswerFault::Truncated(length)) => bytes.truncate(length),
+            Some(AnswerFault::Instead(other)) => bytes = other,
         }
         Struck { unharmed: bytes == intact, bytes, delay }
     }

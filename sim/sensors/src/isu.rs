@@ -27,7 +27,7 @@ use std::collections::VecDeque;
 
 use oorandom::Rand64;
 
-use crate::fault::Faults;
+use crate::fault::AnswerFaults;
 use crate::node::{Burst, Heard, Node, Ns};
 use crate::said::{Record, Said};
 use crate::uart;
@@ -93,7 +93,7 @@ struct Job {
 #[derive(Clone, Debug)]
 pub struct Isu {
     /// Faults to show; may be changed at any time.
-    pub faults: Faults,
+    pub faults: AnswerFaults,
     /// The non-volatile memory; changes made here take effect with the next reset.
     pub eeprom: Eeprom,
     /// The sensing element gives no valid angle: Hard Error with the next measurement, and again after every
@@ -123,7 +123,7 @@ impl Isu {
     #[must_use]
     pub fn new(eeprom: Eeprom, options: Options) -> Self {
         let mut isu = Self {
-            faults: Faults::default(),
+            faults: AnswerFaults::default(),
             random: Rand64::new(u128::from(options.seed)),
             said: Record::default(),
             power: Power::Booting { ready_at: 0 },
@@ -164,7 +164,7 @@ impl Isu {
         self.writes
     }
 
-    /// Angles told so far, in both modes.
+    /// Angles sent so far, in both modes.
     #[must_use]
     pub fn said(&self) -> &Record {
         &self.said
@@ -182,7 +182,7 @@ impl Isu {
         u16::from_be_bytes([self.ram[usize::from(CURRENT_ANGLE)], self.ram[usize::from(CURRENT_ANGLE) + 1]])
     }
 
-    /// The last angle, in µ°, as something told; the instant of telling is filled in when it is sent.
+    /// The last angle, in µ°, as a record of the sent angles; its instant is filled in when it is sent.
     fn reading(&self, microdegrees: i64) -> Said {
         Said { at: 0, sampled_at: self.measured_at, axis: 0, microdegrees }
     }

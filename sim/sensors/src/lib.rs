@@ -16,7 +16,7 @@
 //! | [`pwm`] | the ISU's PWM output |
 //! | [`fault`] | spoilt, late, short and missing answers |
 //! | [`latency`] | how long a sensor takes, fixed or jittered |
-//! | [`said`] | what a sensor told the line, for oracles |
+//! | [`said`] | what a sensor sent, for checkers |
 //! | [`shared`] | a node that stays in reach after it has been put on a line |
 
 pub mod fault;

@@ -1,8 +1,8 @@
-//! The seam between a simulated sensor and the line it hangs on.
+//! The interface between a simulated sensor and its line.
 //!
-//! Everything is sans-IO: a node is told what its receiver sampled and when, says when it next wants to act,
-//! and hands out whole [`Burst`]s. It knows nothing of other nodes, of noise or of who else drives the line:
-//! that is the segment's business.
+//! Everything is sans-IO: a node takes what its receiver sampled and when, returns when it next wants to act,
+//! and hands out whole [`Burst`]s. It knows nothing of other nodes, of noise or of other drivers on the line:
+//! the segment models these.
 
 /// Virtual time in nanoseconds since power-up of the simulation.
 pub type Ns = u64;

@@ -1,4 +1,4 @@
-//! What a sensor told the line, kept for whoever compares it with what the gateway made of it.
+//! What a sensor sent, kept to compare it with what the gateway published.
 
 use std::collections::VecDeque;
 
@@ -18,7 +18,7 @@ pub struct Said {
     pub microdegrees: i64,
 }
 
-/// The last angles told, oldest first. Answers that a fault spoilt or withheld are not in it.
+/// The last angles sent, oldest first, without answers that a fault damaged or withheld.
 #[derive(Clone, Debug)]
 pub struct Record {
     kept: VecDeque<Said>,

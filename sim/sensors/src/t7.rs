@@ -24,7 +24,7 @@ mod settings;
 
 use oorandom::Rand64;
 
-use crate::fault::Faults;
+use crate::fault::AnswerFaults;
 use crate::node::{Burst, Heard, Node, Ns};
 use crate::said::{Record, Said};
 use crate::uart;
@@ -33,7 +33,7 @@ use execute::ALL_RESPOND;
 pub use options::{BadOption, Damping, GET_LIMIT, Options, SET_LIMIT, TwinsAnswers};
 pub use settings::{
     AXES, BAUD_RATES, DAMPING_MS, DEFAULT_ADDRESS, Direction, Flash, Identity, Model, OutputRange,
-    SETTABLE_ADDRESSES, SINGLE_AXIS, Settings,
+    SETTABLE_ADDRESSES, SINGLE_AXIS, StoredSettings,
 };
 
 /// From the end of the answer to Set Baud Rate to the change, "about 10 milliseconds" (section 2.7.2).
@@ -70,11 +70,11 @@ enum Power {
 #[derive(Clone, Debug)]
 pub struct T7 {
     /// Faults to show; may be changed at any time.
-    pub faults: Faults,
+    pub faults: AnswerFaults,
     /// Whether settings can be stored; may be changed at any time.
     pub flash: Flash,
     identity: Identity,
-    settings: Settings,
+    settings: StoredSettings,
     writes: u64,
     options: Options,
     random: Rand64,
@@ -91,10 +91,10 @@ impl T7 {
     ///
     /// # Errors
     /// A setting that no T7 can have, or a latency above the documented limit.
-    pub fn new(identity: Identity, settings: Settings, options: Options) -> Result<Self, BadOption> {
+    pub fn new(identity: Identity, settings: StoredSettings, options: Options) -> Result<Self, BadOption> {
         options::check(&settings, &options)?;
         Ok(Self {
-            faults: Faults::default(),
+            faults: AnswerFaults::default(),
             flash: Flash::default(),
             identity,
             writes: 0,
@@ -123,7 +123,7 @@ impl T7 {
 
     /// The non-volatile settings as they are now.
     #[must_use]
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &StoredSettings {
         &self.settings
     }
 
@@ -133,7 +133,7 @@ impl T7 {
         self.writes
     }
 
-    /// Angles told so far.
+    /// Angles sent so far.
     #[must_use]
     pub fn said(&self) -> &Record {
         &self.said

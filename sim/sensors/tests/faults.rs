@@ -4,14 +4,19 @@ mod common;
 
 use std::sync::{Arc, Mutex};
 
-use clino_sim::fault::{Fault, Faults};
+use clino_sim::fault::{AnswerFault, AnswerFaults};
 use clino_sim::isu::{ChecksumScope, Content, Eeprom, Isu};
 use clino_sim::node::Node;
-use clino_sim::t7::{Identity, Options, Settings, T7};
+use clino_sim::t7::{Identity, Options, StoredSettings, T7};
 use common::{Bench, MS, SECOND, hex};
 
 fn t7() -> T7 {
-    T7::new(Identity::default(), Settings { address: 5, ..Settings::default() }, Options::default()).unwrap()
+    T7::new(
+        Identity::default(),
+        StoredSettings { address: 5, ..StoredSettings::default() },
+        Options::default(),
+    )
+    .unwrap()
 }
 
 fn isu() -> Isu {
@@ -26,11 +31,11 @@ const GOOD: &str = "05 06 83 00 00 00 00 72";
 #[test]
 fn next_strikes_once() {
     for (fault, answer) in [
-        (Fault::BadChecksum, "05 06 83 00 00 00 00 8D"),
-        (Fault::Silent, ""),
-        (Fault::Truncated(3), "05 06 83"),
-        (Fault::Instead(hex("06 06 83")), "06 06 83"),
-        (Fault::WrongStatus(5), GOOD),
+        (AnswerFault::BadChecksum, "05 06 83 00 00 00 00 8D"),
+        (AnswerFault::Silent, ""),
+        (AnswerFault::Truncated(3), "05 06 83"),
+        (AnswerFault::Instead(hex("06 06 83")), "06 06 83"),
+        (AnswerFault::WrongStatus(5), GOOD),
     ] {
         let mut bench = Bench::new(t7());
         bench.node.faults.next = Some(fault.clone());
@@ -45,7 +50,7 @@ fn next_strikes_once() {
 #[test]
 fn every_third() {
     let mut bench = Bench::new(t7());
-    bench.node.faults = Faults { every: Some((3, Fault::Silent)), ..Faults::default() };
+    bench.node.faults = AnswerFaults { every: Some((3, AnswerFault::Silent)), ..AnswerFaults::default() };
     let heard: Vec<bool> = (0..7).map(|_| bench.ask(ASK) == GOOD).collect();
     assert_eq!(heard, [true, true, false, true, true, false, true]);
 }
@@ -53,14 +58,14 @@ fn every_third() {
 #[test]
 fn wrong_status_is_under_a_right_checksum() {
     let mut bench = Bench::new(t7());
-    bench.node.faults.next = Some(Fault::WrongStatus(7));
+    bench.node.faults.next = Some(AnswerFault::WrongStatus(7));
     assert_eq!(bench.ask("05 04 89 02 01 6B"), "05 03 89 07 68");
 }
 
 #[test]
 fn late_answer_comes_after_the_timeout() {
     let mut bench = Bench::new(t7());
-    bench.node.faults.next = Some(Fault::Late(30 * MS));
+    bench.node.faults.next = Some(AnswerFault::Late(30 * MS));
     let sent = bench.send(&hex(ASK));
     bench.run_for(SECOND);
     assert!(bench.bursts[0].start_at.abs_diff(sent + 32 * MS) <= 10);
@@ -80,7 +85,7 @@ fn deaf_until_told_otherwise() {
 #[test]
 fn silent_set_is_carried_out() {
     let mut bench = Bench::new(t7());
-    bench.node.faults.next = Some(Fault::Silent);
+    bench.node.faults.next = Some(AnswerFault::Silent);
     assert_eq!(bench.ask("05 04 8B 01 F4 77"), "");
     assert_eq!(bench.node.settings().damping_ms, 500);
 }
@@ -89,10 +94,10 @@ fn silent_set_is_carried_out() {
 fn isu_faults() {
     let good = "04 35 58 00 00 8D";
     for (fault, answer) in [
-        (Fault::BadChecksum, "04 35 58 00 00 72"),
-        (Fault::Silent, ""),
-        (Fault::Truncated(5), "04 35 58 00 00"),
-        (Fault::WrongStatus(1), good),
+        (AnswerFault::BadChecksum, "04 35 58 00 00 72"),
+        (AnswerFault::Silent, ""),
+        (AnswerFault::Truncated(5), "04 35 58 00 00"),
+        (AnswerFault::WrongStatus(1), good),
     ] {
         let mut bench = Bench::new(isu());
         bench.node.faults.next = Some(fault.clone());
@@ -109,7 +114,7 @@ fn a_shared_node_stays_in_reach() {
     for (i, byte) in hex(ASK).into_iter().enumerate() {
         line.hear(clino_sim::node::Heard { at: i as u64 * 86_800, byte, framing_error: false });
     }
-    handle.lock().unwrap().faults.next = Some(Fault::Truncated(1));
+    handle.lock().unwrap().faults.next = Some(AnswerFault::Truncated(1));
     let at = line.next_event().unwrap();
     assert_eq!(line.act(at).unwrap().bytes, [5]);
 }

@@ -118,7 +118,7 @@ fn hard_error_soft_error_repair() {
     let mut bench = bench(Options::default());
     let good = bench.node.eeprom.word(0xA0);
     assert_eq!(bench.ask("04 3A A0 00 00 DA"), "03 3B A0 01 DC", "one word spoils the sum");
-    assert_eq!(bench.node.mode(), Mode::Normal, "nobody looks before the reset");
+    assert_eq!(bench.node.mode(), Mode::Normal, "no check before the reset");
     assert_eq!(bench.ask("01 32 32"), "01 33 33");
     bench.run_for(SECOND);
     for command in [&READ_ANGLE[..], &summed(1, &[0x32]), &summed(3, &[0x38, 0, 1]), &summed(1, &[0x3C])] {

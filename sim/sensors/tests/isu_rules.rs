@@ -116,14 +116,14 @@ fn said_is_the_code_in_microdegrees() {
 fn invalid_pairs_are_skipped_until_a_valid_one_begins() {
     let mut bench = bench(Options::default());
     // Read RAM with length 2; a lone byte; then the real command.
-    for junk in ["02 34", "05 38 FF", "03 03 03", "01 3F", "00 00 00"] {
-        bench.send(&hex(junk));
-        assert_eq!(angle(&mut bench), 0, "after {junk}");
+    for stray in ["02 34", "05 38 FF", "03 03 03", "01 3F", "00 00 00"] {
+        bench.send(&hex(stray));
+        assert_eq!(angle(&mut bench), 0, "after {stray}");
     }
 }
 
 #[test]
-fn a_valid_pair_in_junk_is_waited_out() {
+fn a_valid_pair_in_stray_characters_is_waited_out() {
     let mut bench = bench(Options::default());
     // Write RAM of 200 bytes: a valid pair that swallows what follows for 400 ms after it began.
     bench.send(&hex("C8 36"));

@@ -3,7 +3,7 @@
 mod common;
 
 use clino_sim::motion::Motion;
-use clino_sim::t7::{Damping, Direction, Model, Options, OutputRange, Settings, T7};
+use clino_sim::t7::{Damping, Direction, Model, Options, OutputRange, StoredSettings, T7};
 use common::t7::{bench, make, settings, status, turned};
 use common::{Bench, MS, SECOND, hex};
 
@@ -22,7 +22,8 @@ fn reported_is_directed_plus_offset_in_range() {
         (-1_000, Normal, 0, Unidirectional, 359_999),
         (725_000_000, Normal, -5_000, Bidirectional, 0),
     ] {
-        let settings = Settings { directions: [direction; 3], offsets: [offset; 3], range, ..settings() };
+        let settings =
+            StoredSettings { directions: [direction; 3], offsets: [offset; 3], range, ..settings() };
         let options = Options { motion: [(); 3].map(|()| Motion::Constant(micro)), ..Options::default() };
         let mut bench = make(Model::T73, settings, options);
         let answer = hex(&bench.ask("05 01 82"));
@@ -71,7 +72,7 @@ fn averaging_settles_one_damping_time_after_a_step() {
         damping: Damping::Averaged,
         ..Options::default()
     };
-    let bench = make(Model::T71, Settings { damping_ms: 1000, ..settings() }, options);
+    let bench = make(Model::T71, StoredSettings { damping_ms: 1000, ..settings() }, options);
     let at = |ms: u64| bench.node.angle_at(2, ms * MS);
     assert_eq!([at(1999), at(3001)], [0, 90_000]);
     assert!((30_000..60_000).contains(&at(2500)), "{}", at(2500));

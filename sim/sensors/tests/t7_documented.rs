@@ -3,21 +3,21 @@
 mod common;
 
 use clino_sim::motion::Motion;
-use clino_sim::t7::{Direction, Identity, Model, Options, OutputRange, Settings, T7};
+use clino_sim::t7::{Direction, Identity, Model, Options, OutputRange, StoredSettings, T7};
 use common::Bench;
 
 /// A device at address 5 whose axes stand at these angles, in 0.001°.
 fn device(model: Model, angles: [i64; 3]) -> T7 {
     let identity = Identity { model, product: *b"X4-1  ", ..Identity::default() };
-    let settings = Settings { address: 5, ..Settings::default() };
+    let settings = StoredSettings { address: 5, ..StoredSettings::default() };
     let options =
         Options { motion: angles.map(|angle| Motion::Constant(angle * 1000)), ..Options::default() };
     T7::new(identity, settings, options).unwrap()
 }
 
-fn with_settings(settings: Settings) -> Bench<T7> {
+fn with_settings(settings: StoredSettings) -> Bench<T7> {
     let identity = Identity { model: Model::T73, ..Identity::default() };
-    Bench::new(T7::new(identity, Settings { address: 5, ..settings }, Options::default()).unwrap())
+    Bench::new(T7::new(identity, StoredSettings { address: 5, ..settings }, Options::default()).unwrap())
 }
 
 #[test]
@@ -30,7 +30,7 @@ fn get_all_angles() {
 #[test]
 fn get_all_angles_with_the_printed_length() {
     let identity = Identity { model: Model::T73, ..Identity::default() };
-    let settings = Settings { address: 5, ..Settings::default() };
+    let settings = StoredSettings { address: 5, ..StoredSettings::default() };
     let motion = [163_250_000, -45_320_000, 20_190_000].map(Motion::Constant);
     let options = Options { motion, length_quirk: true, ..Options::default() };
     let mut bench = Bench::new(T7::new(identity, settings, options).unwrap());
@@ -64,13 +64,14 @@ fn set_angle() {
 
 #[test]
 fn get_all_angle_offsets() {
-    let mut bench = with_settings(Settings { offsets: [10_250, -45_450, 45_000], ..Settings::default() });
+    let mut bench =
+        with_settings(StoredSettings { offsets: [10_250, -45_450, 45_000], ..StoredSettings::default() });
     assert_eq!(bench.ask("05 01 85"), "05 0E 85 00 00 28 0A FF FF 4E 76 00 00 AF C8 FD");
 }
 
 #[test]
 fn set_angle_offset() {
-    let mut bench = with_settings(Settings::default());
+    let mut bench = with_settings(StoredSettings::default());
     assert_eq!(bench.ask("05 07 86 02 00 00 75 30 C7"), "05 03 86 00 72");
     assert_eq!(bench.node.settings().offsets, [0, 0, 30_000]);
 }
@@ -91,26 +92,26 @@ fn get_all_data() {
 #[test]
 fn get_all_directions() {
     let directions = [Direction::Normal, Direction::Normal, Direction::Reversed];
-    let mut bench = with_settings(Settings { directions, ..Settings::default() });
+    let mut bench = with_settings(StoredSettings { directions, ..StoredSettings::default() });
     assert_eq!(bench.ask("05 01 88"), "05 05 88 00 00 01 6D");
 }
 
 #[test]
 fn set_direction() {
-    let mut bench = with_settings(Settings::default());
+    let mut bench = with_settings(StoredSettings::default());
     assert_eq!(bench.ask("05 04 89 02 01 6B"), "05 03 89 00 6F");
     assert_eq!(bench.node.settings().directions[2], Direction::Reversed);
 }
 
 #[test]
 fn get_damping() {
-    let mut bench = with_settings(Settings { damping_ms: 1000, ..Settings::default() });
+    let mut bench = with_settings(StoredSettings { damping_ms: 1000, ..StoredSettings::default() });
     assert_eq!(bench.ask("05 01 8A"), "05 04 8A 03 E8 82");
 }
 
 #[test]
 fn set_damping() {
-    let mut bench = with_settings(Settings::default());
+    let mut bench = with_settings(StoredSettings::default());
     assert_eq!(bench.ask("05 04 8B 01 F4 77"), "05 03 8B 00 6D");
     assert_eq!(bench.node.settings().damping_ms, 500);
 }
@@ -118,13 +119,13 @@ fn set_damping() {
 #[test]
 fn get_angle_output_range() {
     // The document prints length 02 for a message of one byte; the table says 01.
-    let mut bench = with_settings(Settings::default());
+    let mut bench = with_settings(StoredSettings::default());
     assert_eq!(bench.ask("05 01 8C"), "05 03 8C 00 6C");
 }
 
 #[test]
 fn set_angle_output_range() {
-    let mut bench = with_settings(Settings::default());
+    let mut bench = with_settings(StoredSettings::default());
     assert_eq!(bench.ask("05 03 8D 01 6A"), "05 03 8D 00 6B");
     assert_eq!(bench.node.settings().range, OutputRange::Unidirectional);
 }
@@ -138,7 +139,7 @@ fn get_device_information() {
 
 #[test]
 fn set_baud_rate() {
-    let mut bench = with_settings(Settings::default());
+    let mut bench = with_settings(StoredSettings::default());
     assert_eq!(bench.ask("05 03 8F 04 65"), "05 03 8F 00 69");
     assert_eq!(bench.node.settings().baud_index, 4);
 }

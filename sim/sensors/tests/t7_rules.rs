@@ -4,7 +4,7 @@ mod common;
 
 use clino_sim::latency::Latency;
 use clino_sim::node::Heard;
-use clino_sim::t7::{BadOption, Identity, Model, Options, OutputRange, Settings, T7, TwinsAnswers};
+use clino_sim::t7::{BadOption, Identity, Model, Options, OutputRange, StoredSettings, T7, TwinsAnswers};
 use common::t7::{bench, make, settings, status};
 use common::{MS, SECOND, US, bit, hex};
 
@@ -122,14 +122,14 @@ fn impossible_devices_are_refused() {
     let slow = Options { set_latency: Latency::fixed(26 * MS), ..Options::default() };
     assert_eq!(new(settings(), slow), Some(BadOption::Latency { longest: 26 * MS, limit: 25 * MS }));
     for address in [0, 101, 126, 128, 255] {
-        let settings = Settings { address, ..Settings::default() };
+        let settings = StoredSettings { address, ..StoredSettings::default() };
         assert_eq!(new(settings, Options::default()), Some(BadOption::Address(address)));
     }
-    let bad = Settings { baud_index: 5, ..Settings::default() };
+    let bad = StoredSettings { baud_index: 5, ..StoredSettings::default() };
     assert_eq!(new(bad, Options::default()), Some(BadOption::BaudIndex(5)));
-    let bad = Settings { damping_ms: 1, ..Settings::default() };
+    let bad = StoredSettings { damping_ms: 1, ..StoredSettings::default() };
     assert_eq!(new(bad, Options::default()), Some(BadOption::Damping(1)));
-    assert_eq!(new(Settings::default(), Options::default()), None);
+    assert_eq!(new(StoredSettings::default(), Options::default()), None);
 }
 
 #[test]

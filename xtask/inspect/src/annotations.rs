@@ -26,7 +26,7 @@ pub struct Annotations {
     /// Whom indirect calls reach.
     #[serde(default)]
     pub indirect: Vec<Indirect>,
-    /// Functions whose address is taken, but which nobody calls by it.
+    /// Functions whose address is taken, but which are not called by it.
     #[serde(default)]
     pub uncalled: Vec<Uncalled>,
     /// Functions that may be active more than once at a time.

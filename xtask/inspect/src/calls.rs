@@ -101,7 +101,7 @@ fn indirect(
         let callees = matching(&line.callees, &mut taken.iter());
         if callees.is_empty() {
             wrong.push(format!(
-                "nobody takes the address of `{}` and others of that line",
+                "no code takes the address of `{}` and others of that line",
                 first(&line.callees)
             ));
         }
@@ -118,7 +118,7 @@ fn indirect(
         let functions = matching(&line.functions, &mut taken.iter());
         if functions.is_empty() {
             wrong.push(format!(
-                "nobody takes the address of `{}` and others of that line",
+                "no code takes the address of `{}` and others of that line",
                 first(&line.functions)
             ));
         }

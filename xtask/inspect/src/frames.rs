@@ -52,7 +52,7 @@ pub struct Frame {
 
 /// The frames of all functions of an image, by address.
 pub fn all(image: &Image, code: &BTreeMap<u32, Instruction>) -> Result<BTreeMap<u32, Frame>, Error> {
-    // Nobody returns until shown to: a function does if a way to a return goes through functions that do.
+    // No function returns until shown to: a function does if a way to a return goes through functions that do.
     let mut returning = BTreeSet::new();
     loop {
         let mut frames = BTreeMap::new();

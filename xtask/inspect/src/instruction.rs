@@ -62,7 +62,7 @@ pub enum Flow {
 pub enum Stack {
     /// Nothing.
     Same,
-    /// It goes down by so many bytes (up, if negative).
+    /// It goes down by this many bytes (up, if negative).
     Down(i32),
     /// It is set to what is in a register: another stack begins.
     Another,

@@ -101,7 +101,7 @@ fn length(chain: &[Link]) -> u32 {
     chain.iter().map(|link| link.bytes).sum()
 }
 
-/// Nobody takes another stack but the handlers that are said to.
+/// Only the handlers declared so take another stack.
 fn only_handlers_take_stacks(
     image: &Image,
     frames: &BTreeMap<u32, Frame>,

@@ -46,7 +46,7 @@ fn an_indirect_call_that_the_table_does_not_know_is_refused() {
 }
 
 #[test]
-fn a_function_whose_address_is_taken_and_that_nobody_is_said_to_call_is_refused() {
+fn a_function_whose_address_is_taken_and_that_has_no_caller_is_refused() {
     let image = image(&[("main", INDIRECT), ("a", LEAF), ("b", LEAF)], &[1, 2], &[]);
     let table = "[[indirect]]\ncallers = [\"main\"]\ncallees = [\"a\"]\nwhy = \"test\"\n";
     assert_eq!(refused(&image, table), "who calls `b`, whose address is taken?");
@@ -57,7 +57,7 @@ fn a_line_of_the_table_that_is_of_no_use_is_refused() {
     let image = image(&[("main", LEAF)], &[], &[]);
     let table = "[[indirect]]\ncallers = [\"main\"]\ncallees = [\"a\"]\nwhy = \"test\"\n";
     let refused = refused(&image, table);
-    assert!(refused.contains("nobody takes the address of `a`"), "{refused}");
+    assert!(refused.contains("no code takes the address of `a`"), "{refused}");
     assert!(refused.contains("no indirect call in `main`"), "{refused}");
     let table = "[[recursion]]\nfunction = \"gone\"\nat_most = 1\nwhy = \"test\"\n";
     assert_eq!(common::refused(&image, table), "there is no function `gone`");
@@ -124,7 +124,7 @@ fn a_handler_with_a_stack_of_its_own_must_fit_into_it() {
 }
 
 #[test]
-fn frames_of_functions_that_nobody_calls_do_not_count() {
+fn frames_of_functions_without_callers_do_not_count() {
     let image = image(&[("main", &[BX_LR]), ("alone", LEAF)], &[], &[]);
     assert_eq!(bytes(&image, ""), 0);
     let (_, frames) = frames(&image).expect("functions that can be followed");

@@ -4,7 +4,10 @@
 //! `UPDATE=1 cargo test -p xtask --test documents` writes the parts that are made from the sources.
 
 mod crates;
+mod glossary;
+mod language;
 mod links;
+mod names;
 mod page;
 mod peripherals;
 

@@ -1,32 +1,32 @@
-//! Our own characters, coming back.
+//! The echo: our own characters, received again.
 //!
-//! The rule that keeps an answer from being eaten is one of time, not of value: while a frame goes out, and until half
+//! Time decides what is an echo, not the value, so that no answer is removed: while a frame goes out, and until half
 //! a character after its last stop bit, no node can have sent a whole character in answer to it. Only in that time is
 //! a character taken for an echo, and never more of them than were sent; what comes later is heard, even if it looks
 //! exactly like the end of our frame.
 //!
 //! In that time, where an echo is known to be there, the n-th character heard has to be the n-th one sent, without a
-//! receiver error; anything else is somebody talking into our frame. Where it is not known, characters that fit are
+//! receiver error; any other character comes from another transmitter. Where it is not known, characters that fit are
 //! taken for an echo and others are heard.
 
 use clino_codec::character::Character;
 
 use super::EchoMode;
 
-/// What a character heard in the echo's time is.
+/// The source of a character heard while the echo is expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum EchoVerdict {
     /// Ours.
     Own,
-    /// Ours, spoiled: somebody else talks.
+    /// Ours, damaged: another node transmits.
     Contention,
-    /// Somebody else's.
+    /// From another node.
     Foreign,
 }
 
 /// Follows the echo of one frame after another.
 #[derive(Debug)]
-pub struct Echo {
+pub struct EchoTracker {
     mode: EchoMode,
     /// Whether our characters come back, as far as is known.
     present: Option<bool>,
@@ -38,15 +38,15 @@ pub struct Echo {
     intact: bool,
 }
 
-impl Echo {
+impl EchoTracker {
     /// What is known of a line that is set like this.
-    pub const fn new(mode: EchoMode) -> Echo {
+    pub const fn new(mode: EchoMode) -> EchoTracker {
         let present = match mode {
             EchoMode::Off => Some(false),
             EchoMode::Expected => Some(true),
             EchoMode::Detect => None,
         };
-        Echo { mode, present, open: false, returned: 0, intact: true }
+        EchoTracker { mode, present, open: false, returned: 0, intact: true }
     }
 
     /// What is known about the echo of this line.
@@ -72,9 +72,11 @@ impl Echo {
     }
 
     /// Judges a character heard in the echo's time. Of `frame`, the first `sent` characters are out or on their way.
-    pub fn judge(&mut self, character: Character, frame: &[u8], sent: usize) -> Verdict {
+    pub fn judge(&mut self, character: Character, frame: &[u8], sent: usize) -> EchoVerdict {
         let sent = frame.get(..sent).unwrap_or(frame);
-        let Some(&expected) = sent.get(self.returned).filter(|_| self.open) else { return Verdict::Foreign };
+        let Some(&expected) = sent.get(self.returned).filter(|_| self.open) else {
+            return EchoVerdict::Foreign;
+        };
         let fits = character.byte == expected && character.errors.is_none();
         let known = self.present == Some(true);
         self.intact &= fits;
@@ -86,9 +88,9 @@ impl Echo {
             }
         }
         match (fits, known) {
-            (true, _) => Verdict::Own,
-            (false, true) => Verdict::Contention,
-            (false, false) => Verdict::Foreign,
+            (true, _) => EchoVerdict::Own,
+            (false, true) => EchoVerdict::Contention,
+            (false, false) => EchoVerdict::Foreign,
         }
     }
 

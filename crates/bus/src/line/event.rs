@@ -1,4 +1,4 @@
-//! What a line refuses, what it asks of the hardware, and what it tells the master.
+//! The errors of a line, its steps for the hardware, and its events for the master.
 
 use clino_codec::character::Character;
 
@@ -16,10 +16,10 @@ pub enum SubmitError {
     Length(usize),
 }
 
-/// What the hardware has to do next, besides setting DE to [`Line::driving`].
+/// The next step of the hardware, besides setting DE to [`Line::driving`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
-pub enum Step {
+pub enum LineStep {
     /// Ask for the next character each time the transmit register is empty, beginning now.
     Begin,
     /// The line was held too long: stop transmitting.
@@ -30,14 +30,14 @@ pub enum Step {
     EchoLost,
 }
 
-impl Step {
+impl LineStep {
     /// What this means for the [`Master`](crate::Master).
     pub const fn event(self, at: Micros) -> Option<Event> {
         match self {
-            Step::Begin => None,
-            Step::Force => Some(Event::Forced { at }),
-            Step::GiveUp => Some(Event::GivenUp { at }),
-            Step::EchoLost => Some(Event::Contention { at }),
+            LineStep::Begin => None,
+            LineStep::Force => Some(Event::Forced { at }),
+            LineStep::GiveUp => Some(Event::GivenUp { at }),
+            LineStep::EchoLost => Some(Event::Contention { at }),
         }
     }
 }
@@ -56,12 +56,12 @@ pub enum Event {
         /// When DE was forced low.
         at: Micros,
     },
-    /// Our frame was dropped before its first character, because somebody else kept talking.
+    /// Our frame was dropped before its first character, because another node kept transmitting.
     GivenUp {
         /// When it was dropped.
         at: Micros,
     },
-    /// A character of somebody else's was received.
+    /// A character of another node was received.
     Heard {
         /// The character with the receiver's error flags.
         character: Character,
@@ -73,7 +73,7 @@ pub enum Event {
         /// Centre of its stop bit.
         at: Micros,
     },
-    /// A character of ours came back changed, or not at all: somebody else talked into our frame.
+    /// A character of ours came back changed, or not at all: another node transmitted during our frame.
     Contention {
         /// When it showed.
         at: Micros,

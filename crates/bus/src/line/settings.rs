@@ -1,11 +1,11 @@
-//! How a line is set.
+//! The settings of a line.
 
 use crate::{Micros, Serial};
 
-/// Everything a [`Line`](super::Line) is told about its wires. Spans in microseconds.
+/// The properties of the wires of a [`Line`](super::Line). Spans in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Settings {
+pub struct LineSettings {
     /// Bit rate and framing.
     pub serial: Serial,
     /// Silence between the end of anything heard and our next DE.
@@ -19,10 +19,10 @@ pub struct Settings {
     pub echo: EchoMode,
 }
 
-impl Settings {
+impl LineSettings {
     /// No delay around DE, no echo: a transceiver whose receiver is off while it drives.
-    pub const fn new(serial: Serial, guard: Micros) -> Settings {
-        Settings { serial, guard, pre_delay: Micros::ZERO, post_delay: Micros::ZERO, echo: EchoMode::Off }
+    pub const fn new(serial: Serial, guard: Micros) -> LineSettings {
+        LineSettings { serial, guard, pre_delay: Micros::ZERO, post_delay: Micros::ZERO, echo: EchoMode::Off }
     }
 }
 
@@ -30,7 +30,7 @@ impl Settings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EchoMode {
-    /// It does not: everything heard is somebody else's.
+    /// It does not: every character comes from another node.
     #[default]
     Off,
     /// It does: every character of ours has to come back as it was sent.

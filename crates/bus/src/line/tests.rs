@@ -12,7 +12,7 @@ const GUARD: Micros = Micros(87);
 /// Gives a frame all the time in the world.
 const NEVER: Micros = Micros(u64::MAX);
 
-const PLAIN: Settings = Settings {
+const PLAIN: LineSettings = LineSettings {
     serial: SERIAL,
     guard: GUARD,
     pre_delay: Micros(0),
@@ -21,7 +21,7 @@ const PLAIN: Settings = Settings {
 };
 
 /// A line whose transmitter was switched on long before time 0.
-fn line_with(settings: Settings) -> Line {
+fn line_with(settings: LineSettings) -> Line {
     let mut line = Line::new(settings, Micros(0));
     line.clear_at = Micros(0);
     line
@@ -31,23 +31,23 @@ fn line() -> Line {
     line_with(PLAIN)
 }
 
-/// Somebody else's character.
+/// A character of another node.
 fn hear(line: &mut Line, at: u64) -> Event {
     line.heard(Character::clean(0x55), Micros(at))
 }
 
 #[test]
 fn the_idle_character_of_a_new_transmitter_is_over_before_the_driver_comes_on() {
-    let mut line = Line::new(Settings { guard: Micros(0), ..PLAIN }, Micros(1_000));
+    let mut line = Line::new(LineSettings { guard: Micros(0), ..PLAIN }, Micros(1_000));
     line.submit(&[1], NEVER).unwrap();
     assert_eq!(line.poll(Micros(1_086)), None);
-    assert_eq!(line.poll(Micros(1_087)), Some(Step::Begin));
+    assert_eq!(line.poll(Micros(1_087)), Some(LineStep::Begin));
 }
 
 /// Hands a frame to the UART at `now`: the characters the line asked to be written.
 fn write_all(line: &mut Line, frame: &[u8], now: Micros) -> StdVec<u8> {
     line.submit(frame, NEVER).unwrap();
-    assert_eq!(line.poll(now), Some(Step::Begin));
+    assert_eq!(line.poll(now), Some(LineStep::Begin));
     let mut written = StdVec::new();
     while let Some(byte) = line.next_character() {
         written.push(byte);
@@ -67,7 +67,7 @@ fn a_frame_goes_out_whole_and_in_order() {
 fn the_driver_stays_on_until_transmission_complete_of_the_last_character() {
     let mut line = line();
     line.submit(&[1, 2], NEVER).unwrap();
-    assert_eq!(line.poll(Micros(0)), Some(Step::Begin));
+    assert_eq!(line.poll(Micros(0)), Some(LineStep::Begin));
     assert_eq!(line.next_character(), Some(1));
     // The transmitter ran dry between two characters: complete, but not finished.
     assert!(!line.transmission_complete(Micros(90)));
@@ -83,14 +83,14 @@ fn the_driver_stays_on_until_transmission_complete_of_the_last_character() {
 
 #[test]
 fn the_driver_is_on_before_and_after_the_frame_for_the_delays() {
-    let mut line = line_with(Settings { pre_delay: Micros(30), post_delay: Micros(50), ..PLAIN });
+    let mut line = line_with(LineSettings { pre_delay: Micros(30), post_delay: Micros(50), ..PLAIN });
     line.submit(&[1], NEVER).unwrap();
     assert_eq!(line.poll(Micros(1_000)), None);
     assert!(line.driving());
     assert_eq!(line.next_character(), None);
     assert_eq!(line.poll_at(), Some(Micros(1_030)));
     assert_eq!(line.poll(Micros(1_029)), None);
-    assert_eq!(line.poll(Micros(1_030)), Some(Step::Begin));
+    assert_eq!(line.poll(Micros(1_030)), Some(LineStep::Begin));
     assert_eq!(line.next_character(), Some(1));
     assert_eq!(line.next_character(), None);
     // The frame is out, the driver is not off yet.
@@ -106,7 +106,7 @@ fn the_driver_is_on_before_and_after_the_frame_for_the_delays() {
 
 #[test]
 fn an_answer_that_comes_during_the_post_delay_is_heard_and_ends_it() {
-    let mut line = line_with(Settings { post_delay: Micros(500), ..PLAIN });
+    let mut line = line_with(LineSettings { post_delay: Micros(500), ..PLAIN });
     write_all(&mut line, &[1], Micros(0));
     assert!(line.transmission_complete(Micros(87)));
     // 170 µs after our last bit, and a character.
@@ -125,7 +125,7 @@ fn the_guard_is_kept_after_everything_heard() {
     let expected = Micros(1_000 + 5 + 87);
     assert_eq!(line.poll_at(), Some(expected));
     assert_eq!(line.poll(Micros(expected.0 - 1)), None);
-    assert_eq!(line.poll(expected), Some(Step::Begin));
+    assert_eq!(line.poll(expected), Some(LineStep::Begin));
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn a_frame_for_a_line_that_never_falls_silent_is_dropped() {
         assert_eq!(line.poll(Micros(at)), None);
     }
     assert_eq!(line.poll_at(), Some(Micros(1_000)));
-    assert_eq!(line.poll(Micros(1_000)), Some(Step::GiveUp));
+    assert_eq!(line.poll(Micros(1_000)), Some(LineStep::GiveUp));
     assert_eq!(line.poll_at(), None);
     assert_eq!(line.next_character(), None);
     assert!(!line.driving());
@@ -156,12 +156,12 @@ fn a_frame_for_a_line_that_never_falls_silent_is_dropped() {
 fn a_driver_held_too_long_is_forced_off() {
     let mut line = line();
     line.submit(&[1, 2, 3], NEVER).unwrap();
-    assert_eq!(line.poll(Micros(0)), Some(Step::Begin));
+    assert_eq!(line.poll(Micros(0)), Some(LineStep::Begin));
     assert_eq!(line.next_character(), Some(1));
     // 3 characters are 261 µs; a quarter of that, but at least one character (87 µs), is allowed on top.
     assert_eq!(line.poll_at(), Some(Micros(261 + 87)));
     assert_eq!(line.poll(Micros(347)), None);
-    assert_eq!(line.poll(Micros(348)), Some(Step::Force));
+    assert_eq!(line.poll(Micros(348)), Some(LineStep::Force));
     assert!(!line.driving());
     assert_eq!(line.next_character(), None);
     assert!(!line.transmission_complete(Micros(349)));
@@ -175,7 +175,7 @@ fn a_second_frame_is_refused_until_the_first_is_out() {
     let mut line = line();
     line.submit(&[1], NEVER).unwrap();
     assert_eq!(line.submit(&[2], NEVER), Err(SubmitError::Busy));
-    assert_eq!(line.poll(Micros(0)), Some(Step::Begin));
+    assert_eq!(line.poll(Micros(0)), Some(LineStep::Begin));
     assert_eq!(line.submit(&[2], NEVER), Err(SubmitError::Busy));
 }
 
@@ -189,17 +189,17 @@ fn empty_and_oversized_frames_are_refused() {
 #[test]
 fn the_bit_rate_changes_between_two_frames_only() {
     let mut line = line();
-    let slow = Settings { serial: Serial { baud: 9_600 }, guard: Micros(1_042), ..PLAIN };
+    let slow = LineSettings { serial: Serial { baud: 9_600 }, guard: Micros(1_042), ..PLAIN };
     line.submit(&[1], NEVER).unwrap();
     assert_eq!(line.set(slow, Micros(0)), Err(SubmitError::Busy));
-    assert_eq!(line.poll(Micros(0)), Some(Step::Begin));
+    assert_eq!(line.poll(Micros(0)), Some(LineStep::Begin));
     assert_eq!(line.set(slow, Micros(10)), Err(SubmitError::Busy));
     while line.next_character().is_some() {}
     assert!(line.transmission_complete(Micros(87)));
     assert_eq!(line.set(slow, Micros(100)), Ok(()));
     line.submit(&[1], NEVER).unwrap();
     assert_eq!(line.poll_at(), Some(Micros(100 + 1_042)));
-    assert_eq!(line.poll(Micros(1_142)), Some(Step::Begin));
+    assert_eq!(line.poll(Micros(1_142)), Some(LineStep::Begin));
     // One character of 1042 µs, and one of margin.
     assert_eq!(line.poll_at(), Some(Micros(1_142 + 2 * 1_042)));
 }

@@ -10,14 +10,14 @@ impl<P: Protocol> Master<P> {
     /// once, `None` while an exchange is in hand.
     pub fn ask_at(&self, address: P::Address, request: &P::Request) -> Option<Micros> {
         let expected = P::expected(address, request);
-        let on_the_list = self.doubts.clear_at(&expected);
+        let on_the_list = self.outstanding.clear_at(&expected);
         match self.state {
             State::Idle => Some(on_the_list),
             State::Sending { .. } | State::Waiting { .. } => None,
-            State::Quiet { clear, doubt, .. } => {
+            State::Quiet { clear, outstanding, .. } => {
                 let failed = self.exchange.as_ref().map(|exchange| &exchange.expected);
                 let confusable = failed.is_some_and(|failed| P::confusable(&expected, failed));
-                let last = doubt.filter(|_| confusable).unwrap_or(Micros::ZERO);
+                let last = outstanding.filter(|_| confusable).unwrap_or(Micros::ZERO);
                 Some(on_the_list.max(clear).max(last))
             }
         }
@@ -96,7 +96,7 @@ impl<P: Protocol> Master<P> {
         frame
     }
 
-    /// An exchange begins with a frame of so many characters.
+    /// An exchange begins with a frame of this many characters.
     fn opened(
         &mut self,
         expected: P::Expected,
@@ -106,7 +106,7 @@ impl<P: Protocol> Master<P> {
         now: Micros,
     ) {
         self.leave(now);
-        self.slack.count();
+        self.adaptive.count();
         bump(&mut self.counters.requests);
         if P::writes(request) {
             bump(&mut self.counters.writes);
@@ -149,7 +149,7 @@ impl<P: Protocol> Master<P> {
             && let Some(exchange) = &self.exchange
         {
             let until = now + exchange.latency + self.timing.late;
-            self.doubts.add(exchange.doubt(until), now);
+            self.outstanding.add(exchange.outstanding(until), now);
         }
         self.leave_quiet(now);
     }

@@ -1,9 +1,9 @@
-//! One question and what has been heard since it was asked.
+//! One request and the characters received since.
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 
-use super::late::Doubt;
+use super::late::OutstandingReply;
 use super::{Fault, LONGEST_ANSWER};
 use crate::counters::bump;
 use crate::{Micros, Protocol, Timing};
@@ -35,12 +35,12 @@ pub(super) struct Collecting {
     window: Micros,
     answers: u32,
     garbled: u32,
-    junk_reported: bool,
+    discarded_reported: bool,
 }
 
 impl Collecting {
     pub fn new(window: Micros) -> Collecting {
-        Collecting { window, answers: 0, garbled: 0, junk_reported: false }
+        Collecting { window, answers: 0, garbled: 0, discarded_reported: false }
     }
 
     pub fn window(&self) -> Micros {
@@ -103,21 +103,21 @@ impl<P: Protocol> Exchange<P> {
     }
 
     /// This request, if its answer may come as late as `until`.
-    pub fn doubt(&self, until: Micros) -> Doubt<P::Expected> {
-        Doubt { expected: self.expected, due: self.released + self.latency, until }
+    pub fn outstanding(&self, until: Micros) -> OutstandingReply<P::Expected> {
+        OutstandingReply { expected: self.expected, due: self.released + self.latency, until }
     }
 
     /// Our last stop bit was out at `at`: the answer begins now, and what was heard before is no part of it. Returns
-    /// how many of those characters were junk.
+    /// how many of those characters were discarded.
     pub fn release(&mut self, at: Micros) -> u32 {
-        let junk = self.finish();
+        let discarded = self.finish();
         (self.released, self.first, self.last) = (at, at, at);
         P::restart(&mut self.decoder, self.expected);
-        junk
+        discarded
     }
 
     /// Takes a character that may belong to the answer.
-    pub fn hear(&mut self, character: Character, at: Micros) -> Progress<P::Answer, P::DecodeError> {
+    pub fn hear(&mut self, character: Character, at: Micros) -> DecodeProgress<P::Answer, P::DecodeError> {
         if self.characters == 0 {
             self.first = at;
         }
@@ -128,15 +128,15 @@ impl<P: Protocol> Exchange<P> {
 
     /// From our last stop bit to the end of the answer's first character, if nothing was heard before that.
     pub fn response(&self) -> Option<Micros> {
-        (P::junk(&self.decoder) == 0 && self.bad.is_none()).then(|| self.first.since(self.released))
+        (P::discarded(&self.decoder) == 0 && self.bad.is_none()).then(|| self.first.since(self.released))
     }
 
     /// No more characters come: lets the decoder decide about those it holds, and returns how many characters were
-    /// junk.
+    /// discarded.
     pub fn finish(&mut self) -> u32 {
         // Each report takes at least one character out of the decoder, so this ends.
-        while !matches!(P::idle(&mut self.decoder), Progress::More) {}
-        P::junk(&self.decoder)
+        while !matches!(P::idle(&mut self.decoder), DecodeProgress::More) {}
+        P::discarded(&self.decoder)
     }
 
     /// Why there is no answer at `deadline`.
@@ -149,11 +149,11 @@ impl<P: Protocol> Exchange<P> {
         }
     }
 
-    /// The end of a collecting exchange, when there is nothing left to report: its junk once, then the sum.
+    /// The end of a collecting exchange, when there is nothing left to report: its discarded characters once, then the sum.
     pub fn over(&mut self) -> Fault<P::DecodeError> {
-        let characters = P::junk(&self.decoder);
+        let characters = P::discarded(&self.decoder);
         let Some(collecting) = &mut self.collecting else { return Fault::Over { answers: 0, garbled: 0 } };
-        if characters > 0 && !core::mem::replace(&mut collecting.junk_reported, true) {
+        if characters > 0 && !core::mem::replace(&mut collecting.discarded_reported, true) {
             bump(&mut collecting.garbled);
             return Fault::Garbled { characters };
         }

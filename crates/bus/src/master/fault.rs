@@ -1,9 +1,9 @@
 //! Why there is no answer, and whose fault it is.
 
-use clino_codec::layers::Layer;
+use clino_codec::checks::Check;
 
 use crate::line::SubmitError;
-use crate::{Micros, Refusal};
+use crate::{FailedCheck, Micros};
 
 /// Why there is no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,9 +20,9 @@ pub enum Fault<E> {
     },
     /// A frame came, but not the awaited one, or it failed a check.
     Bad(E),
-    /// Somebody else talked into our frame, as its echo showed, and no good answer came.
+    /// Another node transmitted during our frame, as its echo showed, and no good answer came.
     Contention,
-    /// Somebody else kept talking: our frame was dropped before its first character.
+    /// Another node kept transmitting: our frame was dropped before its first character.
     LineBusy,
     /// Our own frame did not get out whole: the driver was switched off by force, or the line never said how the frame
     /// ended.
@@ -50,16 +50,16 @@ pub enum Blame {
     Request,
 }
 
-impl<E: Refusal> Fault<E> {
+impl<E: FailedCheck> Fault<E> {
     /// Where to look for the cause.
     pub fn blame(&self) -> Blame {
         match self {
             Fault::NoAnswer { .. } | Fault::Over { answers: 0, garbled: 0 } => Blame::Node,
             Fault::Garbled { .. } | Fault::Contention | Fault::LineBusy | Fault::Over { .. } => Blame::Line,
             Fault::NotSent => Blame::Ourselves,
-            Fault::Bad(error) => match error.layer() {
-                Layer::LineErrors | Layer::Checksum => Blame::Line,
-                Layer::Address | Layer::Command | Layer::Length | Layer::Value => Blame::Node,
+            Fault::Bad(error) => match error.failed_check() {
+                Check::LineErrors | Check::Checksum => Blame::Line,
+                Check::Address | Check::Command | Check::Length | Check::Value => Blame::Node,
             },
         }
     }

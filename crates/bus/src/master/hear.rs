@@ -1,20 +1,20 @@
-//! What is heard while an exchange is in hand, and what it means.
+//! Characters received during an exchange, and their meaning.
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 
 use super::exchange::Exchange;
-use super::{Fault, Master, Outcome, State};
+use super::{ExchangeOutcome, Fault, Master, State};
 use crate::counters::bump;
-use crate::{Micros, Protocol, Refusal};
+use crate::{FailedCheck, Micros, Protocol};
 
 impl<P: Protocol> Master<P> {
     pub(super) fn released(&mut self, at: Micros) {
         let (State::Sending { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return };
-        self.counters.junk = self.counters.junk.wrapping_add(exchange.release(at));
+        self.counters.discarded = self.counters.discarded.wrapping_add(exchange.release(at));
         let wait = match &exchange.collecting {
             Some(collecting) => collecting.window(),
-            None => self.timing.first_character(exchange.latency) + self.slack.granted(),
+            None => self.timing.first_character(exchange.latency) + self.adaptive.extension(),
         };
         let deadline = at + wait;
         let give_up = deadline + exchange.longest_wait(&self.timing);
@@ -30,16 +30,16 @@ impl<P: Protocol> Master<P> {
         }
     }
 
-    pub(super) fn heard(&mut self, character: Character, at: Micros) -> Option<Outcome<P>> {
+    pub(super) fn heard(&mut self, character: Character, at: Micros) -> Option<ExchangeOutcome<P>> {
         self.counters.character(character);
         if matches!(self.state, State::Idle | State::Sending { .. }) {
             bump(&mut self.counters.unasked);
         }
         let gap = self.timing.gap + self.character;
         let progress = match (&mut self.state, &mut self.exchange) {
-            // Nobody was asked.
+            // Unsolicited.
             (State::Idle, _) | (_, None) => {
-                bump(&mut self.counters.junk);
+                bump(&mut self.counters.discarded);
                 return None;
             }
             // A late answer, or a node out of turn.
@@ -59,34 +59,34 @@ impl<P: Protocol> Master<P> {
     /// What a decoder's progress means in the state at hand.
     pub(super) fn progressed(
         &mut self,
-        progress: Progress<P::Answer, P::DecodeError>,
+        progress: DecodeProgress<P::Answer, P::DecodeError>,
         at: Micros,
-    ) -> Option<Outcome<P>> {
+    ) -> Option<ExchangeOutcome<P>> {
         let asked = self.exchange()?.asked;
         match progress {
-            Progress::More => None,
-            Progress::Bad(error) => {
+            DecodeProgress::More => None,
+            DecodeProgress::Bad(error) => {
                 let fits = |earlier: &P::Expected| P::answers_refused(&error, earlier);
-                match self.doubts.claim(asked, fits) {
-                    Some(doubt) => self.came_late(&doubt, at),
-                    None => self.counters.refused(error.layer()),
+                match self.outstanding.claim(asked, fits) {
+                    Some(reply) => self.came_late(&reply, at),
+                    None => self.counters.refused(error.failed_check()),
                 }
                 self.refused(error, at)
             }
-            Progress::Frame(answer) => {
+            DecodeProgress::Frame(answer) => {
                 if let State::Quiet { .. } = self.state {
                     self.came_late_in_quiet(at);
                     return None;
                 }
-                let doubt = self.doubts.claim(asked, |earlier| P::answers(&answer, earlier));
-                match (self.state, doubt) {
-                    (_, Some(doubt)) => {
-                        self.came_late(&doubt, at);
+                let reply = self.outstanding.claim(asked, |earlier| P::answers(&answer, earlier));
+                match (self.state, reply) {
+                    (_, Some(reply)) => {
+                        self.came_late(&reply, at);
                         self.pass_over();
                         None
                     }
                     (State::Waiting { .. }, None) => self.answered(answer, at),
-                    // Intact, but nobody has been asked yet.
+                    // Intact, but no request is out yet.
                     (_, None) => {
                         bump(&mut self.counters.foreign);
                         None
@@ -97,7 +97,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// A frame was refused while its answer is awaited.
-    fn refused(&mut self, error: P::DecodeError, at: Micros) -> Option<Outcome<P>> {
+    fn refused(&mut self, error: P::DecodeError, at: Micros) -> Option<ExchangeOutcome<P>> {
         let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
         match &mut exchange.collecting {
             None => {
@@ -106,29 +106,29 @@ impl<P: Protocol> Master<P> {
             }
             Some(collecting) => {
                 bump(&mut self.counters.bad_answer);
-                Some(Outcome { result: collecting.report(Err(Fault::Bad(error))), at })
+                Some(ExchangeOutcome { result: collecting.report(Err(Fault::Bad(error))), at })
             }
         }
     }
 
     /// The answer is here: the end of the exchange, unless it collects.
-    fn answered(&mut self, answer: P::Answer, at: Micros) -> Option<Outcome<P>> {
+    fn answered(&mut self, answer: P::Answer, at: Micros) -> Option<ExchangeOutcome<P>> {
         bump(&mut self.counters.good);
         let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
-        self.habits.answered(P::node(&exchange.expected));
+        self.history.answered(P::node(&exchange.expected));
         if !exchange.retry {
             bump(&mut self.counters.first_try);
         }
         if let Some(collecting) = &mut exchange.collecting {
-            return Some(Outcome { result: collecting.report(Ok(answer)), at });
+            return Some(ExchangeOutcome { result: collecting.report(Ok(answer)), at });
         }
         if let Some(response) = exchange.response() {
             self.counters.response(response);
-            self.slack.note(response.since(exchange.latency + self.character), &self.timing);
+            self.adaptive.note(response.since(exchange.latency + self.character), &self.timing);
         }
-        self.counters.junk = self.counters.junk.wrapping_add(exchange.finish());
+        self.counters.discarded = self.counters.discarded.wrapping_add(exchange.finish());
         self.state = State::Idle;
-        Some(Outcome { result: Ok(answer), at })
+        Some(ExchangeOutcome { result: Ok(answer), at })
     }
 
     /// What was heard of this exchange so far was a late answer to another one.

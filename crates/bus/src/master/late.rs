@@ -1,13 +1,12 @@
-//! Requests that were not answered in time, and may be still.
+//! Outstanding replies: requests that were not answered in time and may still be answered.
 //!
-//! Nothing in a late answer tells it from the answer to a repetition of the same request, so time has to. A request
-//! that failed stays *in doubt* until an answer to it was recognised as late, or until [`Timing::late`] after its
-//! deadline. While it is, an answer that it may have called for is late, whatever was asked since, and is not used. So
-//! that this costs nothing, a master asks in the meantime what cannot be confused with it: other nodes, or other
-//! commands.
+//! A late answer looks like the answer to a repetition of the same request; only time tells them apart. The reply to a
+//! failed request stays *outstanding* until an answer to it is recognised as late, or until [`Timing::late`] after its
+//! deadline. Until then an answer that fits this request counts as late, whatever was asked since, and is not used. To
+//! lose no time, a master meanwhile asks what cannot be confused with it: other nodes, or other commands.
 //!
-//! Limits: an answer that begins later than that is taken for what it looks like; at most [`MAX_DOUBTS`] requests
-//! are in doubt at once, and then nothing is asked until the oldest of them is not.
+//! Limits: an answer that begins after [`Timing::late`] is taken for the answer to a later request. At most
+//! [`MAX_OUTSTANDING`] replies are outstanding at once; the next request then waits until the oldest has expired.
 //!
 //! [`Timing::late`]: crate::Timing
 
@@ -15,11 +14,11 @@ use heapless::Vec;
 
 use crate::{Micros, Protocol, Serial};
 
-/// More than the unanswered T7 requests that fit into the time in which one of them is in doubt: 25 ms, at 2.4 ms each.
-const MAX_DOUBTS: usize = 12;
+/// More than the unanswered T7 requests that fit into the 25 ms for which one reply is outstanding, at 2.4 ms each.
+const MAX_OUTSTANDING: usize = 12;
 
 #[derive(Clone, Copy)]
-pub(super) struct Doubt<E> {
+pub(super) struct OutstandingReply<E> {
     pub expected: E,
     /// When the answer should have begun, by the sensor's document.
     pub due: Micros,
@@ -27,48 +26,48 @@ pub(super) struct Doubt<E> {
     pub until: Micros,
 }
 
-impl<E> Doubt<E> {
+impl<E> OutstandingReply<E> {
     /// How long after it was due an answer began that ended at `at`.
     pub fn lateness<P: Protocol<Expected = E>>(&self, at: Micros, serial: Serial) -> Micros {
         at.since(self.due + serial.characters(P::size(&self.expected) as u64))
     }
 }
 
-/// The requests in doubt, oldest first.
-pub(super) struct Doubts<P: Protocol> {
-    list: Vec<Doubt<P::Expected>, MAX_DOUBTS>,
+/// Failed requests whose replies are outstanding, oldest first.
+pub(super) struct OutstandingReplies<P: Protocol> {
+    list: Vec<OutstandingReply<P::Expected>, MAX_OUTSTANDING>,
 }
 
-impl<P: Protocol> Doubts<P> {
+impl<P: Protocol> OutstandingReplies<P> {
     pub const fn new() -> Self {
-        Doubts { list: Vec::new() }
+        OutstandingReplies { list: Vec::new() }
     }
 
-    /// Remembers a request. Those that are not in doubt any more at `now` go.
-    pub fn add(&mut self, doubt: Doubt<P::Expected>, now: Micros) {
-        self.list.retain(|doubt| doubt.until > now);
+    /// Adds a request and removes those whose time is over at `now`.
+    pub fn add(&mut self, reply: OutstandingReply<P::Expected>, now: Micros) {
+        self.list.retain(|reply| reply.until > now);
         if self.list.is_full() {
-            // Only a caller who did not ask when he may comes here.
+            // Only a caller that ignored `may_ask` comes here.
             self.list.remove(0);
         }
-        _ = self.list.push(doubt);
+        _ = self.list.push(reply);
     }
 
-    /// From when on a request for `expected` can be asked without doubt about its answer.
+    /// When a request for `expected` may be sent, so that its answer cannot be confused with an outstanding one.
     pub fn clear_at(&self, expected: &P::Expected) -> Micros {
-        let confusable = self.list.iter().filter(|doubt| P::confusable(expected, &doubt.expected));
+        let confusable = self.list.iter().filter(|reply| P::confusable(expected, &reply.expected));
         let room = if self.list.is_full() { self.list.first() } else { None };
-        confusable.chain(room).map(|doubt| doubt.until).max().unwrap_or(Micros::ZERO)
+        confusable.chain(room).map(|reply| reply.until).max().unwrap_or(Micros::ZERO)
     }
 
-    /// An answer came, to a request begun at `asked`; `fits` says whether it may belong to an earlier one. If it does,
-    /// returns that, no more in doubt.
+    /// An answer came during the request begun at `asked`; `fits` says whether it fits an earlier request. Removes and
+    /// returns the earlier request that it fits, if there is one.
     pub fn claim(
         &mut self,
         asked: Micros,
         fits: impl Fn(&P::Expected) -> bool,
-    ) -> Option<Doubt<P::Expected>> {
-        let index = self.list.iter().position(|doubt| doubt.until > asked && fits(&doubt.expected))?;
+    ) -> Option<OutstandingReply<P::Expected>> {
+        let index = self.list.iter().position(|reply| reply.until > asked && fits(&reply.expected))?;
         Some(self.list.remove(index))
     }
 }

@@ -28,7 +28,7 @@ fn node(address: u8) -> Address {
 struct Bench {
     master: Master<T7>,
     now: u64,
-    outcomes: Vec<Outcome<T7>>,
+    outcomes: Vec<ExchangeOutcome<T7>>,
 }
 
 impl Bench {
@@ -75,7 +75,7 @@ impl Bench {
         self.outcomes.extend(self.master.on(Event::Heard { character, at: Micros(at) }));
     }
 
-    fn only_outcome(&self) -> &Outcome<T7> {
+    fn only_outcome(&self) -> &ExchangeOutcome<T7> {
         assert_eq!(self.outcomes.len(), 1);
         &self.outcomes[0]
     }
@@ -125,16 +125,16 @@ fn a_dead_node_costs_its_first_character_deadline() {
 }
 
 #[test]
-fn junk_at_turnaround_costs_nothing() {
+fn stray_characters_at_turnaround_costs_nothing() {
     let mut bench = Bench::asked();
     bench.hear(1_090, &[0x00, 0xFF]);
     bench.hear(3_083, &ANSWER);
     assert!(bench.is_the_answer());
-    assert_eq!(bench.master.counters().junk, 2);
+    assert_eq!(bench.master.counters().discarded, 2);
 }
 
 #[test]
-fn a_late_answer_is_counted_and_credited_to_nobody() {
+fn a_late_answer_is_counted_and_never_used() {
     let mut bench = Bench::asked();
     bench.hear(1_000 + DEADLINE + 20, &ANSWER);
     assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Micros(DEADLINE) });
@@ -259,7 +259,7 @@ fn a_good_exchange_is_idle_at_once_and_a_failed_one_when_no_late_answer_can_come
 }
 
 #[test]
-fn response_times_are_those_of_good_answers_without_junk_before_them() {
+fn response_times_count_only_answers_without_stray_characters_before_them() {
     let mut bench = Bench::asked();
     bench.hear(3_000, &ANSWER);
     bench.ask();

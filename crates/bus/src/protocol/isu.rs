@@ -1,11 +1,11 @@
 //! STT ISU, binary mode, as a [`Protocol`].
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
+use clino_codec::checks::{Check, Checks};
 use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
-use clino_codec::layers::{Layer, Layers};
 
-use crate::{Micros, Protocol, Refusal, Timing};
+use crate::{FailedCheck, Micros, Protocol, Timing};
 
 /// STT ISU, binary mode. An error answer names no module and is taken for the one that was asked.
 #[derive(Debug)]
@@ -46,26 +46,26 @@ impl Protocol for Isu {
     }
 
     fn decoder(expected: Expected) -> AnswerDecoder {
-        AnswerDecoder::new(expected, Layers::ALL)
+        AnswerDecoder::new(expected, Checks::ALL)
     }
 
     fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
         decoder.restart(expected);
     }
 
-    fn push(decoder: &mut AnswerDecoder, character: Character) -> Progress<Answer, DecodeError> {
+    fn push(decoder: &mut AnswerDecoder, character: Character) -> DecodeProgress<Answer, DecodeError> {
         decoder.push(character)
     }
 
-    fn idle(decoder: &mut AnswerDecoder) -> Progress<Answer, DecodeError> {
+    fn idle(decoder: &mut AnswerDecoder) -> DecodeProgress<Answer, DecodeError> {
         decoder.idle()
     }
 
-    fn junk(decoder: &AnswerDecoder) -> u32 {
-        decoder.junk()
+    fn discarded(decoder: &AnswerDecoder) -> u32 {
+        decoder.discarded()
     }
 
-    /// An error answer names no module: it may be anybody's.
+    /// An error answer names no module: it may come from any.
     fn answers(answer: &Answer, earlier: &Expected) -> bool {
         answer.response.function().is_none_or(|function| {
             function == earlier.function() && may_be(answer.address, earlier.address())
@@ -94,8 +94,8 @@ fn may_be(address: Address, asked: Address) -> bool {
     asked.is_any() || asked == address
 }
 
-impl Refusal for DecodeError {
-    fn layer(&self) -> Layer {
-        self.layer()
+impl FailedCheck for DecodeError {
+    fn failed_check(&self) -> Check {
+        self.failed_check()
     }
 }

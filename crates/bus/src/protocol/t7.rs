@@ -1,11 +1,11 @@
 //! US Digital T7 as a [`Protocol`].
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
-use clino_codec::layers::{Layer, Layers};
+use clino_codec::checks::{Check, Checks};
 use clino_codec::t7::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
 
-use crate::{Micros, Protocol, Refusal, Timing};
+use crate::{FailedCheck, Micros, Protocol, Timing};
 
 /// US Digital T7.
 #[derive(Debug)]
@@ -46,23 +46,23 @@ impl Protocol for T7 {
     }
 
     fn decoder(expected: Expected) -> AnswerDecoder {
-        AnswerDecoder::new(expected, Layers::ALL)
+        AnswerDecoder::new(expected, Checks::ALL)
     }
 
     fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
         decoder.restart(expected);
     }
 
-    fn push(decoder: &mut AnswerDecoder, character: Character) -> Progress<Answer, DecodeError> {
+    fn push(decoder: &mut AnswerDecoder, character: Character) -> DecodeProgress<Answer, DecodeError> {
         decoder.push(character)
     }
 
-    fn idle(decoder: &mut AnswerDecoder) -> Progress<Answer, DecodeError> {
+    fn idle(decoder: &mut AnswerDecoder) -> DecodeProgress<Answer, DecodeError> {
         decoder.idle()
     }
 
-    fn junk(decoder: &AnswerDecoder) -> u32 {
-        decoder.junk()
+    fn discarded(decoder: &AnswerDecoder) -> u32 {
+        decoder.discarded()
     }
 
     fn answers(answer: &Answer, earlier: &Expected) -> bool {
@@ -84,8 +84,8 @@ fn may_be(address: Address, asked: Address) -> bool {
     asked.is_all() || asked == address
 }
 
-impl Refusal for DecodeError {
-    fn layer(&self) -> Layer {
-        self.layer()
+impl FailedCheck for DecodeError {
+    fn failed_check(&self) -> Check {
+        self.failed_check()
     }
 }

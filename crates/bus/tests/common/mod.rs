@@ -2,10 +2,10 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
-pub mod oracle;
+pub mod expected;
 pub mod transactions;
 
-use clino_bus::{Event, Fault, Master, Micros, Outcome, Protocol, Timing};
+use clino_bus::{Event, ExchangeOutcome, Fault, Master, Micros, Protocol, Timing};
 use clino_codec::character::Character;
 use clino_sim::node::{Heard, Node};
 
@@ -41,7 +41,7 @@ pub fn answer_of(node: &mut dyn Node, command: &[u8]) -> Vec<u8> {
     panic!("no answer to {command:02X?}")
 }
 
-/// A master whose line is played by arithmetic: frames go out at once, and what is heard is told.
+/// A master on a computed line: frames go out at once, and the test supplies what the master hears.
 pub struct Desk<P: Protocol> {
     pub master: Master<P>,
     pub now: Micros,
@@ -54,7 +54,7 @@ impl<P: Protocol> Desk<P> {
 
     /// Asks as soon as the master allows; `heard` follows the last stop bit of the request, to its end even when the
     /// exchange is over before that.
-    pub fn ask(&mut self, address: P::Address, request: &P::Request, heard: &[Sound]) -> Outcome<P> {
+    pub fn ask(&mut self, address: P::Address, request: &P::Request, heard: &[Sound]) -> ExchangeOutcome<P> {
         while let Some(at) = self.master.ask_at(address, request).filter(|&at| at > self.now) {
             assert!(self.wait(at).is_none(), "an outcome of nothing");
         }
@@ -84,7 +84,7 @@ impl<P: Protocol> Desk<P> {
         outcome.expect("an outcome")
     }
 
-    fn wait(&mut self, until: Micros) -> Option<Outcome<P>> {
+    fn wait(&mut self, until: Micros) -> Option<ExchangeOutcome<P>> {
         let mut outcome = None;
         while let Some(at) = self.master.poll_at().filter(|&at| at <= until) {
             self.now = self.now.max(at);

@@ -7,7 +7,7 @@ use clino_codec::t7::{Axis, BaudRate, DeviceType, Direction, Millidegrees};
 use clino_codec::{isu, t7};
 use clino_sim::motion::Motion;
 
-use super::{answer_of, oracle};
+use super::{answer_of, expected};
 
 const DEGREE: i64 = 1_000_000;
 
@@ -33,10 +33,10 @@ pub fn t7_timing() -> Timing {
 }
 
 fn t7_node(address: u8, degrees: i64) -> clino_sim::t7::T7 {
-    use clino_sim::t7::{Identity, Model, Options, Settings};
+    use clino_sim::t7::{Identity, Model, Options, StoredSettings};
     let motion = [degrees, degrees + 10, degrees + 20].map(|angle| Motion::Constant(angle * DEGREE));
     let identity = Identity { model: Model::T73, ..Identity::default() };
-    let settings = Settings { address, ..Settings::default() };
+    let settings = StoredSettings { address, ..StoredSettings::default() };
     clino_sim::t7::T7::new(identity, settings, Options { motion, ..Options::default() }).unwrap()
 }
 
@@ -81,7 +81,7 @@ pub fn t7() -> Vec<Transaction<T7>> {
             second: t7_answer(5, -45, &request),
             other_node: t7_answer(6, 30, &request),
             other_command: t7_answer(5, 30, &other),
-            found: Box::new(move |heard| oracle::t7_answers(heard, 5, command, size).collect()),
+            found: Box::new(move |heard| expected::t7_answers(heard, 5, command, size).collect()),
             first,
             request,
         }
@@ -143,7 +143,7 @@ fn isu_transaction(request: isu::Request) -> Transaction<Isu> {
         second: isu_answer(3, 25, &request),
         other_node: isu_answer(4, 100, &request),
         other_command: isu_answer(3, 100, &other),
-        found: Box::new(move |heard| oracle::isu_answers(heard, head, size, memory).collect()),
+        found: Box::new(move |heard| expected::isu_answers(heard, head, size, memory).collect()),
         first,
         request,
     }

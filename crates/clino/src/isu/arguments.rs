@@ -29,7 +29,7 @@ Commands and the options they need:
 Writes outside RAM 58H-59H and EEPROM 48H-57H, 78H-7FH, D0H-D7H are refused.
 A wrong checksum in EEPROM 78H-7FH disables the module.";
 
-/// What there is to do with ISU frames.
+/// The subcommands for ISU frames.
 #[derive(Subcommand)]
 pub enum Tool {
     /// Frame to JSON

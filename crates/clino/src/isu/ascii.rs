@@ -2,16 +2,16 @@
 
 use std::io;
 
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::ascii::{Centidegrees, LineDecoder, LineFault};
 use clino_codec::character::Character;
 use serde::ser::{Serialize, SerializeMap as _, Serializer};
 
 use crate::bad::Bad;
-use crate::outcome::{Failure, Verdict};
+use crate::outcome::{DecodeVerdict, Failure};
 use crate::stream;
 
-pub fn run() -> Result<Verdict, Failure> {
+pub fn run() -> Result<DecodeVerdict, Failure> {
     Ok(stream::lines(io::stdin().lock(), io::stdout().lock(), decode)?)
 }
 
@@ -23,9 +23,9 @@ fn decode(text: &[u8]) -> Result<LineObject, Bad> {
     let mut decoder = LineDecoder::new();
     for &byte in text.iter().chain(b"\r\n") {
         match decoder.push(Character::clean(byte)) {
-            Progress::More => {}
-            Progress::Frame(angle) => return Ok(LineObject(angle)),
-            Progress::Bad(fault) => return Err(fault.into()),
+            DecodeProgress::More => {}
+            DecodeProgress::Frame(angle) => return Ok(LineObject(angle)),
+            DecodeProgress::Bad(fault) => return Err(fault.into()),
         }
     }
     // Nine characters end in one way or the other, and a carriage return cannot stand earlier in a line.

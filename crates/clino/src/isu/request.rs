@@ -45,7 +45,7 @@ impl Parameters {
         need(name, "--count", &mut self.count)
     }
 
-    /// Which parameters nobody has taken.
+    /// The parameters not yet used.
     fn left(&self) -> [(&'static str, bool); 4] {
         [
             ("--start", self.start.is_some()),

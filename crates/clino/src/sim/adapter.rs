@@ -1,5 +1,5 @@
 //! What stands between a computer and a pair: a UART at the computer's bit rate, and a line driver that is on from the
-//! first start bit to the last stop bit, as in an RS485 adapter that switches by itself.
+//! first start bit to the last stop bit, as in an RS485 adapter with automatic direction control.
 //!
 //! What the computer sends goes out character by character, and what it hears it gets at the centre of each stop
 //! bit: an answer comes at the pace it has on the pair, not as a whole when it is over, so that gaps in it and
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
     use crate::sim::t7::T7;
     use clino_segment::chance::Chance;
-    use clino_segment::{Noise, Settings};
+    use clino_segment::{Noise, SegmentSettings};
 
     const ASK: [u8; 3] = [0x05, 0x01, 0x83];
     /// 12.345°.
@@ -134,7 +134,7 @@ mod tests {
     fn adapter(echo: bool) -> Adapter {
         let chance = Chance::new(0);
         let station = T7::parse("5,angle=12.345").unwrap().station(0, chance).unwrap();
-        let segment = Segment::new(Settings { chance, echo, noise: Noise::default() }, vec![station]);
+        let segment = Segment::new(SegmentSettings { chance, echo, noise: Noise::default() }, vec![station]);
         Adapter::new(segment, 115_200)
     }
 
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn at_a_wrong_bit_rate_nobody_answers() {
+    fn at_a_wrong_bit_rate_no_sensor_answers() {
         let mut adapter = adapter(false);
         for baud in [9_600, 19_200, 38_400, 57_600] {
             let now = u64::from(baud) * 1_000_000;

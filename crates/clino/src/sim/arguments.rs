@@ -68,7 +68,7 @@ pub struct Arguments {
     /// Decides what is left to chance: jitter, bit errors, who wins a collision
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
-    /// Tell on standard error what is said on the buses
+    /// Print the frames of the buses on standard error
     #[arg(long, short)]
     pub verbose: bool,
 }

@@ -1,17 +1,17 @@
-//! What is said on a pair, for people: one line on standard error for each who speaks.
+//! The frames on a pair, for people: one line on standard error for each sender.
 //!
 //! ```text
 //!     1.250000 t7 program: 05 01 83
 //!     1.252260 t7 t7-1 5 (serial 1001): 05 06 83 00 00 30 39 09
 //! ```
-//! Seconds since the start of the first start bit, the bus, who, the bytes as sent. `!` marks a byte that did not reach
-//! the pair as it was sent. A line of its own names those who drove the pair against each other.
+//! Seconds since the start of the first start bit, the bus, the sender, the bytes as sent. `!` marks a byte that did not reach
+//! the pair as it was sent. A separate line names the drivers that drove the pair against each other.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write as _};
 use std::sync::PoisonError;
 
-use clino_segment::log::{Event, Fate, SharedLog, Talker};
+use clino_segment::log::{Fate, LineEvent, SharedLog, Talker};
 use clino_sim::node::Ns;
 
 const NS_PER_S: u64 = 1_000_000_000;
@@ -23,7 +23,7 @@ pub struct Chatter {
     log: SharedLog,
     verbose: bool,
     nodes: Vec<String>,
-    /// Whoever is speaking: since when, and what.
+    /// The current senders: since when, and the bytes so far.
     speaking: BTreeMap<Talker, (Ns, String)>,
 }
 
@@ -42,22 +42,22 @@ impl Chatter {
         }
         let mut output = io::stderr().lock();
         for line in events.iter().filter_map(|event| self.line(event)) {
-            // Whoever does not listen to it is no reason to end.
+            // A closed standard error is no reason to end.
             let _ = writeln!(output, "{line}");
         }
     }
 
-    fn line(&mut self, event: &Event) -> Option<String> {
+    fn line(&mut self, event: &LineEvent) -> Option<String> {
         match *event {
-            Event::Char { who, start, word, fate, .. } => {
+            LineEvent::Char { who, start, word, fate, .. } => {
                 let (_, bytes) = self.speaking.entry(who).or_insert((start, String::new()));
                 let mark = if fate == Fate::Clean { "" } else { "!" };
                 bytes.push_str(&format!(" {word:02X}{mark}"));
                 None
             }
-            Event::De { high: false, .. } => self.ended(Talker::Gateway),
-            Event::Drive { node, on: false, .. } => self.ended(Talker::Node(node)),
-            Event::Contention { from, ref who, fought: true, .. } => {
+            LineEvent::De { high: false, .. } => self.ended(Talker::Gateway),
+            LineEvent::Drive { node, on: false, .. } => self.ended(Talker::Node(node)),
+            LineEvent::Contention { from, ref who, fought: true, .. } => {
                 let names: Vec<&str> = who.iter().map(|who| self.name(*who)).collect();
                 Some(format!("{} {} talk at once", self.head(from), names.join(" and ")))
             }

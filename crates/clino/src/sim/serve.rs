@@ -1,7 +1,7 @@
 //! The loop between wall clock, terminals and pairs.
 //!
-//! It sleeps until the next event on a pair, or until a terminal or a signal wakes it up. A terminal that nobody has
-//! open reports that all the time; so terminals are waited for by edges, and every turn looks at everything.
+//! It sleeps until the next event on a pair, or until a terminal or a signal wakes it up. A terminal that no program has
+//! open reports that all the time; so the loop waits for edges, and checks every terminal in each turn.
 
 use std::io::{self, Read as _};
 use std::os::unix::net::UnixStream;
@@ -57,10 +57,10 @@ impl Stop {
 /// Serves the buses until `stop`.
 pub fn until(stop: &Stop, buses: &mut [Bus]) -> io::Result<()> {
     let wakers = epoll::create(epoll::CreateFlags::CLOEXEC)?;
-    let nobody = epoll::EventData::new_u64(0);
-    epoll::add(&wakers, &stop.0, nobody, epoll::EventFlags::IN)?;
+    let ignored = epoll::EventData::new_u64(0);
+    epoll::add(&wakers, &stop.0, ignored, epoll::EventFlags::IN)?;
     for bus in &*buses {
-        epoll::add(&wakers, &bus.terminal, nobody, epoll::EventFlags::IN | epoll::EventFlags::ET)?;
+        epoll::add(&wakers, &bus.terminal, ignored, epoll::EventFlags::IN | epoll::EventFlags::ET)?;
     }
     let start = Instant::now();
     let mut edges = Vec::with_capacity(EDGES);

@@ -4,7 +4,7 @@ use clino_segment::chance::{Chance, Topic};
 use clino_segment::{Faults, Station};
 use clino_sim::t7::{
     BAUD_RATES, DAMPING_MS, DEFAULT_ADDRESS, Damping, Flash, GET_LIMIT, Identity, Model, Options,
-    OutputRange, SET_LIMIT, SETTABLE_ADDRESSES, Settings,
+    OutputRange, SET_LIMIT, SETTABLE_ADDRESSES, StoredSettings,
 };
 
 use super::value::{self, Every, of_key};
@@ -22,7 +22,7 @@ const FIRST_SERIAL: u32 = 1_001;
 pub struct T7 {
     model: Model,
     serial: Option<u32>,
-    settings: Settings,
+    settings: StoredSettings,
     options: Options,
     fault: Option<Every>,
     flash: Flash,
@@ -38,7 +38,7 @@ impl T7 {
         let mut t7 = Self {
             model: Model::T71,
             serial: None,
-            settings: Settings { address: self::address(address)?, ..Settings::default() },
+            settings: StoredSettings { address: self::address(address)?, ..StoredSettings::default() },
             options: Options::default(),
             fault: None,
             flash: Flash::default(),

@@ -1,6 +1,6 @@
 //! Words that describe a sensor: `ADDRESS[,KEY[=VALUE]]…`, and the values in them.
 
-use clino_sim::fault::Fault;
+use clino_sim::fault::AnswerFault;
 use clino_sim::latency::Latency;
 use clino_sim::motion::{DEGREE, Motion};
 use clino_sim::node::Ns;
@@ -17,7 +17,7 @@ const NO_MOTION: &str = "not an angle (in degrees), ramp:START:RATE, or sine:CEN
 const NO_FAULT: &str = "not KIND/N, such as silent/10";
 
 /// A fault of every so manieth answer.
-pub type Every = (u64, Fault);
+pub type Every = (u64, AnswerFault);
 
 /// The address, and the keys with their values. A key without a value has an empty one.
 pub fn words(text: &str) -> (&str, impl Iterator<Item = (&str, &str)>) {
@@ -82,7 +82,7 @@ pub fn latency(text: &str, limit: Ns) -> Result<Latency, String> {
 /// How an angle moves.
 ///
 /// # Errors
-/// What there is.
+/// Lists the accepted values.
 pub fn motion(text: &str) -> Result<Motion, String> {
     let parts: Vec<&str> = text.split(':').collect();
     match parts[..] {
@@ -101,16 +101,16 @@ pub fn motion(text: &str) -> Result<Motion, String> {
 /// A fault, and how often it strikes.
 ///
 /// # Errors
-/// What there is.
+/// Lists the accepted values.
 pub fn fault(text: &str) -> Result<Every, String> {
     let (kind, every) = text.rsplit_once('/').ok_or(NO_FAULT)?;
     let every = within::<i64>(every, 1..=i64::MAX)?.unsigned_abs();
     let (kind, value) = kind.split_once(':').unwrap_or((kind, ""));
     let fault = match kind {
-        "bad-checksum" => nothing(value).map(|()| Fault::BadChecksum)?,
-        "silent" => nothing(value).map(|()| Fault::Silent)?,
-        "late" => Fault::Late(time(value)?),
-        "truncated" => Fault::Truncated(within::<u8>(value, 1..=u8::MAX)?.into()),
+        "bad-checksum" => nothing(value).map(|()| AnswerFault::BadChecksum)?,
+        "silent" => nothing(value).map(|()| AnswerFault::Silent)?,
+        "late" => AnswerFault::Late(time(value)?),
+        "truncated" => AnswerFault::Truncated(within::<u8>(value, 1..=u8::MAX)?.into()),
         _ => return Err("not one of bad-checksum, silent, late, truncated".to_owned()),
     };
     Ok((every, fault))
@@ -169,10 +169,10 @@ mod tests {
     #[test]
     fn faults_strike_every_so_often() {
         for (text, every, fault) in [
-            ("bad-checksum/10", 10, Fault::BadChecksum),
-            ("silent/1", 1, Fault::Silent),
-            ("late:30ms/2", 2, Fault::Late(30_000_000)),
-            ("truncated:3/4", 4, Fault::Truncated(3)),
+            ("bad-checksum/10", 10, AnswerFault::BadChecksum),
+            ("silent/1", 1, AnswerFault::Silent),
+            ("late:30ms/2", 2, AnswerFault::Late(30_000_000)),
+            ("truncated:3/4", 4, AnswerFault::Truncated(3)),
         ] {
             assert_eq!(super::fault(text), Ok((every, fault)), "{text}");
         }

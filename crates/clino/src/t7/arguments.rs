@@ -35,7 +35,7 @@ Commands and the options they need:
 Set commands land in the device's non-volatile memory, which wears.
 Commands with a response length value above 8 cannot go to address 126.";
 
-/// What there is to do with T7 frames.
+/// The subcommands for T7 frames.
 #[derive(Subcommand)]
 pub enum Tool {
     /// Frame to JSON

@@ -55,7 +55,7 @@ impl Parameters {
         need(name, "--axis", &mut self.axis)
     }
 
-    /// Which parameters nobody has taken.
+    /// The parameters not yet used.
     fn left(&self) -> [(&'static str, bool); 10] {
         [
             ("--axis", self.axis.is_some()),

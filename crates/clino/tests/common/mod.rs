@@ -83,7 +83,7 @@ pub fn encoded(line: &str) -> String {
     run.stdout.strip_suffix('\n').expect("a line").to_owned()
 }
 
-/// What bad usage is told, on standard error and nowhere else.
+/// The message for bad usage, on standard error only.
 pub fn misused(line: &str) -> String {
     let run = clino(line);
     assert_eq!((run.status, run.stdout.as_str()), (2, ""), "{line}: {run:?}");

@@ -58,7 +58,7 @@ fn two_sensors_at_one_address_talk_over_each_other() {
     let mut port = Port::open(&server.path());
     let alone = port.ask(&[0x06, 0x01, 0x83], 8);
     assert_eq!(alone, [0x06, 0x06, 0x83, 0x00, 0x00, 0x30, 0x39, 0x08]);
-    // Who wins each bit is left to chance, which depends on the time: all of them once in a million.
+    // Chance decides which sensor wins each bit, and depends on the time: one sensor wins all of them once in a million.
     let mut spoilt = 0;
     for _ in 0..5 {
         port.send(&ASK_5);

@@ -44,7 +44,7 @@ impl Server {
         self.lines.recv_timeout(PATIENCE).expect("a line on standard output")
     }
 
-    /// Asks it to end; its exit status, and the lines nobody has read.
+    /// Asks it to end; its exit status, and the lines not yet read.
     pub fn stop(self, signal: Signal) -> (Option<i32>, Vec<String>) {
         let mut child = self.child.lock().unwrap();
         kill_process(Pid::from_child(&child), signal).unwrap();
@@ -66,7 +66,7 @@ impl Server {
 impl Drop for Server {
     fn drop(&mut self) {
         let mut child = self.child.lock().unwrap();
-        // After `stop` there is nobody left to kill.
+        // After `stop` no process is left to kill.
         let _ = child.kill();
         let _ = child.wait();
     }

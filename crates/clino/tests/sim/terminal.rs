@@ -49,7 +49,7 @@ fn it_may_be_opened_and_closed_at_any_time() {
 }
 
 #[test]
-fn an_answer_that_nobody_read_is_not_there_for_the_next() {
+fn an_unread_answer_is_lost_for_the_next_program() {
     let server = Server::start("--t7 5,angle=12.345 --isu 3,angle=90 --pty");
     for (ask, says) in [(&ASK_5[..], &SAYS_5[..]), (&ASK_3, &SAYS_3)] {
         let path = server.path();

@@ -1,4 +1,4 @@
-//! Runs one operation so many times: `clino-codec-bench decode|frame COUNT`.
+//! Runs one operation `COUNT` times: `clino-codec-bench decode|frame COUNT`.
 //!
 //! The difference between two counts, divided by the difference of their instructions, is the cost of one
 //! operation: start-up, and the loop around the first one, cancel out.
@@ -6,8 +6,8 @@
 use std::hint::black_box;
 
 use clino_codec::character::Character;
-use clino_codec::layers::Layers;
-use clino_codec::t7::{Address, Answer, AnswerDecoder, Axis, Progress, Request};
+use clino_codec::checks::Checks;
+use clino_codec::t7::{Address, Answer, AnswerDecoder, Axis, DecodeProgress, Request};
 
 /// The answer of section 2.1.4 of the T7 guide.
 const ANSWER: [u8; 8] = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
@@ -33,11 +33,11 @@ fn decode(count: u32) {
 /// Finds an answer in a stream, character by character, and decodes it.
 fn frame(count: u32) {
     let address = Address::new(5).expect("an address");
-    let mut decoder = AnswerDecoder::new(Request::GetAngle(Axis::Two).expected(address), Layers::ALL);
+    let mut decoder = AnswerDecoder::new(Request::GetAngle(Axis::Two).expected(address), Checks::ALL);
     for _ in 0..count {
         for &byte in black_box(&ANSWER) {
             match &decoder.push(Character::clean(byte)) {
-                Progress::More => {}
+                DecodeProgress::More => {}
                 done => _ = black_box(done),
             }
         }

@@ -2,15 +2,15 @@
 
 use clino_codec::angle::{Angle, AngleText, Range};
 use clino_codec::ascii::{Centidegrees, LineDecoder};
-use clino_codec::isu::eeprom::{self, Audit, Image, Plan, Write};
-use clino_codec::layers::Counters;
+use clino_codec::checks::CheckCounters;
+use clino_codec::isu::eeprom::{self, Audit, Image, Plan, PlannedWrite};
 use clino_codec::pwm::{self, Law, Limits, Ticks};
 use clino_codec::{isu, t7};
 
 /// Address of a function.
-pub struct Entry(#[expect(dead_code, reason = "nobody calls it")] *const ());
+pub struct Entry(#[expect(dead_code, reason = "never called")] *const ());
 
-// SAFETY: nobody calls or dereferences it.
+// SAFETY: never called or dereferenced.
 unsafe impl Sync for Entry {}
 
 macro_rules! entries {
@@ -87,19 +87,19 @@ pub static ENTRIES: &[Entry] = &entries![
     Plan::repair,
     Plan::apply,
     Plan::writes,
-    Write::words,
-    Write::before,
-    Write::request,
-    Write::read_back,
+    PlannedWrite::words,
+    PlannedWrite::before,
+    PlannedWrite::request,
+    PlannedWrite::read_back,
     LineDecoder::push,
     Centidegrees::encode,
     pwm::measure,
     Law::angle,
     Ticks::duty_ppm,
     Limits::new,
-    Counters::accept,
-    Counters::refuse,
-    Counters::refused,
+    CheckCounters::accept,
+    CheckCounters::refuse,
+    CheckCounters::refused,
     iterators,
 ];
 

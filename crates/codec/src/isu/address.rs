@@ -24,7 +24,7 @@ impl Address {
     /// 0: every module answers. Also the address of a module as it leaves the factory.
     pub const ANY: Self = Self(0);
 
-    /// 15: no module. The error answers carry it, so that they name nobody: they belong to the transaction in
+    /// 15: no module. The error answers carry it, so that they name no module: they belong to the transaction in
     /// flight.
     pub const RESERVED: Self = Self(RESERVED);
 
@@ -43,7 +43,7 @@ impl Address {
         self.0 == Self::ANY.0
     }
 
-    /// Whether this is the address of nobody, 15.
+    /// Whether this is 15, the address of no module.
     pub const fn is_reserved(self) -> bool {
         self.0 == RESERVED
     }

@@ -6,7 +6,7 @@ use super::function::RESPONSE;
 use super::parts::{Parts, is_device_error};
 use super::{Address, Answer, Expected, Function};
 use crate::character::{Character, LineErrors};
-use crate::layers::Layers;
+use crate::checks::Checks;
 use crate::stream::{Stream, Verdict};
 
 /// How many bytes it takes to tell what starts with them.
@@ -16,30 +16,30 @@ const ERROR_SIZE: usize = 3;
 const HARDWARE_ERROR_SIZE: usize = 4;
 
 /// What one more character led to.
-pub type Progress = crate::Progress<Answer, DecodeError>;
+pub type DecodeProgress = crate::DecodeProgress<Answer, DecodeError>;
 
 /// Finds the expected answer, or one of the three error answers, in a stream of characters.
 ///
 /// `Bad` is a report, not the end: keep feeding characters until the answer comes or its time is over, then
 /// call [`idle`](Self::idle). An intact answer of another module, or to another function, is reported as
-/// [`DecodeError::Foreign`]. Characters that belong to no frame are counted as [`junk`](Self::junk).
+/// [`DecodeError::Foreign`]. Characters that belong to no frame are counted as [`discarded`](Self::discarded).
 ///
 /// ```
 /// use clino_codec::character::Character;
-/// use clino_codec::isu::{Address, AnswerDecoder, Progress, Request};
-/// use clino_codec::layers::Layers;
+/// use clino_codec::isu::{Address, AnswerDecoder, DecodeProgress, Request};
+/// use clino_codec::checks::Checks;
 ///
 /// let expected = Request::READ_ANGLE.expected(Address::ANY);
-/// let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+/// let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
 ///
 /// let mut angle = None;
 /// for byte in [0x00, 0x04, 0x05, 0x58, 0x80, 0x00, 0xDD] {
-///     if let Progress::Frame(answer) = decoder.push(Character::clean(byte)) {
+///     if let DecodeProgress::Frame(answer) = decoder.push(Character::clean(byte)) {
 ///         angle = answer.angle();
 ///     }
 /// }
 /// assert_eq!(angle.unwrap().to_string(), "180.000");
-/// assert_eq!(decoder.junk(), 1);
+/// assert_eq!(decoder.discarded(), 1);
 /// ```
 #[derive(Clone, Debug)]
 pub struct AnswerDecoder {
@@ -48,9 +48,9 @@ pub struct AnswerDecoder {
 }
 
 impl AnswerDecoder {
-    /// A decoder that waits for `expected` and applies `layers`.
-    pub const fn new(expected: Expected, layers: Layers) -> Self {
-        Self { answers: Answers { expected, layers }, stream: Stream::new() }
+    /// A decoder that waits for `expected` and applies `checks`.
+    pub const fn new(expected: Expected, checks: Checks) -> Self {
+        Self { answers: Answers { expected, checks }, stream: Stream::new() }
     }
 
     /// Waits for something else from now on. What is held and counted is forgotten.
@@ -65,29 +65,29 @@ impl AnswerDecoder {
     }
 
     /// Takes one character.
-    pub fn push(&mut self, character: Character) -> Progress {
-        if self.stream.push(character) { self.look(false) } else { Progress::More }
+    pub fn push(&mut self, character: Character) -> DecodeProgress {
+        if self.stream.push(character) { self.look(false) } else { DecodeProgress::More }
     }
 
     /// The answer's time is over: settles what is still undecided. Call it until it returns `More`; then
     /// every character is accounted for.
-    pub fn idle(&mut self) -> Progress {
+    pub fn idle(&mut self) -> DecodeProgress {
         self.look(true)
     }
 
     #[inline(never)]
-    fn look(&mut self, silent: bool) -> Progress {
+    fn look(&mut self, silent: bool) -> DecodeProgress {
         let Self { answers, stream } = self;
-        let mut seen = Progress::More;
+        let mut seen = DecodeProgress::More;
         let wanted = [answers.expected.size(), ERROR_SIZE, HARDWARE_ERROR_SIZE];
         let counts =
             stream.look(silent, &wanted, &mut |bytes, errors| answers.examine(bytes, errors, &mut seen));
-        if counts { seen } else { Progress::More }
+        if counts { seen } else { DecodeProgress::More }
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
-    pub const fn junk(&self) -> u32 {
-        self.stream.junk()
+    pub const fn discarded(&self) -> u32 {
+        self.stream.discarded()
     }
 
     /// Characters that may still become a frame.
@@ -96,37 +96,37 @@ impl AnswerDecoder {
     }
 }
 
-/// The grammar of answers, seen by someone who waits for one of them.
+/// The grammar of answers, for a receiver that waits for one of them.
 #[derive(Clone, Debug)]
 struct Answers {
     expected: Expected,
-    layers: Layers,
+    checks: Checks,
 }
 
 impl Answers {
     /// What starts with these bytes.
-    fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut Progress) -> Verdict {
+    fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut DecodeProgress) -> Verdict {
         let Some(&[length, head]) = bytes.first_chunk() else { return Verdict::Incomplete(HEADER) };
         let size = usize::from(length).saturating_add(OVERHEAD);
         let mut foreign = None;
         if !is_device_error(length, head) {
             // Sender and function of an answer that could stand on this line.
             let (address, Some(function)) = (Address::of_head(head), Function::of_head(head)) else {
-                return Verdict::Junk;
+                return Verdict::Discard;
             };
             let possible = function.response_length_fits(length);
             if head & RESPONSE == 0 || address.is_reserved() {
-                return Verdict::Junk;
+                return Verdict::Discard;
             }
-            if let Some(differs) = self.expected.differs(address, function, self.layers) {
+            if let Some(differs) = self.expected.differs(address, function, self.checks) {
                 if !possible {
-                    return Verdict::Junk;
+                    return Verdict::Discard;
                 }
                 foreign = Some(DecodeError::Foreign { address, function, differs });
             } else if !self.expected.length_fits(length)
-                && !(possible && (!self.layers.length || function != self.expected.function()))
+                && !(possible && (!self.checks.length || function != self.expected.function()))
             {
-                *seen = Progress::Bad(DecodeError::Length { length, function });
+                *seen = DecodeProgress::Bad(DecodeError::Length { length, function });
                 return Verdict::Bad(0);
             }
         }
@@ -136,12 +136,12 @@ impl Answers {
         let errors = errors.get(..size).unwrap_or(&[]);
         if let Some(error) = foreign {
             let intact = LineErrors::all(errors).is_none() && Parts::open(frame, RESPONSE, true).is_ok();
-            *seen = Progress::Bad(error);
-            return if intact { Verdict::Bad(size) } else { Verdict::Junk };
+            *seen = DecodeProgress::Bad(error);
+            return if intact { Verdict::Bad(size) } else { Verdict::Discard };
         }
-        match self.layers.complaint(errors) {
+        match self.checks.complaint(errors) {
             Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),
-            None => seen.settle(self.expected.check(frame, self.layers), size),
+            None => seen.settle(self.expected.check(frame, self.checks), size),
         }
     }
 }

@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::{Address, Function};
 use crate::character::LineErrors;
-use crate::layers::Layer;
+use crate::checks::Check;
 
 /// What a module answers instead of a response. Source: AN #201 §4.
 ///
@@ -30,7 +30,7 @@ pub enum DeviceError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum EncodeError {
-    /// Address 15 belongs to nobody.
+    /// Address 15 belongs to no module.
     ReservedAddress,
     /// Nothing to transfer, or more than one message can carry.
     Count {
@@ -103,7 +103,7 @@ pub enum DecodeError {
     },
     /// An intact answer, but not the one that was asked for.
     Foreign {
-        /// Who sent it.
+        /// Sender.
         address: Address,
         /// What it answers.
         function: Function,
@@ -134,17 +134,17 @@ pub enum Differs {
 
 impl DecodeError {
     /// The check that refused the message.
-    pub const fn layer(&self) -> Layer {
+    pub const fn failed_check(&self) -> Check {
         match self {
-            Self::LineErrors { .. } => Layer::LineErrors,
-            Self::Checksum { .. } => Layer::Checksum,
+            Self::LineErrors { .. } => Check::LineErrors,
+            Self::Checksum { .. } => Check::Checksum,
             Self::ReservedAddress { .. }
-            | Self::Foreign { differs: Differs::Address | Differs::Both, .. } => Layer::Address,
+            | Self::Foreign { differs: Differs::Address | Differs::Both, .. } => Check::Address,
             Self::UnknownFunction { .. }
             | Self::Direction { .. }
             | Self::Memory { .. }
-            | Self::Foreign { differs: Differs::Function, .. } => Layer::Command,
-            Self::Size { .. } | Self::Length { .. } => Layer::Length,
+            | Self::Foreign { differs: Differs::Function, .. } => Check::Command,
+            Self::Size { .. } | Self::Length { .. } => Check::Length,
         }
     }
 }

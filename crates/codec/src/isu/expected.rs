@@ -3,7 +3,7 @@
 use super::error::{DecodeError, Differs};
 use super::frame::OVERHEAD;
 use super::{Address, Answer, Function, Response};
-use crate::layers::Layers;
+use crate::checks::Checks;
 
 /// The answer that a command calls for; made by [`Request::expected`](super::Request::expected).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub struct Expected {
 }
 
 impl Expected {
-    /// Who was asked. [`Address::ANY`] expects an answer from anybody.
+    /// The module that was asked. [`Address::ANY`] expects an answer from any module.
     pub const fn address(&self) -> Address {
         self.address
     }
@@ -41,32 +41,32 @@ impl Expected {
     /// Checks a complete answer against this expectation. The three error answers always fit.
     ///
     /// # Errors
-    /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its
+    /// The first check of `checks` that refuses it. A damaged frame is reported as damaged even when its
     /// header is foreign, because the header may be what is damaged.
-    pub fn check(&self, bytes: &[u8], layers: Layers) -> Result<Answer, DecodeError> {
-        let answer = Answer::decode_with(bytes, layers);
+    pub fn check(&self, bytes: &[u8], checks: Checks) -> Result<Answer, DecodeError> {
+        let answer = Answer::decode_with(bytes, checks);
         if let Ok(answer) = &answer {
-            self.fits(answer, bytes.len(), layers)?;
+            self.fits(answer, bytes.len(), checks)?;
         }
         answer
     }
 
-    fn fits(&self, answer: &Answer, size: usize, layers: Layers) -> Result<(), DecodeError> {
+    fn fits(&self, answer: &Answer, size: usize, checks: Checks) -> Result<(), DecodeError> {
         let Some(function) = answer.response.function() else { return Ok(()) };
         let address = answer.address;
-        if let Some(differs) = self.differs(address, function, layers) {
+        if let Some(differs) = self.differs(address, function, checks) {
             return Err(DecodeError::Foreign { address, function, differs });
         }
-        if layers.length && self.function == function && size != self.size() {
+        if checks.length && self.function == function && size != self.size() {
             return Err(DecodeError::Size { received: size, expected: self.size() });
         }
-        if layers.command { self.check_memory(&answer.response) } else { Ok(()) }
+        if checks.command { self.check_memory(&answer.response) } else { Ok(()) }
     }
 
     #[inline(never)]
-    pub(super) fn differs(&self, address: Address, function: Function, layers: Layers) -> Option<Differs> {
-        let address = layers.address && !self.address.is_any() && self.address != address;
-        let function = layers.command && self.function != function;
+    pub(super) fn differs(&self, address: Address, function: Function, checks: Checks) -> Option<Differs> {
+        let address = checks.address && !self.address.is_any() && self.address != address;
+        let function = checks.command && self.function != function;
         match (address, function) {
             (false, false) => None,
             (true, false) => Some(Differs::Address),

@@ -15,7 +15,7 @@
 //! - 16-bit numbers are sent high byte first; the line is 9600 bit/s, 8N1.
 //! - A module cannot hear while it sends, and discards commands that take longer than 400 ms. A new angle
 //!   appears every 8/15 s. Times are the caller's business.
-//! - Error answers carry address 15 and name nobody: they belong to the transaction in flight.
+//! - Error answers carry address 15 and name no module: they belong to the transaction in flight.
 
 mod address;
 mod data;
@@ -31,7 +31,7 @@ mod response;
 
 pub use address::{Address, InvalidAddress};
 pub use data::{Data, MAX_DATA, MAX_WORDS, Words};
-pub use decoder::{AnswerDecoder, Progress};
+pub use decoder::{AnswerDecoder, DecodeProgress};
 pub use error::{DecodeError, DeviceError, Differs, EncodeError};
 pub use expected::Expected;
 pub use frame::Frame;
@@ -39,7 +39,7 @@ pub use function::Function;
 pub use request::{Command, Request};
 pub use response::{Answer, Response};
 
-pub use crate::layers::Layers;
+pub use crate::checks::Checks;
 
 /// RAM address of the current angle, high byte first. Source: table 3.
 pub const ANGLE_RAM_ADDRESS: u8 = 0x58;

@@ -60,7 +60,7 @@ pub enum Request {
     ResetNullPosition,
 }
 
-/// A command and whom it is for.
+/// A command and its addressee.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -1,4 +1,4 @@
-//! What modules answer. Source: AN #201 §4, appendix A.
+//! Answers of modules. Source: AN #201 §4, appendix A.
 
 use core::slice;
 
@@ -9,7 +9,7 @@ use super::function::RESPONSE;
 use super::parts::{HARDWARE_ERROR, INVALID_CHECKSUM, INVALID_FUNCTION_CODE, Parts};
 use super::{ANGLE_RAM_ADDRESS, Address, Function};
 use crate::angle::Angle;
-use crate::layers::Layers;
+use crate::checks::Checks;
 
 /// The content of an answer, named like the command it answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,28 +68,28 @@ pub enum Response {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Answer {
-    /// Who answered; [`Address::RESERVED`] in the error answers, which name nobody.
+    /// The module that answered; [`Address::RESERVED`] in the error answers, which name no module.
     pub address: Address,
-    /// What it said.
+    /// The response.
     pub response: Response,
 }
 
 impl Answer {
-    /// The answer that these bytes are, whole and exactly, whoever sent it to whatever question.
+    /// Decodes bytes that are exactly one answer, from any module and to any request.
     ///
     /// # Errors
     /// Whatever is wrong with them.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
-        Self::decode_with(bytes, Layers::ALL)
+        Self::decode_with(bytes, Checks::ALL)
     }
 
-    /// As [`decode`](Self::decode), with the checksum check off if `layers` says so. The other layers need an
+    /// As [`decode`](Self::decode), with the checksum check off if `checks` says so. The other checks need an
     /// expectation and play no part.
     ///
     /// # Errors
     /// Whatever is wrong with the bytes.
-    pub fn decode_with(bytes: &[u8], layers: Layers) -> Result<Self, DecodeError> {
-        let parts = Parts::open(bytes, RESPONSE, layers.checksum)?;
+    pub fn decode_with(bytes: &[u8], checks: Checks) -> Result<Self, DecodeError> {
+        let parts = Parts::open(bytes, RESPONSE, checks.checksum)?;
         Ok(Self { address: parts.address, response: Response::read(&parts) })
     }
 

@@ -6,7 +6,7 @@ use super::frame::{BODY, Frame, OVERHEAD};
 use super::opcode::{PRINTED_GET_ALL_ANGLES_LENGTH, is_quirk};
 use super::{Address, Axis, Millidegrees, Opcode, Response, fields};
 use crate::bytes::{Reader, padded, sum};
-use crate::layers::Layers;
+use crate::checks::Checks;
 
 /// Length byte of Get Angle. Source: §2.1.2.
 const GET_ANGLE_LENGTH: u8 = Opcode::GetAngle0.response_length();
@@ -24,9 +24,9 @@ const GET_ANGLE_LENGTH: u8 = Opcode::GetAngle0.response_length();
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Answer {
-    /// Who answered: a device, never [`Address::ALL`].
+    /// The device that answered, never [`Address::ALL`].
     pub address: Address,
-    /// What it said.
+    /// The response.
     pub response: Response,
     /// The length byte of a Get All Angles answer was 0A, as in the guide's example, instead of the right 10.
     /// Worth counting, not worth refusing: checksum and number of bytes are demanded all the same.
@@ -38,7 +38,7 @@ pub struct Answer {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Expected {
-    /// Who was asked. [`Address::ALL`] expects an answer from anybody.
+    /// The device that was asked. [`Address::ALL`] expects an answer from any device.
     pub address: Address,
     /// What was asked.
     pub opcode: Opcode,
@@ -52,9 +52,9 @@ impl Expected {
 
     /// In what an answer from `address` to `opcode` differs from this one.
     #[inline(never)]
-    pub(super) fn differs(&self, address: Address, opcode: Opcode, layers: Layers) -> Option<Differs> {
-        let address = layers.address && !self.address.is_all() && self.address != address;
-        let opcode = layers.command && self.opcode != opcode;
+    pub(super) fn differs(&self, address: Address, opcode: Opcode, checks: Checks) -> Option<Differs> {
+        let address = checks.address && !self.address.is_all() && self.address != address;
+        let opcode = checks.command && self.opcode != opcode;
         match (address, opcode) {
             (false, false) => None,
             (true, false) => Some(Differs::Address),
@@ -66,13 +66,13 @@ impl Expected {
     /// Checks a complete answer against this expectation.
     ///
     /// # Errors
-    /// The first check of `layers` that refuses it. A damaged frame is reported as damaged even when its
+    /// The first check of `checks` that refuses it. A damaged frame is reported as damaged even when its
     /// header is foreign, because the header may be what is damaged.
-    pub fn check(&self, bytes: &[u8], layers: Layers) -> Result<Answer, DecodeError> {
-        let answer = Answer::decode_with(bytes, layers);
+    pub fn check(&self, bytes: &[u8], checks: Checks) -> Result<Answer, DecodeError> {
+        let answer = Answer::decode_with(bytes, checks);
         if let Ok(Answer { address, response, .. }) = answer {
             let opcode = response.opcode();
-            if let Some(differs) = self.differs(address, opcode, layers) {
+            if let Some(differs) = self.differs(address, opcode, checks) {
                 return Err(DecodeError::Foreign { address, opcode, differs });
             }
         }
@@ -81,38 +81,38 @@ impl Expected {
 }
 
 impl Answer {
-    /// The answer that these bytes are, whole and exactly, whoever sent it to whatever question.
+    /// Decodes bytes that are exactly one answer, from any device and to any request.
     ///
     /// # Errors
     /// Whatever is wrong with them.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
-        Self::decode_with(bytes, Layers::ALL)
+        Self::decode_with(bytes, Checks::ALL)
     }
 
-    /// As [`decode`](Self::decode), with some checks off. Layers that need an expectation play no part.
+    /// As [`decode`](Self::decode), with some checks off. Checks that need an expectation play no part.
     ///
     /// # Errors
-    /// The first check of `layers` that refuses the bytes.
-    pub fn decode_with(bytes: &[u8], layers: Layers) -> Result<Self, DecodeError> {
+    /// The first check of `checks` that refuses the bytes.
+    pub fn decode_with(bytes: &[u8], checks: Checks) -> Result<Self, DecodeError> {
         if let &[address, GET_ANGLE_LENGTH, code, a, b, c, d, _] = bytes
             && let Some(axis) = Axis::new(code.wrapping_sub(Opcode::GetAngle0.get()))
             && let Some(address) = Address::new(address)
             && sum(bytes) == 0
-            && layers.values.allows(Millidegrees(i32::from_be_bytes([a, b, c, d])))
+            && checks.values.allows(Millidegrees(i32::from_be_bytes([a, b, c, d])))
         {
-            // The answer that is polled all day, with nothing wrong in any layer: a short cut.
+            // The answer that is polled all day, with no check that fails: a short cut.
             let angle = Millidegrees(i32::from_be_bytes([a, b, c, d]));
             return Ok(Self { address, response: Response::GetAngle { axis, angle }, length_quirk: false });
         }
-        Self::decode_any(bytes, layers)
+        Self::decode_any(bytes, checks)
     }
 
     /// The long way, for all other answers and for everything that is wrong.
     #[inline(never)]
-    fn decode_any(bytes: &[u8], layers: Layers) -> Result<Self, DecodeError> {
-        let Envelope { address, length, opcode, body } = Envelope::open(bytes, Speaker::Device, layers)?;
+    fn decode_any(bytes: &[u8], checks: Checks) -> Result<Self, DecodeError> {
+        let Envelope { address, length, opcode, body } = Envelope::open(bytes, Speaker::Device, checks)?;
         if !opcode.is_set() {
-            fields::check(opcode, body, layers.values)?;
+            fields::check(opcode, body, checks.values)?;
         }
         let response = Response::read(opcode, Reader::new(&padded::<BODY>(body)));
         Ok(Self { address, response, length_quirk: is_quirk(length, opcode) })

@@ -7,35 +7,35 @@ use super::opcode::length_fits;
 use super::{Address, Answer, Expected, Opcode};
 use crate::bytes::sum;
 use crate::character::{Character, LineErrors};
-use crate::layers::Layers;
+use crate::checks::Checks;
 use crate::stream::{Stream, Verdict};
 
 /// What one more character led to.
-pub type Progress = crate::Progress<Answer, DecodeError>;
+pub type DecodeProgress = crate::DecodeProgress<Answer, DecodeError>;
 
 /// Finds the expected answer in a stream of characters.
 ///
 /// `Bad` is a report, not the end: keep feeding characters until the answer comes or its time is over, then
 /// call [`idle`](Self::idle). An intact answer of another device, or to another command, is reported as
-/// [`DecodeError::Foreign`]. Characters that belong to no frame are counted as [`junk`](Self::junk).
+/// [`DecodeError::Foreign`]. Characters that belong to no frame are counted as [`discarded`](Self::discarded).
 ///
 /// ```
 /// use clino_codec::character::Character;
-/// use clino_codec::layers::Layers;
-/// use clino_codec::t7::{Address, AnswerDecoder, Axis, Progress, Request};
+/// use clino_codec::checks::Checks;
+/// use clino_codec::t7::{Address, AnswerDecoder, Axis, DecodeProgress, Request};
 ///
 /// let expected = Request::GetAngle(Axis::Two).expected(Address::new(5).unwrap());
-/// let mut decoder = AnswerDecoder::new(expected, Layers::ALL);
+/// let mut decoder = AnswerDecoder::new(expected, Checks::ALL);
 ///
 /// let noise_and_answer = [0x00, 0xFF, 0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
 /// for byte in noise_and_answer {
 ///     match decoder.push(Character::clean(byte)) {
-///         Progress::More => {}
-///         Progress::Frame(answer) => assert_eq!(answer.address.get(), 5),
-///         Progress::Bad(error) => panic!("{error}"),
+///         DecodeProgress::More => {}
+///         DecodeProgress::Frame(answer) => assert_eq!(answer.address.get(), 5),
+///         DecodeProgress::Bad(error) => panic!("{error}"),
 ///     }
 /// }
-/// assert_eq!(decoder.junk(), 2);
+/// assert_eq!(decoder.discarded(), 2);
 /// ```
 #[derive(Clone, Debug)]
 pub struct AnswerDecoder {
@@ -44,17 +44,17 @@ pub struct AnswerDecoder {
 }
 
 impl AnswerDecoder {
-    /// A decoder that waits for `expected` and applies `layers`.
+    /// A decoder that waits for `expected` and applies `checks`.
     ///
     /// With the command check off, a damaged length or command byte can make the decoder wait for a longer
     /// frame; [`idle`](Self::idle) then releases a good frame that was received meanwhile.
-    pub const fn new(expected: Expected, layers: Layers) -> Self {
-        Self { answers: Answers::new(expected, layers), stream: Stream::new() }
+    pub const fn new(expected: Expected, checks: Checks) -> Self {
+        Self { answers: Answers::new(expected, checks), stream: Stream::new() }
     }
 
     /// Waits for something else from now on. What is held and counted is forgotten.
     pub const fn restart(&mut self, expected: Expected) {
-        self.answers = Answers::new(expected, self.answers.layers);
+        self.answers = Answers::new(expected, self.answers.checks);
         self.stream.restart();
     }
 
@@ -65,20 +65,20 @@ impl AnswerDecoder {
 
     /// Takes one character.
     #[inline]
-    pub fn push(&mut self, character: Character) -> Progress {
+    pub fn push(&mut self, character: Character) -> DecodeProgress {
         if !self.stream.push(character) {
-            return Progress::More;
+            return DecodeProgress::More;
         }
         // The usual course of things, apart from the rest because every answer pays for it.
         if let Some(bytes) = self.stream.complete() {
             if bytes == self.answers.header {
                 self.stream.wait(self.answers.size);
-                return Progress::More;
+                return DecodeProgress::More;
             }
-            if let Ok(answer) = Answer::decode_with(bytes, self.answers.layers) {
+            if let Ok(answer) = Answer::decode_with(bytes, self.answers.checks) {
                 self.stream.clear();
                 self.stream.wait(HEADER);
-                return Progress::Frame(answer);
+                return DecodeProgress::Frame(answer);
             }
         }
         self.look(false)
@@ -86,22 +86,22 @@ impl AnswerDecoder {
 
     /// The answer's time is over: settles what is still undecided. Call it until it returns `More`; then
     /// every character is accounted for.
-    pub fn idle(&mut self) -> Progress {
+    pub fn idle(&mut self) -> DecodeProgress {
         self.look(true)
     }
 
     #[inline(never)]
-    fn look(&mut self, silent: bool) -> Progress {
+    fn look(&mut self, silent: bool) -> DecodeProgress {
         let Self { answers, stream } = self;
-        let mut seen = Progress::More;
+        let mut seen = DecodeProgress::More;
         let counts = stream
             .look(silent, &[answers.size], &mut |bytes, errors| answers.examine(bytes, errors, &mut seen));
-        if counts { seen } else { Progress::More }
+        if counts { seen } else { DecodeProgress::More }
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
-    pub const fn junk(&self) -> u32 {
-        self.stream.junk()
+    pub const fn discarded(&self) -> u32 {
+        self.stream.discarded()
     }
 
     /// Characters that may still become a frame.
@@ -110,44 +110,44 @@ impl AnswerDecoder {
     }
 }
 
-/// The grammar of answers, seen by someone who waits for one of them.
+/// The grammar of answers, for a receiver that waits for one of them.
 #[derive(Clone, Debug)]
 struct Answers {
     expected: Expected,
-    layers: Layers,
+    checks: Checks,
     /// How the expected answer begins, for a quick look, and how long it is.
     header: [u8; 3],
     size: usize,
 }
 
 impl Answers {
-    const fn new(expected: Expected, layers: Layers) -> Self {
+    const fn new(expected: Expected, checks: Checks) -> Self {
         let Expected { address, opcode } = expected;
         let header = [address.get(), opcode.response_length(), opcode.get()];
-        Self { expected, layers, header, size: size(opcode) }
+        Self { expected, checks, header, size: size(opcode) }
     }
 
     /// What starts with these bytes.
-    fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut Progress) -> Verdict {
+    fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut DecodeProgress) -> Verdict {
         let Some(&[address, length, command]) = bytes.first_chunk() else {
             return Verdict::Incomplete(HEADER);
         };
         let (Some(from), Some(opcode)) = (Address::of_request(address), Opcode::new(command)) else {
-            return Verdict::Junk;
+            return Verdict::Discard;
         };
-        // Nobody answers as the all-respond address; but who asked it waits for what begins so, and reports it.
+        // No device answers as the all-respond address; but a decoder that expects it waits for such a frame and reports it.
         if from.is_all() && [address, length, command] != self.header {
-            return Verdict::Junk;
+            return Verdict::Discard;
         }
         let size = size(opcode);
-        let differs = self.expected.differs(from, opcode, self.layers);
+        let differs = self.expected.differs(from, opcode, self.checks);
         if !length_fits(length, opcode) {
             if differs.is_some() {
-                return Verdict::Junk;
+                return Verdict::Discard;
             }
-            if self.layers.length {
+            if self.checks.length {
                 let expected = opcode.response_length();
-                *seen = Progress::Bad(DecodeError::Length { received: length, expected });
+                *seen = DecodeProgress::Bad(DecodeError::Length { received: length, expected });
                 return Verdict::Bad(0);
             }
         }
@@ -157,12 +157,12 @@ impl Answers {
         let errors = errors.get(..size).unwrap_or(&[]);
         if let Some(differs) = differs {
             let intact = LineErrors::all(errors).is_none() && sum(frame) == 0;
-            *seen = Progress::Bad(DecodeError::Foreign { address: from, opcode, differs });
-            return if intact { Verdict::Bad(size) } else { Verdict::Junk };
+            *seen = DecodeProgress::Bad(DecodeError::Foreign { address: from, opcode, differs });
+            return if intact { Verdict::Bad(size) } else { Verdict::Discard };
         }
-        match self.layers.complaint(errors) {
+        match self.checks.complaint(errors) {
             Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),
-            None => seen.settle(Answer::decode_with(frame, self.layers), size),
+            None => seen.settle(Answer::decode_with(frame, self.checks), size),
         }
     }
 }

@@ -5,9 +5,9 @@ use super::frame::{HEADER, OVERHEAD};
 use super::opcode::length_fits;
 use super::{Address, Opcode};
 use crate::bytes::sum;
-use crate::layers::Layers;
+use crate::checks::Checks;
 
-/// Who speaks.
+/// The sender: host or device.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Speaker {
     Host,
@@ -25,7 +25,7 @@ pub(super) struct Envelope<'a> {
 
 impl<'a> Envelope<'a> {
     #[inline(never)]
-    pub(super) fn open(bytes: &'a [u8], from: Speaker, layers: Layers) -> Result<Self, DecodeError> {
+    pub(super) fn open(bytes: &'a [u8], from: Speaker, checks: Checks) -> Result<Self, DecodeError> {
         let host = from == Speaker::Host;
         // A device says at least one byte, and adds a checksum.
         let shortest = if host { HEADER } else { HEADER + 2 };
@@ -37,7 +37,7 @@ impl<'a> Envelope<'a> {
         let known = if host { Address::of_request(address) } else { Address::new(address) };
         let Some(address) = known else { return Err(DecodeError::UnknownAddress { address }) };
         let right = if host { opcode.request_length() } else { opcode.response_length() };
-        if layers.length && length != right && (host || !length_fits(length, opcode)) {
+        if checks.length && length != right && (host || !length_fits(length, opcode)) {
             return Err(DecodeError::Length { received: length, expected: right });
         }
         let expected = usize::from(right).wrapping_add(OVERHEAD);
@@ -45,7 +45,7 @@ impl<'a> Envelope<'a> {
             return Err(DecodeError::Size { received: bytes.len(), expected });
         }
         let total = if host && !opcode.is_set() { 0 } else { sum(bytes) };
-        if layers.checksum && total != 0 {
+        if checks.checksum && total != 0 {
             // Taking the total from the last byte leaves the byte that would have made the total zero.
             let received = bytes.last().copied().unwrap_or(0);
             return Err(DecodeError::Checksum { received, computed: received.wrapping_sub(total) });

@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::{Address, Opcode};
 use crate::character::LineErrors;
-use crate::layers::Layer;
+use crate::checks::Check;
 
 /// The caller asked for a message that must not be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,7 @@ pub enum DecodeError {
     },
     /// An intact answer, but not the one that was asked for.
     Foreign {
-        /// Who sent it.
+        /// Sender.
         address: Address,
         /// What it answers.
         opcode: Opcode,
@@ -130,16 +130,16 @@ pub enum Field {
 
 impl DecodeError {
     /// The check that refused the message.
-    pub const fn layer(&self) -> Layer {
+    pub const fn failed_check(&self) -> Check {
         match self {
-            Self::LineErrors { .. } => Layer::LineErrors,
-            Self::Checksum { .. } => Layer::Checksum,
+            Self::LineErrors { .. } => Check::LineErrors,
+            Self::Checksum { .. } => Check::Checksum,
             Self::UnknownAddress { .. } | Self::Foreign { differs: Differs::Address | Differs::Both, .. } => {
-                Layer::Address
+                Check::Address
             }
-            Self::UnknownCommand { .. } | Self::Foreign { differs: Differs::Command, .. } => Layer::Command,
-            Self::Size { .. } | Self::Length { .. } => Layer::Length,
-            Self::Value { .. } => Layer::Value,
+            Self::UnknownCommand { .. } | Self::Foreign { differs: Differs::Command, .. } => Check::Command,
+            Self::Size { .. } | Self::Length { .. } => Check::Length,
+            Self::Value { .. } => Check::Value,
         }
     }
 }

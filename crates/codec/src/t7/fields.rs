@@ -3,7 +3,7 @@
 use super::error::{DecodeError, EncodeError, Field};
 use super::parameters::{MAX_DAMPING_MS, MIN_DAMPING_MS};
 use super::{Address, Axis, BaudRate, DeviceType, Opcode};
-use crate::layers::ValueRange;
+use crate::checks::ValueRange;
 
 /// Lowest command code.
 const FIRST: u8 = Opcode::GetAllAngles.get();

@@ -36,7 +36,7 @@ mod units;
 
 pub use address::{Address, InvalidAddress};
 pub use answer::{Answer, Expected};
-pub use decoder::{AnswerDecoder, Progress};
+pub use decoder::{AnswerDecoder, DecodeProgress};
 pub use error::{DecodeError, Differs, EncodeError, Field};
 pub use frame::Frame;
 pub use information::{DeviceInformation, Text};
@@ -48,4 +48,4 @@ pub use sniffer::{SniffProgress, Sniffed, Sniffer};
 pub use status::{Status, UnknownStatus};
 pub use units::{Acceleration, Millidegrees, Temperature};
 
-pub use crate::layers::Layers;
+pub use crate::checks::Checks;

@@ -122,7 +122,7 @@ impl BaudRate {
         self as u8
     }
 
-    /// The rate of so many bit/s.
+    /// The rate of this many bit/s.
     pub const fn from_bits_per_second(rate: u32) -> Option<Self> {
         match rate {
             115_200 => Some(Self::B115200),

@@ -9,7 +9,7 @@ use super::parameters::{direction, range, range_code};
 use super::{Address, Axis, BaudRate, DeviceType, Direction, Expected, Millidegrees, Opcode, fields};
 use crate::angle::Range;
 use crate::bytes::{Reader, Writer, padded};
-use crate::layers::{Layers, ValueRange};
+use crate::checks::{Checks, ValueRange};
 
 /// A command.
 ///
@@ -87,7 +87,7 @@ pub enum Request {
     },
 }
 
-/// A command and whom it is for.
+/// A command and its addressee.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -178,7 +178,7 @@ impl Request {
     /// Whatever is wrong with them. [`DecodeError::Value`] is what a device answers with
     /// [`Status::InvalidParameter`](super::Status::InvalidParameter).
     pub fn decode(bytes: &[u8]) -> Result<Command, DecodeError> {
-        let Envelope { address, opcode, body, .. } = Envelope::open(bytes, Speaker::Host, Layers::ALL)?;
+        let Envelope { address, opcode, body, .. } = Envelope::open(bytes, Speaker::Host, Checks::ALL)?;
         if opcode.is_set() {
             fields::check(opcode, body, ValueRange::AnyMode)?;
         }

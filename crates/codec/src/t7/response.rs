@@ -1,4 +1,4 @@
-//! What devices answer. Source: T7 guide §1.2, §2.
+//! Answers of devices. Source: T7 guide §1.2, §2.
 
 use super::frame::Frame;
 use super::parameters::{direction, range, range_code};

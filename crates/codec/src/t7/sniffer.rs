@@ -6,7 +6,7 @@ use super::frame::{HEADER, LONGEST, OVERHEAD};
 use super::opcode::length_fits;
 use super::{Address, Answer, Command, Opcode, Request};
 use crate::character::{Character, LineErrors};
-use crate::layers::Layers;
+use crate::checks::Checks;
 use crate::stream::{Stream, Verdict};
 
 /// A message overheard.
@@ -18,7 +18,7 @@ pub enum Sniffed {
     Command(Command),
     /// From a device.
     Answer {
-        /// What it said.
+        /// The answer.
         answer: Answer,
         /// The command that it answers, if that was heard.
         to: Option<Command>,
@@ -26,7 +26,7 @@ pub enum Sniffed {
 }
 
 /// What one more character led to.
-pub type SniffProgress = crate::Progress<Sniffed, DecodeError>;
+pub type SniffProgress = crate::DecodeProgress<Sniffed, DecodeError>;
 
 /// Takes apart what host and devices say on one line.
 ///
@@ -39,10 +39,10 @@ pub type SniffProgress = crate::Progress<Sniffed, DecodeError>;
 ///
 /// ```
 /// use clino_codec::character::Character;
-/// use clino_codec::layers::Layers;
+/// use clino_codec::checks::Checks;
 /// use clino_codec::t7::{SniffProgress, Sniffed, Sniffer, Status};
 ///
-/// let mut sniffer = Sniffer::new(Layers::ALL);
+/// let mut sniffer = Sniffer::new(Checks::ALL);
 /// let mut statuses = 0;
 /// for byte in [0x05, 0x03, 0x8D, 0x01, 0x6A, 0x05, 0x03, 0x8D, 0x00, 0x6B] {
 ///     if let SniffProgress::Frame(Sniffed::Answer { answer, to: Some(_) }) = sniffer.push(Character::clean(byte)) {
@@ -59,10 +59,10 @@ pub struct Sniffer {
 }
 
 impl Sniffer {
-    /// A sniffer that has heard nothing. The address, command and length layers play no part: nothing is
+    /// A sniffer that has heard nothing. The address, command and length checks play no part: nothing is
     /// expected.
-    pub const fn new(layers: Layers) -> Self {
-        Self { conversation: Conversation { layers, asked: None }, stream: Stream::new() }
+    pub const fn new(checks: Checks) -> Self {
+        Self { conversation: Conversation { checks, asked: None }, stream: Stream::new() }
     }
 
     /// Takes one character.
@@ -90,15 +90,15 @@ impl Sniffer {
     }
 
     /// Characters so far that belonged neither to a good nor to a reported frame.
-    pub const fn junk(&self) -> u32 {
-        self.stream.junk()
+    pub const fn discarded(&self) -> u32 {
+        self.stream.discarded()
     }
 }
 
 /// The grammar of both directions.
 #[derive(Clone, Debug)]
 struct Conversation {
-    layers: Layers,
+    checks: Checks,
     /// The last command, while its answer is outstanding.
     asked: Option<Command>,
 }
@@ -110,7 +110,7 @@ impl Conversation {
             return Verdict::Incomplete(HEADER);
         };
         let (Some(to), Some(opcode)) = (Address::of_request(address), Opcode::new(code)) else {
-            return Verdict::Junk;
+            return Verdict::Discard;
         };
         let commands_length = length == opcode.request_length();
         let answers_length = length_fits(length, opcode);
@@ -119,20 +119,20 @@ impl Conversation {
         } else if answers_length && !to.is_all() {
             size(opcode)
         } else {
-            return Verdict::Junk;
+            return Verdict::Discard;
         };
         let Some(frame) = bytes.get(..size) else { return Verdict::Incomplete(size) };
         let errors = errors.get(..size).unwrap_or(&[]);
-        if let Some(errors) = self.layers.complaint(errors) {
+        if let Some(errors) = self.checks.complaint(errors) {
             return seen.settle(Err(DecodeError::LineErrors { errors }), size);
         }
         let to = self.asked.filter(|asked| asked.calls_for(address, opcode));
         if answers_length && (to.is_some() || !commands_length) {
-            let answer = match Answer::decode_with(frame, self.layers) {
+            let answer = match Answer::decode_with(frame, self.checks) {
                 Ok(answer) => answer,
                 Err(error) => return seen.settle(Err(error), size),
             };
-            // Everybody answers a command to all: more may come.
+            // All devices answer a command to all: more may come.
             self.asked = self.asked.filter(|asked| asked.address.is_all());
             seen.settle(Ok(Sniffed::Answer { answer, to }), size)
         } else {

@@ -2,7 +2,7 @@
 //! §2.1.1.
 
 use crate::angle::{Angle, Range};
-use crate::layers::ValueRange;
+use crate::checks::ValueRange;
 
 /// Lowest angle of either output mode. Source: §1.
 const MIN_MDEG: i32 = -180_000;

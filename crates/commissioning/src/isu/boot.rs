@@ -6,14 +6,14 @@
 //!    └─┘ 450 ms                        └─┘ 450 ms, at the other address, for 5 s at most
 //! ```
 
-use clino_bus::{Isu, Micros, Outcome};
+use clino_bus::{ExchangeOutcome, Isu, Micros};
 use clino_codec::isu::{Address, DeviceError, Function, Request, Response};
 
 use super::talk::{Said, Talk};
 use super::{BOOT_AGAIN, BOOT_FIRST, BOOT_LIMIT, Cause};
 use crate::{READ_TRIES, Step};
 
-/// A module that boots is asked for its reset again in so many rounds: together, with what each takes in vain, they are
+/// A module that boots is asked for its reset again in this many rounds. Together with their failed attempts they take
 /// about [`BOOT_LIMIT`].
 const RESETS: u8 = 3;
 
@@ -60,7 +60,7 @@ impl Boot {
     }
 
     /// An exchange has ended; `Some` at the end of it all.
-    pub fn on(&mut self, talk: &mut Talk, outcome: &Outcome<Isu>) -> Option<Result<Alive, Cause>> {
+    pub fn on(&mut self, talk: &mut Talk, outcome: &ExchangeOutcome<Isu>) -> Option<Result<Alive, Cause>> {
         let at = outcome.at;
         match self.state {
             State::Reset { rounds, .. } => match talk.settle(Function::ResetModule, outcome) {

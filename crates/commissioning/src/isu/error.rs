@@ -28,7 +28,7 @@ pub enum Cause {
     NoAnswer {
         /// What was asked.
         function: Function,
-        /// Of whom.
+        /// The module that was asked.
         address: Address,
         /// The last fault.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -49,9 +49,9 @@ pub enum Cause {
     NotTheChecksum(Audit),
     /// Address 0 is every module's: one on a shared line must not be given it. Nothing was sent.
     ZeroOnSharedLine,
-    /// Address 15 is nobody's. Nothing was sent.
+    /// Address 15 belongs to no module. Nothing was sent.
     ReservedAddress,
-    /// Somebody answers at the new address.
+    /// Another module answers at the new address.
     AddressTaken {
         /// The new address.
         address: Address,
@@ -105,7 +105,7 @@ pub enum Cause {
         /// How fast, in 0.001° a second.
         mdeg_per_s: u32,
     },
-    /// Nobody answers at any of the addresses.
+    /// No module answers at any of the addresses.
     NotFound {
         /// The last fault.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -144,7 +144,9 @@ impl fmt::Display for Cause {
             }
             Self::ZeroOnSharedLine => write!(f, "address 0 must not be given on a shared line (1-14)"),
             Self::ReservedAddress => write!(f, "address 15 is reserved (1-14)"),
-            Self::AddressTaken { address } => write!(f, "somebody answers at address {}", address.get()),
+            Self::AddressTaken { address } => {
+                write!(f, "another module answers at address {}", address.get())
+            }
             Self::Mismatch { word, before, wanted, seen } => {
                 write!(f, "EEPROM word {word:02X} reads {seen:04X}, neither {before:04X} nor {wanted:04X}")
             }

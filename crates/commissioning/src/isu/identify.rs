@@ -1,6 +1,6 @@
 //! Where a module is, how it is set up, whether its EEPROM is sound.
 
-use clino_bus::{Isu, Micros, Outcome};
+use clino_bus::{ExchangeOutcome, Isu, Micros};
 use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom::{Audit, DataWord};
 use clino_codec::isu::{Address, Request, Response};
@@ -8,7 +8,7 @@ use clino_codec::isu::{Address, Request, Response};
 use super::image::Reader;
 use super::talk::response;
 use super::{Cause, Failure, Module};
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress};
 
 /// Reads the angle and the whole EEPROM. Changes nothing.
 #[derive(Clone, Debug)]
@@ -69,7 +69,7 @@ impl Operation for Identify {
         }))
     }
 
-    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
         let function = self.request()?.function();
         match response(function, self.address, outcome.result) {
             Ok(Response::ReadEeprom { start, words }) => self.reader.take(start, &words),
@@ -79,10 +79,10 @@ impl Operation for Identify {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         let of = Reader::EXCHANGES.saturating_add(1);
         let done = u16::from(self.angle.is_some()).saturating_add(self.reader.done());
-        Progress::new(if self.failed.is_some() { of } else { done }, of)
+        TaskProgress::new(if self.failed.is_some() { of } else { done }, of)
     }
 
     fn cancel(&mut self) {

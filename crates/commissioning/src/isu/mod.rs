@@ -8,7 +8,7 @@
 //!
 //! An address change that is cut between its two words leaves a third address, made of half the old and half the new
 //! one. [`Repair::after_address_change`] looks there too. Where that third address is 0 or 15, the module can be reached
-//! [alone](Module::alone) only.
+//! [single](Module::single) only.
 
 mod boot;
 mod error;

@@ -1,17 +1,17 @@
-//! Whom an operation is about.
+//! The module that an operation addresses.
 
 use core::fmt;
 
 use clino_codec::isu::Address;
 
-use crate::Alone;
+use crate::SingleDevice;
 
 /// One module: by its address, or the only one attached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Module(Address);
 
-/// Address 0 is every module's, 15 nobody's; [`Module::alone`] takes the statement that there is but one.
+/// Address 0 addresses every module, 15 none. [`Module::single`] takes the caller's statement that there is only one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NotOneModule(pub Address);
@@ -30,7 +30,7 @@ impl Module {
     }
 
     /// The only module attached, whatever its address is.
-    pub const fn alone(_: Alone) -> Module {
+    pub const fn single(_: SingleDevice) -> Module {
         Module(Address::ANY)
     }
 
@@ -40,7 +40,7 @@ impl Module {
     }
 
     /// Whether it is the only one.
-    pub const fn is_alone(self) -> bool {
+    pub const fn is_single(self) -> bool {
         self.0.is_any()
     }
 }

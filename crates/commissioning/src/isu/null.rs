@@ -13,14 +13,14 @@
 //! before is wrong afterwards, and the module in its Hard Error state after the next reset. So the EEPROM is read first.
 //! When power fails meanwhile, it needs a [repair](super::Repair).
 
-use clino_bus::{Isu, Micros, Outcome};
+use clino_bus::{ExchangeOutcome, Isu, Micros};
 use clino_codec::isu::{Address, Function, Request, Response};
 
 use super::image::Reader;
 use super::talk::response;
 use super::{Cause, Failure, Module, NEW_ANGLE, REFRESH};
 use crate::motion::Motion;
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf, WRITE_TRIES};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress, WRITE_TRIES};
 
 /// How far from zero the angle may read afterwards: 18/65536 of a turn, 0.1°. The document gives no noise figure.
 pub const NULL_TOLERANCE: u16 = 18;
@@ -177,7 +177,7 @@ impl Operation for ResetNull {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
         let function = match self.state {
             State::Audit => Function::ReadEeprom,
             State::Watch { .. } | State::Read { .. } => Function::ReadRam,
@@ -197,13 +197,13 @@ impl Operation for ResetNull {
                 response.angle_word().into_iter().for_each(|seen| self.on_read_back(seen, outcome.at));
             }
             (Ok(_), _) => {}
-            // The module writes by itself: silent or in its Hard Error state, it may have got half-way.
+            // The module itself writes the memory: if it is silent or in its Hard Error state, it may have stopped half-way.
             (Err(cause), _) => self.fail(cause, self.writes > 0),
         }
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         // Reading, watching, a write and a reading.
         let watched = Reader::EXCHANGES.saturating_add(LOOKS.into());
         let of = watched.saturating_add(2);
@@ -214,7 +214,7 @@ impl Operation for ResetNull {
             State::Read { .. } => watched.saturating_add(1),
             State::Ended(_) => of,
         };
-        Progress::new(done, of)
+        TaskProgress::new(done, of)
     }
 
     fn cancel(&mut self) {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  Probe ──▶ Read all ──▶ audit ──▶ Write (data, then checksum) ──▶ Boot ──▶ Verify ──▶ done
-//!    │ somebody             │ bad
+//!    │ an answer            │ bad
 //!    ▼                      ▼
 //!  taken                  refused
 //! ```
@@ -12,7 +12,7 @@
 //!
 //! Source: AN #201 sections 6 and 7.
 
-use clino_bus::{Isu, Micros, Outcome};
+use clino_bus::{ExchangeOutcome, Isu, Micros};
 use clino_codec::isu::eeprom::{Change, Plan, WORDS_PER_DATA_WORD};
 use clino_codec::isu::{Address, Function, Request, Response};
 
@@ -21,7 +21,7 @@ use super::image::{Reader, place, present};
 use super::talk::{Said, Talk};
 use super::writer::Writer;
 use super::{Cause, Failure, Fault, Module};
-use crate::{Operation, Progress, READ_TRIES, Report, Step, StepOf};
+use crate::{Operation, READ_TRIES, Report, Step, StepOf, TaskProgress};
 
 /// Changes one setting in a module's EEPROM.
 #[derive(Clone, Debug)]
@@ -37,7 +37,7 @@ pub struct Program {
 
 #[derive(Clone, Copy, Debug)]
 enum State {
-    /// Nobody may answer at the new address, however often it is asked.
+    /// No module may answer at the new address, however often it is asked.
     Probe {
         at: Address,
         silences: u8,
@@ -54,7 +54,7 @@ impl Program {
     ///
     /// # Errors
     /// [`Cause::ReservedAddress`]; [`Cause::ZeroOnSharedLine`] for address 0 unless the module is
-    /// [alone](Module::alone).
+    /// [single](Module::single).
     pub fn new(module: Module, wanted: Change) -> Result<Program, Cause> {
         let mut talk = Talk::new(module.address());
         let mut state = State::Read;
@@ -62,7 +62,7 @@ impl Program {
             if to.is_reserved() {
                 return Err(Cause::ReservedAddress);
             }
-            if !module.is_alone() {
+            if !module.is_single() {
                 if to.is_any() {
                     return Err(Cause::ZeroOnSharedLine);
                 }
@@ -88,13 +88,13 @@ impl Program {
         self.state = State::Ended(Ok(Report::new(from, to, self.writes)));
     }
 
-    fn on_probe(&mut self, at: Address, silences: u8, outcome: &Outcome<Isu>) {
+    fn on_probe(&mut self, at: Address, silences: u8, outcome: &ExchangeOutcome<Isu>) {
         match outcome.result {
             Err(Fault::NoAnswer { .. }) => {
                 let silences = silences.saturating_add(1);
                 self.state = if silences < READ_TRIES { State::Probe { at, silences } } else { State::Read };
             }
-            // Somebody, or several on top of each other.
+            // One module, or several at once.
             Ok(_) | Err(Fault::Garbled { .. } | Fault::Bad(_)) => {
                 self.fail(Cause::AddressTaken { address: at });
             }
@@ -119,7 +119,7 @@ impl Program {
         }
     }
 
-    fn on_written(&mut self, mut writer: Writer, outcome: &Outcome<Isu>) {
+    fn on_written(&mut self, mut writer: Writer, outcome: &ExchangeOutcome<Isu>) {
         let sent = writer.on(&mut self.talk, outcome);
         self.state = State::Write(writer);
         match sent {
@@ -134,12 +134,12 @@ impl Program {
     fn boot(&mut self) {
         let at = self.module.address();
         self.state = State::Boot(match self.wanted {
-            Change::ModuleAddress(to) if !self.module.is_alone() => Boot::new(to, Some(at)),
+            Change::ModuleAddress(to) if !self.module.is_single() => Boot::new(to, Some(at)),
             _ => Boot::new(at, None),
         });
     }
 
-    fn on_boot(&mut self, mut boot: Boot, outcome: &Outcome<Isu>) {
+    fn on_boot(&mut self, mut boot: Boot, outcome: &ExchangeOutcome<Isu>) {
         let alive = boot.on(&mut self.talk, outcome);
         self.state = State::Boot(boot);
         match (alive, self.wanted) {
@@ -147,7 +147,7 @@ impl Program {
             (Some(Err(cause)), _) => self.fail(cause),
             (Some(Ok(Alive { hard_error: true, .. })), _) => self.fail(Cause::HardError),
             (Some(Ok(Alive { at, .. })), Change::ModuleAddress(to))
-                if !self.module.is_alone() && at != to =>
+                if !self.module.is_single() && at != to =>
             {
                 self.fail(Cause::StillAt { address: at });
             }
@@ -158,7 +158,7 @@ impl Program {
         }
     }
 
-    fn on_verify(&mut self, outcome: &Outcome<Isu>) {
+    fn on_verify(&mut self, outcome: &ExchangeOutcome<Isu>) {
         match self.talk.settle(Function::ReadEeprom, outcome) {
             Said::Response(Response::ReadEeprom { start, words }) => {
                 let before = present(&self.reader.image, self.wanted);
@@ -205,7 +205,7 @@ impl Operation for Program {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
         match self.state {
             State::Probe { at, silences } => self.on_probe(at, silences, outcome),
             State::Read => match self.talk.settle(Function::ReadEeprom, outcome) {
@@ -221,7 +221,7 @@ impl Operation for Program {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         // Reading, two runs of words, reset, verification.
         let of = Reader::EXCHANGES.saturating_add(4);
         let done = match &self.state {
@@ -232,7 +232,7 @@ impl Operation for Program {
             State::Verify => of.saturating_sub(1),
             State::Ended(_) => of,
         };
-        Progress::new(done, of)
+        TaskProgress::new(done, of)
     }
 
     fn cancel(&mut self) {

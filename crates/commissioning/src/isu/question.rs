@@ -1,12 +1,12 @@
 //! Operations of one exchange.
 
-use clino_bus::{Isu, Micros, Outcome};
+use clino_bus::{ExchangeOutcome, Isu, Micros};
 use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Request, Response};
 
 use super::talk::response;
 use super::{Cause, Failure, Module};
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress};
 
 /// One question that may be asked again without harm.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +54,7 @@ impl<T: Copy> Operation for Question<T> {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
         let result = match response(self.request.function(), self.address, outcome.result) {
             Ok(response) => Ok((self.take)(&response)?),
             Err(cause) => Err(cause),
@@ -63,8 +63,8 @@ impl<T: Copy> Operation for Question<T> {
         None
     }
 
-    fn progress(&self) -> Progress {
-        Progress::new(u16::from(self.ended.is_some()), 1)
+    fn progress(&self) -> TaskProgress {
+        TaskProgress::new(u16::from(self.ended.is_some()), 1)
     }
 
     fn cancel(&mut self) {

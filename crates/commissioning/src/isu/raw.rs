@@ -2,7 +2,7 @@
 //!
 //! "Modification of other data will most likely render the module inoperable and irreparable" (AN #201 section 6).
 //!
-//! Two locks, so that nobody gets here by accident: an ordinary master refuses such writes, so that it takes one that
+//! Two locks against accidents: an ordinary master refuses such writes, so that it takes one that
 //! speaks [`UnprotectedIsu`]; and the operation's constructor says what it risks.
 
 mod protocol;
@@ -10,12 +10,12 @@ mod protocol;
 pub use protocol::UnprotectedIsu;
 
 use clino_bus::line::MAX_FRAME;
-use clino_bus::{Micros, Outcome};
+use clino_bus::{ExchangeOutcome, Micros};
 use clino_codec::isu::{Address, EncodeError, Function, Request, Response};
 
 use super::talk::response;
 use super::{Cause, Failure, Module};
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress};
 
 /// Why there is no raw write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,7 +130,7 @@ impl Operation for RawWrite {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<UnprotectedIsu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<UnprotectedIsu>) -> Option<Self::Event> {
         match self.state {
             State::Write => self.state = State::Read,
             State::Read => match response(self.read_back().function(), self.address, outcome.result) {
@@ -145,11 +145,11 @@ impl Operation for RawWrite {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         match self.state {
-            State::Write => Progress::new(0, 2),
-            State::Read => Progress::new(1, 2),
-            State::Ended(_) => Progress::new(2, 2),
+            State::Write => TaskProgress::new(0, 2),
+            State::Read => TaskProgress::new(1, 2),
+            State::Ended(_) => TaskProgress::new(2, 2),
         }
     }
 

@@ -1,18 +1,18 @@
-//! Bringing back a module whose EEPROM checksum is wrong: it is in its Hard Error state and answers nothing but that.
+//! Repairs a module whose EEPROM checksum is wrong: it is in its Hard Error state and answers every request with that error.
 //!
 //! ```text
 //!  Look ──▶ (soft error state) ──▶ Read all ──▶ audit ── wrong ──▶ Write the checksum ──▶ Boot ── measures ──▶ done
 //!   │ ▲                              ▲            │ right                                  │
-//!   ▼ │ nobody, or a healthy one     └──────────── still in error: the other reading ◀─────┘
+//!   ▼ │ none, or a healthy one        └──────────── still in error: the other reading ◀─────┘
 //!  next address
 //! ```
-//! What the checksum covers the document says in two ways ([`ChecksumReading`]). One that is known is tried first;
-//! the module's own opinion after the reset decides. A checksum that was right when it was found, and did not turn out to
-//! be what is wrong, is put back.
+//! The document describes in two ways what the checksum covers ([`ChecksumReading`]). A known one is tried first;
+//! the state of the module after the reset decides. A checksum that was right at first, and turned out not to
+//! be the problem, is restored.
 //!
 //! Source: AN #201 section 4 (Module is in Error State), sections 6 and 7, appendix A (function 000).
 
-use clino_bus::{Isu, Micros, Outcome};
+use clino_bus::{ExchangeOutcome, Isu, Micros};
 use clino_codec::isu::eeprom::{Audit, ChecksumReading, Plan};
 use clino_codec::isu::{Address, Function, Request, Response};
 
@@ -21,7 +21,7 @@ use super::image::Reader;
 use super::talk::{Said, Talk, response};
 use super::writer::Writer;
 use super::{Cause, Failure, Fault, Module};
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress};
 
 /// The two address bits that the word at 49H holds; the other two are in the word at 48H.
 const LOW_PAIR: u8 = 0b0011;
@@ -99,7 +99,7 @@ impl Repair {
     pub fn after_address_change(from: Module, to: Module) -> Repair {
         let (from, to) = (from.address(), to.address());
         let mixed = to.get() & !LOW_PAIR | from.get() & LOW_PAIR;
-        // 0 and 15 are nobody's alone.
+        // 0 and 15 address no single module.
         let mixed = Address::new(mixed).filter(|address| !address.is_any()).unwrap_or(to);
         Self::at([from, to, mixed])
     }
@@ -159,7 +159,7 @@ impl Repair {
         }
     }
 
-    fn on_look(&mut self, outcome: &Outcome<Isu>) {
+    fn on_look(&mut self, outcome: &ExchangeOutcome<Isu>) {
         match response(Function::ReadRam, self.talk.at, outcome.result) {
             Ok(_) => self.state = State::Read,
             Err(Cause::HardError) => {
@@ -211,7 +211,7 @@ impl Repair {
         if is_one { Boot::new(stored, Some(at)) } else { Boot::new(at, None) }
     }
 
-    fn on_written(&mut self, mut writer: Writer, after: After, outcome: &Outcome<Isu>) {
+    fn on_written(&mut self, mut writer: Writer, after: After, outcome: &ExchangeOutcome<Isu>) {
         let sent = writer.on(&mut self.talk, outcome);
         self.state = State::Write(writer, after);
         match (sent, after) {
@@ -227,7 +227,7 @@ impl Repair {
         }
     }
 
-    fn on_boot(&mut self, mut boot: Boot, reading: Option<ChecksumReading>, outcome: &Outcome<Isu>) {
+    fn on_boot(&mut self, mut boot: Boot, reading: Option<ChecksumReading>, outcome: &ExchangeOutcome<Isu>) {
         let alive = boot.on(&mut self.talk, outcome);
         self.state = State::Boot(boot, reading);
         match alive {
@@ -284,7 +284,7 @@ impl Operation for Repair {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
         match self.state {
             State::Look => self.on_look(outcome),
             State::Read => match self.talk.settle(Function::ReadEeprom, outcome) {
@@ -299,7 +299,7 @@ impl Operation for Repair {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         // Reading, one run of words, reset.
         let of = Reader::EXCHANGES.saturating_add(2);
         let done = match &self.state {
@@ -309,7 +309,7 @@ impl Operation for Repair {
             State::Boot(..) => of.saturating_sub(1),
             State::Ended(_) => of,
         };
-        Progress::new(done, of)
+        TaskProgress::new(done, of)
     }
 
     fn cancel(&mut self) {

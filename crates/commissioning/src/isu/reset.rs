@@ -1,11 +1,11 @@
 //! Reset, "the equivalent of a power-on reset" (appendix A, function 001), and waiting for the module to come back.
 
-use clino_bus::{Isu, Micros, Outcome};
+use clino_bus::{ExchangeOutcome, Isu, Micros};
 
 use super::boot::{Alive, Boot};
 use super::talk::Talk;
 use super::{Cause, Failure, Module};
-use crate::{Operation, Progress, Step, StepOf};
+use crate::{Operation, Step, StepOf, TaskProgress};
 
 /// Resets a module. One in its Hard Error state is taken out of it first: it would not listen.
 #[derive(Clone, Copy, Debug)]
@@ -36,13 +36,13 @@ impl Operation for Reset {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<Isu>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
         self.ended = self.ended.or(self.boot.on(&mut self.talk, outcome));
         None
     }
 
-    fn progress(&self) -> Progress {
-        Progress::new(u16::from(self.ended.is_some()), 1)
+    fn progress(&self) -> TaskProgress {
+        TaskProgress::new(u16::from(self.ended.is_some()), 1)
     }
 
     fn cancel(&mut self) {

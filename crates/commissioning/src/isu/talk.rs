@@ -1,6 +1,6 @@
 //! The conversation with a module that may change its address, or fall into its Hard Error state, on the way.
 
-use clino_bus::{Isu, Outcome};
+use clino_bus::{ExchangeOutcome, Isu};
 use clino_codec::isu::{Address, Answer, DeviceError, Function, Request, Response};
 
 use super::{Cause, Fault};
@@ -9,7 +9,7 @@ use crate::{READ_TRIES, Step};
 /// How often a module is taken out of its Hard Error state in one operation.
 const SOFTENINGS: u8 = 4;
 
-/// Whom to ask, and what has to be asked first.
+/// Which module to ask, and what has to be asked first.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Talk {
     /// Where it answers, as far as is known.
@@ -78,7 +78,7 @@ impl Talk {
 
     /// The end of an exchange that was begun with [`ask`](Self::ask). A module in its Hard Error state is taken out of
     /// it; one that is silent is sought at its other address, once.
-    pub fn settle(&mut self, function: Function, outcome: &Outcome<Isu>) -> Said {
+    pub fn settle(&mut self, function: Function, outcome: &ExchangeOutcome<Isu>) -> Said {
         let function = if self.softening { Function::GoToSoftErrorState } else { function };
         match response(function, self.at, outcome.result) {
             Ok(Response::GoToSoftErrorState) if self.softening => {
@@ -102,7 +102,7 @@ impl Talk {
     }
 
     /// The end of a write. Whether it happened, reading will show.
-    pub fn settle_write(&mut self, outcome: &Outcome<Isu>) {
+    pub fn settle_write(&mut self, outcome: &ExchangeOutcome<Isu>) {
         if let Ok(answer) = &outcome.result
             && let Response::Error(DeviceError::HardwareError { .. }) = answer.response
         {

@@ -4,8 +4,8 @@
 //! is confirmed by a second reading. Once it has been written, whatever else it reads is what a damaged command left,
 //! and it is written again.
 
-use clino_bus::{Isu, Outcome};
-use clino_codec::isu::eeprom::{Plan, Write};
+use clino_bus::{ExchangeOutcome, Isu};
+use clino_codec::isu::eeprom::{Plan, PlannedWrite};
 use clino_codec::isu::{Function, Request, Response, Words};
 
 use super::Cause;
@@ -30,7 +30,7 @@ impl Writer {
         Writer { plan, index: 0, writing: false, tries: 0, untouched: true }
     }
 
-    fn run(&self) -> Option<&Write> {
+    fn run(&self) -> Option<&PlannedWrite> {
         self.plan.writes().get(self.index)
     }
 
@@ -40,7 +40,7 @@ impl Writer {
     }
 
     /// An exchange begun with [`request`](Self::request) has ended. `true` when a write was sent, whatever came of it.
-    pub fn on(&mut self, talk: &mut Talk, outcome: &Outcome<Isu>) -> Result<bool, Cause> {
+    pub fn on(&mut self, talk: &mut Talk, outcome: &ExchangeOutcome<Isu>) -> Result<bool, Cause> {
         if self.writing && !talk.is_softening() {
             talk.settle_write(outcome);
             self.writing = false;

@@ -2,21 +2,21 @@
 //!
 //! ```text
 //!  Name ──▶ Probe the new one ──▶ Write ──▶ LookNew ── the device ──▶ done
-//!               │ somebody         ▲            │ nobody
+//!               │ an answer        ▲            │ silence
 //!               ▼                  │            ▼
-//!             taken                └──────── LookOld ── nobody ──▶ lost
+//!             taken                └──────── LookOld ── silence ─▶ lost
 //! ```
 //! Set Address names the device by type and serial number, so that of two devices at one address only the one named
-//! moves: that is how duplicates are told apart. Source: T7 guide sections 2.7.1, 2.8.
+//! moves: this separates duplicates. Source: T7 guide sections 2.7.1, 2.8.
 
-use clino_bus::{Micros, Outcome, Protocol, T7};
+use clino_bus::{ExchangeOutcome, Micros, Protocol, T7};
 use clino_codec::t7::{
     Address, DeviceInformation, DeviceType, EncodeError, Opcode, Request, Response, Status,
 };
 
 use super::set::refusal;
 use super::{Cause, Failure, Fault};
-use crate::{Operation, Progress, READ_TRIES, Report, Step, StepOf, WRITE_TRIES};
+use crate::{Operation, READ_TRIES, Report, Step, StepOf, TaskProgress, WRITE_TRIES};
 
 /// Gives a device another address.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +35,7 @@ pub struct ChangeAddress {
 enum State {
     /// Reads type and serial number at the old address.
     Name,
-    /// Nobody may answer at the new address, however often it is asked.
+    /// No device may answer at the new address, however often it is asked.
     Probe {
         silences: u8,
     },
@@ -48,7 +48,7 @@ enum State {
 }
 
 impl ChangeAddress {
-    /// Changes the address of the device at `from`, whoever that is. Its type is taken from its product type: a name that
+    /// Changes the address of whichever device is at `from`. Its type is taken from its product type: a name that
     /// ends in `-1` or `-3`.
     ///
     /// # Errors
@@ -101,12 +101,12 @@ impl ChangeAddress {
     }
 
     fn done(&mut self) {
-        // Without a write it was there already, whoever moved it.
+        // Without a write it already had the new address.
         let from = if self.writes == 0 { self.to } else { self.from };
         self.state = State::Ended(Ok(Report::new(from, self.to, self.writes)));
     }
 
-    /// Somebody has answered at the old address before anything was written.
+    /// A device has answered at the old address before anything was written.
     fn on_name(&mut self, information: &DeviceInformation) {
         let wanted = *self.serial.get_or_insert(information.serial);
         if wanted != information.serial {
@@ -156,9 +156,9 @@ impl ChangeAddress {
 
     fn on_look_old(&mut self, result: Result<u32, Fault>) {
         // It, or a namesake: a duplicate there keeps answering, and both together are garbled.
-        let somebody = matches!(result, Ok(_) | Err(Fault::Garbled { .. } | Fault::Bad(_)));
+        let answered = matches!(result, Ok(_) | Err(Fault::Garbled { .. } | Fault::Bad(_)));
         if let Err(fault) = result
-            && !somebody
+            && !answered
         {
             self.fail(Cause::Lost { fault });
         } else if let Some(status) = self.refused {
@@ -193,7 +193,7 @@ impl Operation for ChangeAddress {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         if matches!(self.state, State::Write) {
             self.writes = self.writes.saturating_add(1);
             self.refused = outcome.result.ok().and_then(|answer| refusal(&answer.response));
@@ -219,7 +219,7 @@ impl Operation for ChangeAddress {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         let done = match self.state {
             State::Name => 0,
             State::Probe { silences } => u16::from(silences).saturating_add(1),
@@ -228,7 +228,7 @@ impl Operation for ChangeAddress {
             State::LookOld => 6,
             State::Ended(_) => 7,
         };
-        Progress::new(done, 7)
+        TaskProgress::new(done, 7)
     }
 
     fn cancel(&mut self) {

@@ -1,14 +1,14 @@
 //! Asking all devices at once (address 126), and reporting everything that comes back.
 //!
-//! Every T7 answers within 2 ms, so that two on one line overlap: an answer is well-formed or not. Both are told; a bad
+//! Every T7 answers within 2 ms, so that two on one line overlap: an answer is well-formed or not. Both are reported; a bad
 //! one is a suspected collision. Only readings are sent so, and only those whose answers are short enough. Source: T7
 //! guide section 1.4.
 
-use clino_bus::{Micros, Outcome, Protocol, Serial, T7, Timing};
+use clino_bus::{ExchangeOutcome, Micros, Protocol, Serial, T7, Timing};
 use clino_codec::t7::{Address, Answer, Request};
 
 use super::{Cause, Failure, Fault};
-use crate::{Operation, Progress, Step, StepOf};
+use crate::{Operation, Step, StepOf, TaskProgress};
 
 /// Devices on one line (section 1).
 const DEVICES: u64 = 32;
@@ -82,7 +82,7 @@ impl Operation for AskAll {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Heard> {
+    fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Heard> {
         match outcome.result {
             Ok(answer) => return Some(Heard::Answer(answer)),
             Err(Fault::Over { answers, garbled }) => {
@@ -97,8 +97,8 @@ impl Operation for AskAll {
         None
     }
 
-    fn progress(&self) -> Progress {
-        Progress::new(u16::from(matches!(self.state, State::Ended(_))), 1)
+    fn progress(&self) -> TaskProgress {
+        TaskProgress::new(u16::from(matches!(self.state, State::Ended(_))), 1)
     }
 
     fn cancel(&mut self) {

@@ -9,12 +9,12 @@
 //! The device answers at the old rate and changes about 10 ms after (section 2.7.2). Other devices stay at their rate:
 //! on a shared line, change them all. Source: T7 guide sections 1, 2.7.2.
 
-use clino_bus::{Micros, Outcome, Protocol, Serial, T7};
+use clino_bus::{ExchangeOutcome, Micros, Protocol, Serial, T7};
 use clino_codec::t7::{BaudRate, EncodeError, Opcode, Request, Response, Status};
 
 use super::set::refusal;
 use super::{BAUD_CHANGE, Cause, Device, Failure, Fault, RESYNC};
-use crate::{Operation, Progress, READ_TRIES, Report, Step, StepOf, WRITE_TRIES};
+use crate::{Operation, READ_TRIES, Report, Step, StepOf, TaskProgress, WRITE_TRIES};
 
 /// How often a silent device is looked for, at the new and the old rate in turn.
 const LOOKS: u8 = 4;
@@ -96,7 +96,7 @@ impl ChangeBaud {
     }
 }
 
-/// What a device is looked for with: short, and anybody may be asked it.
+/// The request used to find a device: short, and valid for every device.
 const LOOK: Request = Request::GetDamping;
 
 impl Operation for ChangeBaud {
@@ -129,7 +129,7 @@ impl Operation for ChangeBaud {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         let is_damping = |response: &Response| matches!(response, Response::GetDamping { .. });
         match (self.state, outcome.result) {
             (State::Present, Ok(answer)) if is_damping(&answer.response) => {
@@ -159,12 +159,12 @@ impl Operation for ChangeBaud {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         match self.state {
-            State::Present => Progress::new(0, 3),
-            State::Write => Progress::new(1, 3),
-            State::Look { .. } => Progress::new(2, 3),
-            State::Ended(_) => Progress::new(3, 3),
+            State::Present => TaskProgress::new(0, 3),
+            State::Write => TaskProgress::new(1, 3),
+            State::Look { .. } => TaskProgress::new(2, 3),
+            State::Ended(_) => TaskProgress::new(3, 3),
         }
     }
 

@@ -1,17 +1,17 @@
-//! Whom an operation is about.
+//! The device that an operation addresses.
 
 use core::fmt;
 
 use clino_codec::t7::Address;
 
-use crate::Alone;
+use crate::SingleDevice;
 
 /// One device: by its address, or the only one attached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Device(Address);
 
-/// The all-respond address names no single device; [`Device::alone`] takes the statement that there is but one.
+/// The all-respond address names no single device. [`Device::single`] takes the caller's statement that there is only one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NotOneDevice;
@@ -27,7 +27,7 @@ impl Device {
 
     /// The only device attached, whatever its address is. Only commands whose response length value is at most eight can
     /// be sent so (section 1.4): operations that need others refuse this device.
-    pub const fn alone(_: Alone) -> Device {
+    pub const fn single(_: SingleDevice) -> Device {
         Device(Address::ALL)
     }
 

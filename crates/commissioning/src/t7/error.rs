@@ -4,7 +4,7 @@ use core::fmt;
 
 use clino_codec::t7::{Address, BaudRate, DecodeError, EncodeError, Millidegrees, Opcode, Status, Text};
 
-use super::Setting;
+use super::DeviceSetting;
 
 /// What is wrong with an exchange.
 pub type Fault = clino_bus::Fault<DecodeError>;
@@ -34,7 +34,7 @@ pub enum Cause {
     NoAnswer {
         /// What was asked.
         opcode: Opcode,
-        /// Of whom.
+        /// The device that was asked.
         address: Address,
         /// The last fault.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -44,7 +44,7 @@ pub enum Cause {
     Status {
         /// What was asked.
         opcode: Opcode,
-        /// What it said.
+        /// Its status byte.
         status: Status,
     },
     /// The value cannot be in the device's output range.
@@ -59,9 +59,9 @@ pub enum Cause {
     /// It was written as often as is reasonable, and still does not read as wished.
     NotTaken {
         /// What it should be.
-        wanted: Setting,
+        wanted: DeviceSetting,
         /// What it reads.
-        seen: Setting,
+        seen: DeviceSetting,
     },
     /// The axis does not read zero after having been set to zero: something else moves it.
     NotZero {
@@ -87,7 +87,7 @@ pub enum Cause {
         /// Serial number of the device that answered.
         seen: u32,
     },
-    /// Somebody answers at the new address.
+    /// Another device answers at the new address.
     AddressTaken {
         /// The new address.
         address: Address,
@@ -147,7 +147,7 @@ impl fmt::Display for Cause {
                 write!(f, "address {} is taken by serial number {serial}", address.get())
             }
             Self::AddressTaken { address, serial: None } => {
-                write!(f, "somebody answers at address {}, unintelligibly", address.get())
+                write!(f, "a device answers at address {}, unintelligibly", address.get())
             }
             Self::StillAt { address } => write!(f, "the device is still at address {}", address.get()),
             Self::StillAtRate { rate } => {

@@ -1,13 +1,13 @@
-//! Who a device is and how it is set up. Source: T7 guide sections 2.2.1, 2.4.1, 2.5.1, 2.6.1, 2.7.1.
+//! The identity and settings of a device. Source: T7 guide sections 2.2.1, 2.4.1, 2.5.1, 2.6.1, 2.7.1.
 
-use clino_bus::{Micros, Outcome, Protocol, T7};
+use clino_bus::{ExchangeOutcome, Micros, Protocol, T7};
 use clino_codec::angle::Range;
 use clino_codec::t7::{
     Address, DeviceInformation, Direction, EncodeError, Millidegrees, Opcode, Request, Response,
 };
 
 use super::{Cause, Device, Failure};
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress};
 
 /// Reads everything that a device keeps.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,7 @@ pub struct Identify {
     state: State,
 }
 
-/// Who a device is and how it is set up.
+/// The identity and settings of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Identity {
@@ -67,7 +67,7 @@ impl Identify {
     /// Begins with Get Device Information.
     ///
     /// # Errors
-    /// [`EncodeError::NotForAll`] for a [lone device](Device::alone): these answers are too long for it.
+    /// [`EncodeError::NotForAll`] for a [single device](Device::single): these answers are too long for it.
     pub fn new(device: Device) -> Result<Identify, EncodeError> {
         let address = device.address();
         for request in &REQUESTS {
@@ -104,7 +104,7 @@ impl Operation for Identify {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         let State::Ask(number) = self.state else { return None };
         self.state = match outcome.result {
             Ok(answer) => {
@@ -119,11 +119,11 @@ impl Operation for Identify {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         let of = REQUESTS.len() as u16;
         match self.state {
-            State::Ask(number) => Progress::new(u16::from(number), of),
-            State::Failed(_) => Progress::new(of, of),
+            State::Ask(number) => TaskProgress::new(u16::from(number), of),
+            State::Failed(_) => TaskProgress::new(of, of),
         }
     }
 

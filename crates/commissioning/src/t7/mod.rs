@@ -18,7 +18,7 @@ pub use device::{Device, NotOneDevice};
 pub use error::{Cause, Failure, Fault};
 pub use identify::{Identify, Identity};
 pub use set::Set;
-pub use setting::Setting;
+pub use setting::DeviceSetting;
 pub use sweep::{Found, Rates, Sweep, Swept};
 pub use zero::{SetZero, ZERO_TOLERANCE, Zeroed};
 

@@ -11,21 +11,21 @@
 //!
 //! Source: T7 guide sections 2.2, 2.4, 2.5, 2.6.
 
-use clino_bus::{Micros, Outcome, Protocol, T7};
+use clino_bus::{ExchangeOutcome, Micros, Protocol, T7};
 use clino_codec::angle::Range;
 use clino_codec::t7::{EncodeError, Millidegrees, Opcode, Request, Response, Status};
 
-use super::{Cause, Device, Failure, Fault, Setting};
-use crate::{Operation, Progress, READ_TRIES, Report, Step, StepOf, WRITE_TRIES};
+use super::{Cause, Device, DeviceSetting, Failure, Fault};
+use crate::{Operation, READ_TRIES, Report, Step, StepOf, TaskProgress, WRITE_TRIES};
 
 /// Gives a setting a value.
 #[derive(Clone, Copy, Debug)]
 pub struct Set {
     device: Device,
-    wanted: Setting,
+    wanted: DeviceSetting,
     state: State,
     /// As read before anything was written.
-    before: Option<Setting>,
+    before: Option<DeviceSetting>,
     /// The last reading was as wished.
     as_wished: bool,
     /// What the device said to the last write, if that was a refusal.
@@ -40,7 +40,7 @@ enum State {
     Range,
     Read,
     Write,
-    Ended(Result<Report<Setting>, Failure>),
+    Ended(Result<Report<DeviceSetting>, Failure>),
 }
 
 impl Set {
@@ -48,11 +48,11 @@ impl Set {
     ///
     /// # Errors
     /// [`EncodeError::OutOfRange`] with the limits; [`EncodeError::NotForAll`] for an offset of a
-    /// [lone device](Device::alone), whose address must be known.
-    pub fn new(device: Device, wanted: Setting) -> Result<Set, EncodeError> {
+    /// [single device](Device::single), whose address must be known.
+    pub fn new(device: Device, wanted: DeviceSetting) -> Result<Set, EncodeError> {
         T7::encode(device.address(), &wanted.set())?;
         T7::encode(device.address(), &wanted.get())?;
-        let state = if matches!(wanted, Setting::Offset { .. }) { State::Range } else { State::Read };
+        let state = if matches!(wanted, DeviceSetting::Offset { .. }) { State::Range } else { State::Read };
         Ok(Set {
             device,
             wanted,
@@ -74,7 +74,7 @@ impl Set {
     }
 
     fn on_range(&mut self, range: Range) {
-        let Setting::Offset { offset, .. } = self.wanted else { return };
+        let DeviceSetting::Offset { offset, .. } = self.wanted else { return };
         let (min, max) = limits(range);
         if offset < min || offset > max {
             self.fail(Cause::OutOfRange { value: offset, min, max });
@@ -83,7 +83,7 @@ impl Set {
         }
     }
 
-    fn on_reading(&mut self, seen: Setting) {
+    fn on_reading(&mut self, seen: DeviceSetting) {
         if self.writes == 0 {
             self.before = Some(seen);
         }
@@ -109,7 +109,7 @@ impl Set {
 impl Operation for Set {
     type Protocol = T7;
     type Event = core::convert::Infallible;
-    type Report = Report<Setting>;
+    type Report = Report<DeviceSetting>;
     type Error = Failure;
 
     fn next(&mut self, _: Micros) -> StepOf<Self> {
@@ -125,7 +125,7 @@ impl Operation for Set {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         match (self.state, outcome.result) {
             (State::Range, Ok(answer)) => {
                 if let Response::GetAngleOutputRange(range) = answer.response {
@@ -149,13 +149,13 @@ impl Operation for Set {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         match self.state {
-            State::Range => Progress::new(0, 4),
-            State::Read if self.writes == 0 => Progress::new(1, 4),
-            State::Write => Progress::new(2, 4),
-            State::Read => Progress::new(3, 4),
-            State::Ended(_) => Progress::new(4, 4),
+            State::Range => TaskProgress::new(0, 4),
+            State::Read if self.writes == 0 => TaskProgress::new(1, 4),
+            State::Write => TaskProgress::new(2, 4),
+            State::Read => TaskProgress::new(3, 4),
+            State::Ended(_) => TaskProgress::new(4, 4),
         }
     }
 

@@ -6,7 +6,7 @@ use clino_codec::t7::{Axis, Direction, Millidegrees, Request, Response};
 /// A setting with its value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Setting {
+pub enum DeviceSetting {
     /// What is added to an axis' absolute angle.
     Offset {
         /// Which axis.
@@ -27,7 +27,7 @@ pub enum Setting {
     Range(Range),
 }
 
-impl Setting {
+impl DeviceSetting {
     /// The request that reads it.
     pub const fn get(&self) -> Request {
         match self {
@@ -49,7 +49,7 @@ impl Setting {
     }
 
     /// The same setting with the value in an answer to [`get`](Self::get); `None` if it answers something else.
-    pub fn read(&self, response: &Response) -> Option<Setting> {
+    pub fn read(&self, response: &Response) -> Option<DeviceSetting> {
         Some(match (*self, *response) {
             (Self::Offset { axis, .. }, Response::GetAllAngleOffsets { offsets }) => {
                 Self::Offset { axis, offset: axis.of(offsets) }

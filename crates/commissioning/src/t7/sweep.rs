@@ -13,11 +13,11 @@
 
 use core::convert::Infallible;
 
-use clino_bus::{Micros, Outcome, Serial, T7};
+use clino_bus::{ExchangeOutcome, Micros, Serial, T7};
 use clino_codec::t7::{Address, BaudRate, DeviceInformation, Request, Response};
 
 use super::{Fault, RESYNC};
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress};
 
 /// Addresses at each rate: 1–100 and 127.
 const ADDRESSES: u8 = 101;
@@ -84,10 +84,10 @@ pub enum Found {
         address: Address,
         /// Its bit rate.
         rate: BaudRate,
-        /// Who it is.
+        /// Its identity.
         information: DeviceInformation,
     },
-    /// Somebody answers, but never well: two devices with one address, or a bad line.
+    /// An answer comes, but never a good one: two devices with one address, or a bad line.
     Suspect {
         /// At which address.
         address: Address,
@@ -161,7 +161,7 @@ impl Sweep {
         sweep
     }
 
-    /// Asks so many times, at least once, who has not answered yet. To be called before the sweep begins.
+    /// Asks each silent address this many times, at least once. Call it before the sweep begins.
     #[must_use]
     pub fn passes(mut self, passes: u8) -> Sweep {
         self.passes = passes.max(1);
@@ -204,7 +204,7 @@ impl Sweep {
         Found::Device { address: address(asking.index), rate: asking.rate, information }
     }
 
-    /// Silence means nobody. Everything else is worth asking again: two devices at one address are unintelligible every
+    /// Silence means that no device is there. Everything else is worth asking again: two devices at one address are unintelligible every
     /// time, noise and a device that took another's address for its own are not.
     fn failed(&mut self, mut asking: Asking, fault: Fault) -> Option<Found> {
         asking.bad = asking.bad.saturating_add(1);
@@ -247,7 +247,7 @@ impl Operation for Sweep {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Found> {
+    fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Found> {
         let asking = self.asking?;
         match outcome.result {
             Ok(answer) => match answer.response {
@@ -258,8 +258,8 @@ impl Operation for Sweep {
         }
     }
 
-    fn progress(&self) -> Progress {
-        Progress::new(self.swept.asked, self.of)
+    fn progress(&self) -> TaskProgress {
+        TaskProgress::new(self.swept.asked, self.of)
     }
 
     fn cancel(&mut self) {

@@ -1,4 +1,4 @@
-//! Set zero: waits out the damping, then makes an axis read zero as it stands.
+//! Set zero: waits for the damping, then sets an axis to zero at its present angle.
 //!
 //! ```text
 //!  Damping ──▶ Settle ──▶ Watch ── zero ──▶ done
@@ -12,14 +12,14 @@
 //! The reported angle is an average over the damping time (section 2.5), so that it is right only when the axis has
 //! stood still for that long. Whether it does is [watched](WATCH) before each write. Source: T7 guide sections 2.1.5, 2.5.1.
 
-use clino_bus::{Micros, Outcome, T7};
+use clino_bus::{ExchangeOutcome, Micros, T7};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{Axis, MAX_DAMPING_MS, Millidegrees, Opcode, Request, Response, Status};
 
 use super::set::refusal;
 use super::{Cause, Device, Failure, Fault};
 use crate::motion::Motion;
-use crate::{Operation, Progress, READ_TRIES, Step, StepOf, WRITE_TRIES};
+use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress, WRITE_TRIES};
 
 /// How far from zero an axis may read after it was set to zero: 0.1°. The guide gives no noise figure; a tenth of a degree
 /// is a hundred steps of the reading, and far less than any offset worth setting.
@@ -34,7 +34,7 @@ const SETTLE_MARGIN: Micros = Micros::from_millis(10);
 /// Pauses between the readings by which motion is seen, 258 ms together.
 ///
 /// - A zero is read back within 150 ms: 25 ms until a write is answered, two readings, and before each of the three an
-///   exchange of somebody else (38 characters at 9600 bit/s: 40 ms). So an axis that passes moves by less than
+///   exchange with another node (38 characters at 9600 bit/s: 40 ms). So an axis that passes moves by less than
 ///   [`ZERO_TOLERANCE`] until then. At a steady rate that is 0.1° in 258 ms, 0.39° a second.
 /// - The sensor's bandwidth is 8 Hz (data sheet): a vibration of 125 ms and longer is seen over two periods. The pauses
 ///   differ, so that no period fits them all.
@@ -188,7 +188,7 @@ impl Operation for SetZero {
         }
     }
 
-    fn on(&mut self, outcome: &Outcome<T7>) -> Option<Self::Event> {
+    fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         match (self.state, outcome.result) {
             (State::Damping, Ok(answer)) => {
                 if let Response::GetDamping { damping_ms } = answer.response {
@@ -215,14 +215,14 @@ impl Operation for SetZero {
         None
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> TaskProgress {
         match self.state {
-            State::Damping => Progress::new(0, 5),
-            State::Settle { .. } => Progress::new(1, 5),
-            State::Watch { .. } => Progress::new(2, 5),
-            State::Write => Progress::new(3, 5),
-            State::Read => Progress::new(4, 5),
-            State::Ended(_) => Progress::new(5, 5),
+            State::Damping => TaskProgress::new(0, 5),
+            State::Settle { .. } => TaskProgress::new(1, 5),
+            State::Watch { .. } => TaskProgress::new(2, 5),
+            State::Write => TaskProgress::new(3, 5),
+            State::Read => TaskProgress::new(4, 5),
+            State::Ended(_) => TaskProgress::new(5, 5),
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use clino_bus::{Protocol, Timing};
 use clino_codec::isu::Address;
 use clino_commissioning::isu::Module;
-use clino_segment::{Faults, Settings, Station};
+use clino_segment::{Faults, SegmentSettings, Station};
 use clino_sim::isu::{ChecksumScope, Content, Eeprom, Isu as Sensor, Options, WORDS};
 use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
@@ -61,7 +61,7 @@ pub fn unplugged<P: Protocol>(sensor: &Shared, off: Vec<(Ns, Ns)>) -> Bench<P> {
     on_line(super::quiet(), vec![station(sensor, Spoil::Nothing, off)])
 }
 
-pub fn on_line<P: Protocol>(settings: Settings, stations: Vec<Station>) -> Bench<P> {
+pub fn on_line<P: Protocol>(settings: SegmentSettings, stations: Vec<Station>) -> Bench<P> {
     Bench::new(Timing::isu(), settings, stations)
 }
 

@@ -9,9 +9,9 @@ pub mod t7;
 use std::fmt::Debug;
 
 use clino_bus::{Micros, Protocol, Serial, Timing, earliest};
-use clino_commissioning::{Action, Commissionable, Operation, Runner};
+use clino_commissioning::{Commissionable, Operation, Runner, RunnerAction};
 use clino_segment::chance::Chance;
-use clino_segment::{Noise, Settings};
+use clino_segment::{Noise, SegmentSettings};
 use clino_testkit::rig::Bench;
 
 pub const MS: u64 = 1_000_000;
@@ -20,8 +20,8 @@ pub const SECOND: u64 = 1_000_000_000;
 /// No operation under test takes longer than this.
 const LIMIT: Micros = Micros(60_000_000);
 
-pub fn quiet() -> Settings {
-    Settings { chance: Chance::new(1), echo: false, noise: Noise::default() }
+pub fn quiet() -> SegmentSettings {
+    SegmentSettings { chance: Chance::new(1), echo: false, noise: Noise::default() }
 }
 
 /// What an operation did.
@@ -97,22 +97,22 @@ where
         let progress = runner.progress();
         assert!(progress.done <= progress.of, "{progress:?}");
         match runner.poll(&mut bench.master, now) {
-            Action::Send(frame) => {
+            RunnerAction::Send(frame) => {
                 requests += 1;
                 let give_up = now + bench.master.timing().line_busy;
                 bench.port.submit(frame.as_ref(), give_up).expect("the line is idle");
             }
-            Action::Serial(serial) => {
+            RunnerAction::Serial(serial) => {
                 rates.push(serial.baud);
                 let timing = O::Protocol::timing(serial);
                 bench.port.set_serial(serial, timing.guard);
                 bench.master.set_timing(timing);
                 continue;
             }
-            Action::Done(result) => {
+            RunnerAction::Done(result) => {
                 return Run { result, events, requests, rates, took: now.since(begun) };
             }
-            Action::Idle => {}
+            RunnerAction::Idle => {}
         }
         let at = earliest(bench.master.poll_at(), runner.poll_at().filter(|&at| at > now));
         let at = at.unwrap_or(now + Micros(1_000)).max(now + Micros(1));
@@ -122,7 +122,7 @@ where
     }
 }
 
-/// Lets time pass on the line while nobody asks.
+/// Lets time pass on the line without a request.
 pub fn idle_for<P: Protocol>(bench: &mut Bench<P>, time: Micros) {
     let until = bench.port.now() + time;
     while bench.port.now() < until {

@@ -9,7 +9,7 @@ pub enum Fault {
     Lost,
     /// One byte is changed.
     Byte { index: usize, mask: u8 },
-    /// It ends after so many bytes.
+    /// It ends after this many bytes.
     Cut(usize),
     /// It comes so much later.
     Late(Ns),

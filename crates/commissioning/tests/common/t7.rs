@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex};
 use clino_bus::{Serial, T7, Timing};
 use clino_codec::t7::Address;
 use clino_commissioning::t7::Device;
-use clino_segment::{Faults, Settings, Station};
+use clino_segment::{Faults, SegmentSettings, Station};
 use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
-use clino_sim::t7::{Identity, Model, Options, Settings as Store, T7 as Sensor};
+use clino_sim::t7::{Identity, Model, Options, StoredSettings as Store, T7 as Sensor};
 use clino_testkit::rig::Bench;
 
 use super::spoil::{Spoil, Spoiler};
@@ -59,7 +59,7 @@ pub fn unplugged(sensor: &Shared, off: Vec<(Ns, Ns)>) -> Bench<T7> {
     on_line(super::quiet(), vec![station(sensor, Spoil::Nothing, off)])
 }
 
-pub fn on_line(settings: Settings, stations: Vec<Station>) -> Bench<T7> {
+pub fn on_line(settings: SegmentSettings, stations: Vec<Station>) -> Bench<T7> {
     Bench::new(Timing::t7(Serial::T7_DEFAULT), settings, stations)
 }
 

@@ -15,7 +15,7 @@ use clino_gateway::summary::{Standing, Summary};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
-use clino_recovery::{Cause, Start, Uid};
+use clino_recovery::{Start, StartCause, Uid};
 use embedded_io::{ErrorType, Write};
 
 /// What the far end reads.
@@ -238,7 +238,7 @@ impl Desk {
             broken_storage: false,
             unread: false,
             unsaved: false,
-            start: Start { cause: Cause::PowerOn, boots: 1, uid: Uid([0, 1, 2]), ..Start::default() },
+            start: Start { cause: StartCause::PowerOn, boots: 1, uid: Uid([0, 1, 2]), ..Start::default() },
         };
         rest.publish();
         let port = Port::default();

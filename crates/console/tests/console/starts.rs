@@ -1,7 +1,7 @@
 //! What the next start tells, and what is refused in times like these.
 
 use clino_gateway::Restraint;
-use clino_recovery::{Clock, Crash, Duty, FaultStatus, Mode, Registers, Start, Uid};
+use clino_recovery::{Clock, Crash, FaultStatus, Mode, MonitoredTask, Registers, Start, Uid};
 
 use crate::desk::Desk;
 
@@ -44,7 +44,7 @@ fn the_last_crash_is_told_with_all_that_is_known_of_it() {
         )
     );
     assert_eq!(
-        crash(Crash::stalled(Duty::IsuBus, Registers { exception: 0, ..at })),
+        crash(Crash::stalled(MonitoredTask::IsuBus, Registers { exception: 0, ..at })),
         concat!(
             r#"{"what":"crash","cause":"stalled","boot":12,"uptime_ms":4567"#,
             r#","duty":"isu_bus","file":null,"line":null"#,

@@ -23,7 +23,7 @@ pub fn block_on_until<T>(board: &Board, until: Ns, future: impl Future<Output = 
             return Some(value);
         }
         let mut world = board.0.borrow_mut();
-        let next = world.next_event().expect("somebody waits for something").max(world.now);
+        let next = world.next_event().expect("a task waits for an event").max(world.now);
         world.advance(next.min(until));
         if world.now >= until {
             return None;

@@ -16,7 +16,7 @@ use std::rc::Rc;
 
 use clino_segment::log::SharedLog;
 use clino_segment::wire::Wire as _;
-use clino_segment::{Segment, Settings, Station};
+use clino_segment::{Segment, SegmentSettings, Station};
 use clino_sim::node::Ns;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -38,13 +38,13 @@ pub struct World {
     timers: BTreeMap<u64, Ns>,
 }
 
-/// Everybody's way to the world.
+/// Shared access to the world.
 #[derive(Clone)]
 pub struct Board(Rc<RefCell<World>>);
 
 impl Board {
     /// A board at time 0 on a pair with these sensors.
-    pub fn new(baud: u32, model: Model, settings: Settings, stations: Vec<Station>) -> Board {
+    pub fn new(baud: u32, model: Model, settings: SegmentSettings, stations: Vec<Station>) -> Board {
         let mut segment = Segment::new(settings, stations);
         let uart = uart::Registers::new(baud, model);
         segment.set_receiver(0, Some(uart.format()));
@@ -90,14 +90,14 @@ impl Board {
 }
 
 impl World {
-    /// The next instant at which something happens by itself.
+    /// The next instant at which the simulation does something.
     fn next_event(&self) -> Option<Ns> {
         let timer = self.timers.values().copied().min();
         [self.segment.next_event(), self.uart.next_event(), timer].into_iter().flatten().min()
     }
 
     fn advance(&mut self, to: Ns) {
-        assert!(self.now < DOOMSDAY, "somebody waits for ever");
+        assert!(self.now < DOOMSDAY, "a task waits for ever");
         loop {
             let next = [self.segment.next_event(), self.uart.next_event()].into_iter().flatten().min();
             let at = next.filter(|&next| next <= to).unwrap_or(to).max(self.now);

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use clino_drivers::codec::angle::Angle;
 use clino_segment::chance::Chance;
-use clino_segment::{Faults, Noise, Settings, Station};
+use clino_segment::{Faults, Noise, SegmentSettings, Station};
 use clino_sim::latency::Latency;
 use clino_sim::motion::Motion;
 use clino_sim::node::Ns;
@@ -37,12 +37,12 @@ pub fn quick(latency: Ns) -> t7::Options {
 
 /// A single-axis T7.
 pub fn t7_with(address: u8, options: t7::Options) -> SharedT7 {
-    let settings = t7::Settings { address, ..Default::default() };
+    let settings = t7::StoredSettings { address, ..Default::default() };
     let node = t7::T7::new(t7::Identity::default(), settings, options).expect("there are such T7s");
     Arc::new(Mutex::new(node))
 }
 
-/// An ISU, tilted by so many micro-degrees.
+/// An ISU, tilted by this many micro-degrees.
 pub fn isu(address: u8, angle: i64) -> SharedIsu {
     let content = isu::Content { address, ..Default::default() };
     let eeprom = isu::Eeprom::factory(content, isu::ChecksumScope::default(), 1);
@@ -56,8 +56,8 @@ pub fn station(name: &str, node: impl clino_sim::node::Node + 'static) -> Statio
 }
 
 /// A quiet pair on which the master does not hear itself.
-pub fn quiet() -> Settings {
-    Settings { chance: Chance::new(1), echo: false, noise: Noise::default() }
+pub fn quiet() -> SegmentSettings {
+    SegmentSettings { chance: Chance::new(1), echo: false, noise: Noise::default() }
 }
 
 /// A board with these T7s at 115200 bit/s.

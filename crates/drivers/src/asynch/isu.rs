@@ -1,6 +1,6 @@
 //! STT ISU, async.
 
-use clino_bus::{Counters, Micros, Retry, Timing};
+use clino_bus::{BusCounters, Micros, Retry, Timing};
 use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Data, Request, Response, Words};
 
@@ -20,8 +20,8 @@ impl<P: AsyncPort> Isu<P> {
         Self { port, exchanges: Exchanges::in_pieces(timing, false) }
     }
 
-    /// As [`crate::Isu::alone`].
-    pub fn alone(port: P, timing: Timing) -> Self {
+    /// As [`crate::Isu::single`].
+    pub fn single(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::in_pieces(timing, true) }
     }
 
@@ -99,7 +99,7 @@ impl<P: AsyncPort> Isu<P> {
 
 impl<P> Isu<P> {
     /// As [`crate::Isu::counters`].
-    pub fn counters(&self) -> &Counters {
+    pub fn counters(&self) -> &BusCounters {
         self.exchanges.master().counters()
     }
 

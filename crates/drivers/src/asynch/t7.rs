@@ -1,12 +1,12 @@
 //! US Digital T7, async.
 
-use clino_bus::{Counters, Micros, Retry, Timing};
+use clino_bus::{BusCounters, Micros, Retry, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{Address, Axis, DeviceInformation, Direction, Request, Response};
 
 use crate::AsyncPort;
 use crate::exchange::Exchanges;
-use crate::t7::{AllAngles, AllData, Change, Error, Setting, question};
+use crate::t7::{AllAngles, AllData, Error, FlashWrite, Setting, question};
 
 /// The T7s of one line; see [`crate::T7`].
 pub struct T7<P> {
@@ -20,8 +20,8 @@ impl<P: AsyncPort> T7<P> {
         Self { port, exchanges: Exchanges::in_pieces(timing, false) }
     }
 
-    /// As [`crate::T7::alone`].
-    pub fn alone(port: P, timing: Timing) -> Self {
+    /// As [`crate::T7::single`].
+    pub fn single(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::in_pieces(timing, true) }
     }
 
@@ -98,7 +98,7 @@ impl<P: AsyncPort> T7<P> {
         address: Address,
         axis: Axis,
         offset: Angle,
-    ) -> Result<Change, Error<P::Error>> {
+    ) -> Result<FlashWrite, Error<P::Error>> {
         self.set(address, Setting::Offset(axis, offset.into())).await
     }
 
@@ -111,7 +111,7 @@ impl<P: AsyncPort> T7<P> {
         address: Address,
         axis: Axis,
         direction: Direction,
-    ) -> Result<Change, Error<P::Error>> {
+    ) -> Result<FlashWrite, Error<P::Error>> {
         self.set(address, Setting::Direction(axis, direction)).await
     }
 
@@ -123,7 +123,7 @@ impl<P: AsyncPort> T7<P> {
         &mut self,
         address: Address,
         damping_ms: u16,
-    ) -> Result<Change, Error<P::Error>> {
+    ) -> Result<FlashWrite, Error<P::Error>> {
         self.set(address, Setting::Damping(damping_ms)).await
     }
 
@@ -131,7 +131,7 @@ impl<P: AsyncPort> T7<P> {
     ///
     /// # Errors
     /// [`Error`].
-    pub async fn set_range(&mut self, address: Address, range: Range) -> Result<Change, Error<P::Error>> {
+    pub async fn set_range(&mut self, address: Address, range: Range) -> Result<FlashWrite, Error<P::Error>> {
         self.set(address, Setting::Range(range)).await
     }
 
@@ -148,10 +148,10 @@ impl<P: AsyncPort> T7<P> {
         Ok(answer.response)
     }
 
-    async fn set(&mut self, address: Address, setting: Setting) -> Result<Change, Error<P::Error>> {
+    async fn set(&mut self, address: Address, setting: Setting) -> Result<FlashWrite, Error<P::Error>> {
         setting.check(address)?;
         if setting.is_in(address, self.transact(address, &setting.read()).await?)? {
-            return Ok(Change::Unneeded);
+            return Ok(FlashWrite::Unneeded);
         }
         question::success(address, self.transact(address, &setting.write()).await?)?;
         setting.was_kept(address, self.transact(address, &setting.read()).await?)
@@ -160,7 +160,7 @@ impl<P: AsyncPort> T7<P> {
 
 impl<P> T7<P> {
     /// As [`crate::T7::counters`].
-    pub fn counters(&self) -> &Counters {
+    pub fn counters(&self) -> &BusCounters {
         self.exchanges.master().counters()
     }
 

@@ -1,15 +1,15 @@
-//! The phases of one exchange, driven by whoever has a port: [`step`](Exchange::step) says what to do, the other methods
-//! take what came of it.
+//! The phases of one exchange. The caller has the port: [`step`](Exchange::step) says what to do, the other methods
+//! take the result.
 
 use core::ops::ControlFlow;
 
-use clino_bus::{Event, Fault, Micros, Outcome};
+use clino_bus::{Event, ExchangeOutcome, Fault, Micros};
 use clino_codec::character::Character;
 
 use super::{Exchanges, Sensor};
 
-/// More characters than this that nobody asked for are not what a receive buffer had left over, but somebody who does
-/// not stop talking. Our choice: larger than the usual buffers.
+/// More unsolicited characters than this are not left over in a receive buffer, but come from a node that does
+/// not stop transmitting. Our choice: larger than the usual buffers.
 const MOST_STALE: u32 = 1_024;
 
 /// What the port has to do next.
@@ -19,7 +19,7 @@ pub enum Step<S: Sensor> {
     /// Send, and say whether it got out whole.
     Send(S::Frame),
     /// Nothing more.
-    Over(Outcome<S>),
+    Over(ExchangeOutcome<S>),
 }
 
 /// One exchange.
@@ -50,7 +50,7 @@ enum Phase<S: Sensor> {
     },
     /// The frame is on its way, or the answer.
     Waiting,
-    Over(Outcome<S>),
+    Over(ExchangeOutcome<S>),
 }
 
 impl<S: Sensor> Phase<S> {
@@ -96,7 +96,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
             Phase::Waiting => Ok(match self.all.master.poll_at() {
                 Some(deadline) => self.listen_until(deadline),
                 // Nothing is in hand, and so nothing comes.
-                None => Step::Over(Outcome { result: Err(Fault::NotSent), at: self.all.now }),
+                None => Step::Over(ExchangeOutcome { result: Err(Fault::NotSent), at: self.all.now }),
             }),
             other => {
                 self.phase = other;
@@ -210,7 +210,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
 
     /// When to try again after what came out.
     fn again_at(&self) -> Option<Micros> {
-        let Phase::Over(Outcome { result: Err(fault), at }) = &self.phase else { return None };
+        let Phase::Over(ExchangeOutcome { result: Err(fault), at }) = &self.phase else { return None };
         self.all.retry.after::<S>(self.tried.saturating_add(1), self.request, fault, *at)
     }
 }

@@ -20,8 +20,8 @@ use super::{Error, Rs485};
 use crate::AsyncPort;
 use crate::uart::Io;
 
-/// An executor may be busy with other things for so long while the UART sends by itself: more is a UART that does not
-/// get on. Our choice.
+/// An executor may be busy with other tasks for this long while the UART sends: after a longer time the UART counts as
+/// stuck. Our choice.
 const STALL: Micros = Micros::from_millis(20);
 
 impl<U: Read + Write, DE: OutputPin, D: DelayNs> AsyncPort for Rs485<Io<U>, DE, D> {

@@ -9,7 +9,7 @@ use embedded_hal::digital::OutputPin;
 
 use super::driving::Driving;
 use super::echo::EchoCheck;
-use super::{Error, Rs485, Settings};
+use super::{Error, PortSettings, Rs485};
 use crate::Port;
 use crate::uart::Uart;
 
@@ -77,7 +77,7 @@ struct Patience<'a, D> {
 }
 
 impl<'a, D: DelayNs> Patience<'a, D> {
-    fn new(delay: &'a mut D, settings: &Settings, length: usize) -> Self {
+    fn new(delay: &'a mut D, settings: &PortSettings, length: usize) -> Self {
         let (step, longest, echo) = (settings.send_step(), settings.longest(length), settings.echo_time());
         Self { delay, step, waited: Micros::ZERO, longest, echo }
     }

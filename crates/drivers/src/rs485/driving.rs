@@ -25,7 +25,7 @@ impl<'a, DE: OutputPin> Driving<'a, DE> {
 impl<DE: OutputPin> Drop for Driving<'_, DE> {
     fn drop(&mut self) {
         if self.on {
-            // Nobody is left to be told of an error.
+            // No caller is left to receive an error.
             let _ = self.de.set_low();
         }
     }

@@ -1,4 +1,4 @@
-//! What comes back of what we send.
+//! The echo of our own characters.
 
 use clino_codec::character::Character;
 

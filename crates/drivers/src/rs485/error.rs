@@ -1,4 +1,4 @@
-//! Why a line did not do what it was asked.
+//! Errors of a line.
 
 use core::fmt::{self, Debug, Display};
 
@@ -20,8 +20,8 @@ pub enum Error<U, P> {
         /// For how long it was given time.
         waited: Micros,
     },
-    /// What came back is not what was sent: somebody else talked, or the receiver is not on. The frame is out, but
-    /// nobody may have understood it.
+    /// What came back is not what was sent: another node transmitted, or the receiver is off. The frame is out, but
+    /// the sensor may not have understood it.
     Echo {
         /// Place of the first difference in the frame.
         index: usize,

@@ -8,7 +8,7 @@ use clino_bus::{Micros, Serial};
 pub enum Release {
     /// When the UART's `flush` says so: it waits for *transmission complete*.
     Flushed,
-    /// So many characters after the UART's `flush` returned, because it returns too early; never more than the
+    /// This many characters after the UART's `flush` returned, because it returns too early; never more than the
     /// frame has. One bit time in forty is added for the clocks, at least one.
     Held {
         /// Characters that the UART may still have to send after `flush`.
@@ -37,7 +37,7 @@ pub enum Echo {
 /// The settings of a line. [`new`](Self::new) gives the usual ones; change single fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Settings {
+pub struct PortSettings {
     /// Bit rate of the UART; all other times are derived from it.
     pub serial: Serial,
     /// From DE high to the first start bit, µs, besides what the code takes; for slow transceivers or optocouplers.
@@ -51,7 +51,7 @@ pub struct Settings {
     pub echo: Echo,
 }
 
-impl Settings {
+impl PortSettings {
     /// No delays, a `flush` that is true, no echo.
     pub const fn new(serial: Serial) -> Self {
         Self { serial, before: Micros(0), after: Micros(0), release: Release::Flushed, echo: Echo::Off }

@@ -1,4 +1,4 @@
-//! Why a T7 did not do what it was asked.
+//! Errors of a T7 driver.
 
 use core::fmt::{self, Display};
 
@@ -15,10 +15,10 @@ pub enum Error<E> {
     /// The request cannot be sent: a parameter is out of its range, which is in the error.
     Request(EncodeError),
     /// [`Address::ALL`], on a line that may have several devices.
-    NotAlone,
+    NotSingleDevice,
     /// The port could not send.
     Port(E),
-    /// Somebody did not stop talking: the request was not sent.
+    /// Another node did not stop transmitting: the request was not sent.
     LineBusy,
     /// The line stayed silent.
     NoAnswer {
@@ -49,7 +49,7 @@ impl<E> Error<E> {
     /// Where to look for the cause.
     pub fn blame(&self) -> Blame {
         match self {
-            Self::Request(_) | Self::NotAlone => Blame::Request,
+            Self::Request(_) | Self::NotSingleDevice => Blame::Request,
             Self::Port(_) => Blame::Ourselves,
             Self::LineBusy | Self::Garbled { .. } => Blame::Line,
             Self::Bad(error) => Fault::Bad(*error).blame(),
@@ -73,7 +73,7 @@ impl<E> From<Failure<clino_bus::T7, E>> for Error<E> {
     fn from(failure: Failure<clino_bus::T7, E>) -> Self {
         match failure {
             Failure::Request(error) => Self::Request(error),
-            Failure::NotAlone => Self::NotAlone,
+            Failure::NotSingleDevice => Self::NotSingleDevice,
             Failure::Port(error) => Self::Port(error),
             Failure::Fault(Fault::NoAnswer { waited }) => Self::NoAnswer { waited },
             Failure::Fault(Fault::Garbled { characters }) => Self::Garbled { characters },
@@ -89,7 +89,7 @@ impl<E: Display> Display for Error<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Request(error) => write!(f, "not sent: {error}"),
-            Self::NotAlone => write!(f, "not sent: all T7s of the line would answer at once"),
+            Self::NotSingleDevice => write!(f, "not sent: all T7s of the line would answer at once"),
             Self::Port(error) => write!(f, "not sent whole: {error}"),
             Self::LineBusy => write!(f, "not sent: the line did not fall silent"),
             Self::NoAnswer { waited } => write!(f, "no answer within {} µs", waited.0),

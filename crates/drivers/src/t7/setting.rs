@@ -3,7 +3,7 @@
 use clino_codec::angle::Range;
 use clino_codec::t7::{Address, Axis, Direction, EncodeError, Field, Millidegrees, Request, Response};
 
-use super::{Change, Error, question};
+use super::{Error, FlashWrite, question};
 
 /// Millidegrees of a turn.
 const TURN_MDEG: i32 = 360_000;
@@ -49,10 +49,10 @@ impl Setting {
     }
 
     /// That the device has this value after it was written.
-    pub(crate) fn was_kept<E>(self, address: Address, response: Response) -> Result<Change, Error<E>> {
+    pub(crate) fn was_kept<E>(self, address: Address, response: Response) -> Result<FlashWrite, Error<E>> {
         let found = self.found(address, response)?;
         match self.same(found) {
-            true => Ok(Change::Written),
+            true => Ok(FlashWrite::Written),
             false => Err(Error::NotKept { field: self.field(), written: self.wanted(), found }),
         }
     }

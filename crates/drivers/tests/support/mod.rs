@@ -2,10 +2,10 @@
 #![allow(dead_code, reason = "each test uses a part")]
 
 use clino_drivers::codec::t7::Address;
-use clino_drivers::rs485::{Rs485, Settings};
+use clino_drivers::rs485::{PortSettings, Rs485};
 use clino_drivers::uart::{Io, Nb};
 use clino_drivers::{Serial, T7, Timing};
-use clino_segment::log::{Event, Fate, Talker};
+use clino_segment::log::{Fate, LineEvent, Talker};
 use clino_sim::node::Ns;
 
 use crate::common::{Board, De, Delay, Uart};
@@ -21,17 +21,17 @@ pub const CHARACTER: Ns = 86_806;
 pub type NbLine = Rs485<Nb<Uart>, De, Delay>;
 pub type IoLine = Rs485<Io<Uart>, De, Delay>;
 
-pub fn nb_line(board: &Board, settings: Settings) -> NbLine {
+pub fn nb_line(board: &Board, settings: PortSettings) -> NbLine {
     Rs485::new(Nb::new(board.uart()), board.de(), board.delay(), settings).unwrap()
 }
 
-pub fn io_line(board: &Board, settings: Settings) -> IoLine {
+pub fn io_line(board: &Board, settings: PortSettings) -> IoLine {
     Rs485::new(Io::new(board.uart()), board.de(), board.delay(), settings).unwrap()
 }
 
 /// A driver over `nb` with everything as usual.
 pub fn nb_t7(board: &Board) -> T7<NbLine> {
-    T7::new(nb_line(board, Settings::new(SERIAL)), Timing::t7(SERIAL))
+    T7::new(nb_line(board, PortSettings::new(SERIAL)), Timing::t7(SERIAL))
 }
 
 pub fn address(number: u8) -> Address {
@@ -72,11 +72,11 @@ pub fn turns(board: &Board) -> Turns {
     let mut edges: Vec<(Ns, bool)> = Vec::new();
     for event in &log.events {
         match *event {
-            Event::Char { who: Talker::Gateway, start, end, word, fate, .. } => {
+            LineEvent::Char { who: Talker::Gateway, start, end, word, fate, .. } => {
                 turns.sent.push((word as u8, fate));
                 characters.push((start, end));
             }
-            Event::De { at, high } => edges.push((at, high)),
+            LineEvent::De { at, high } => edges.push((at, high)),
             _ => {}
         }
     }

@@ -1,8 +1,8 @@
 //! clino-bus, with a master for each of its protocols.
 
-use clino_bus::line::{Settings, SubmitError};
+use clino_bus::line::{LineSettings, SubmitError};
 use clino_bus::{
-    Blame, Counters, Fault, Isu, Line, Master, Micros, Protocol, Retry, Serial, T7, Timing, earliest,
+    Blame, BusCounters, Fault, Isu, Line, Master, Micros, Protocol, Retry, Serial, T7, Timing, earliest,
 };
 
 use crate::{Entry, entries};
@@ -21,9 +21,9 @@ pub static ENTRIES: &[Entry] = &entries![
     Line::driving,
     Line::frame_len,
     Line::longest_hold,
-    Settings::new,
+    LineSettings::new,
     SubmitError::blame,
-    Counters::default,
+    BusCounters::default,
     Micros::from_millis,
     Micros::as_millis,
     Micros::since,

@@ -5,8 +5,8 @@
 
 use core::marker::PhantomData;
 
-use clino_bus::{Fault, Master, Micros, Protocol, Refusal, Retry};
-use clino_codec::layers::Layer;
+use clino_bus::{FailedCheck, Fault, Master, Micros, Protocol, Retry};
+use clino_codec::checks::Check;
 
 use crate::counters::{bump16, bump32};
 use crate::schedule::outage::{BusHealth, Consequence, Watch};
@@ -275,12 +275,12 @@ fn is_retried<P: Poll>(
 }
 
 /// There was no good answer. Returns whether something is wrong with the line.
-fn failed<E: Refusal>(slot: &mut Slot, fault: &Fault<E>) -> bool {
+fn failed<E: FailedCheck>(slot: &mut Slot, fault: &Fault<E>) -> bool {
     slot.counters.failed(fault);
     let damaged = match fault {
         Fault::NoAnswer { .. } | Fault::LineBusy | Fault::NotSent | Fault::Over { .. } => false,
         Fault::Garbled { .. } | Fault::Contention => true,
-        Fault::Bad(error) => !matches!(error.layer(), Layer::Address | Layer::Command),
+        Fault::Bad(error) => !matches!(error.failed_check(), Check::Address | Check::Command),
     };
     slot.note_damage(damaged);
     damaged || matches!(fault, Fault::LineBusy)

@@ -6,7 +6,7 @@ use crate::Source;
 use crate::config::{SlotConfig, Span};
 use crate::settings::Settings;
 use crate::value::Status;
-use clino_bus::line::Step;
+use clino_bus::line::LineStep;
 use clino_bus::{Line, Serial};
 use clino_codec::character::{Character, LineErrors};
 use clino_codec::pwm::{self, Ticks};
@@ -84,7 +84,7 @@ impl Bench {
                 }
             });
             match wire.line.poll(now) {
-                Some(Step::Begin) => {
+                Some(LineStep::Begin) => {
                     while wire.line.next_character().is_some() {}
                     assert!(wire.line.transmission_complete(now));
                     wire.asked = Some(core::mem::take(&mut wire.frame));

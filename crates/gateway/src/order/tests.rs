@@ -5,7 +5,7 @@ use clino_codec::isu::eeprom::Change;
 use clino_codec::t7::{Address, Axis, BaudRate};
 use clino_codec::{isu, pwm};
 use clino_commissioning::isu::Module;
-use clino_commissioning::t7::{Device, Rates, Setting};
+use clino_commissioning::t7::{Device, DeviceSetting, Rates};
 
 use super::*;
 use crate::task::isu::Task as OfIsu;
@@ -41,7 +41,7 @@ fn writing() -> [Order; 7] {
     let module = Module::at(isu::Address::new(3).unwrap()).unwrap();
     [
         Order::T7(OfT7::Zero(device, Axis::Two)),
-        Order::T7(OfT7::Set(device, Setting::Damping(100))),
+        Order::T7(OfT7::Set(device, DeviceSetting::Damping(100))),
         Order::T7(OfT7::Address { from: address(5), to: address(6) }),
         Order::T7(OfT7::Baud(device, BaudRate::B9600)),
         Order::Isu(OfIsu::ResetNull(module)),
@@ -90,7 +90,7 @@ fn what_is_refused_is_not_begun_and_its_own_fault_comes_first() {
     }
     gateway.poll(Bus::T7, Micros(1_000_000), |_| panic!("nothing is asked"));
     assert_eq!((gateway.progress(Bus::T7), gateway.progress(Bus::Isu)), (None, None));
-    let wrong = Order::T7(OfT7::Set(Device::at(address(5)).unwrap(), Setting::Damping(5_001)));
+    let wrong = Order::T7(OfT7::Set(Device::at(address(5)).unwrap(), DeviceSetting::Damping(5_001)));
     assert!(matches!(gateway.carry_out(wrong, Asker::Console), Err(Refusal::T7(_))));
 }
 

@@ -20,7 +20,7 @@
 //! ([`Health::NOISY`](crate::Health::NOISY)) and in the counters. Behind a transceiver whose receiver is off while it drives,
 //! a driver that is always on makes the gateway deaf: that is mute, as a cut pair is.
 
-use clino_bus::{Counters, Micros};
+use clino_bus::{BusCounters, Micros};
 
 use crate::bits::Bits;
 use crate::trace::Verdict;
@@ -149,7 +149,7 @@ impl Watch {
 
     /// Somebody has answered. Returns whether this has ended a fault.
     #[inline(never)]
-    pub fn answered(&mut self, counters: &Counters) -> bool {
+    pub fn answered(&mut self, counters: &BusCounters) -> bool {
         self.marks = Marks::of(counters);
         if self.health.in_vain == 0 {
             return false;
@@ -165,7 +165,7 @@ impl Watch {
         &mut self,
         slot: usize,
         verdict: Verdict,
-        counters: &Counters,
+        counters: &BusCounters,
         living: Bits,
         at: Micros,
     ) -> Consequence {
@@ -201,7 +201,7 @@ impl Watch {
     }
 
     /// What this exchange alone would be called.
-    fn look(&mut self, verdict: Verdict, counters: &Counters) -> BusFault {
+    fn look(&mut self, verdict: Verdict, counters: &BusCounters) -> BusFault {
         let now = Marks::of(counters);
         let before = core::mem::replace(&mut self.marks, now);
         let unasked = now.unasked != before.unasked;
@@ -236,7 +236,7 @@ impl Watch {
 }
 
 impl Marks {
-    fn of(counters: &Counters) -> Marks {
+    fn of(counters: &BusCounters) -> Marks {
         Marks { unasked: counters.unasked, framing: counters.framing, breaks: counters.breaks }
     }
 }

@@ -103,7 +103,7 @@ impl BusSettings {
     }
 
     fn timed(&self, timing: Timing) -> BusSettings {
-        let line = line::Settings { serial: timing.serial, guard: timing.guard, ..self.line };
+        let line = line::LineSettings { serial: timing.serial, guard: timing.guard, ..self.line };
         BusSettings { timing, line }
     }
 }

@@ -5,7 +5,7 @@
 
 use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom::Change as Eeprom;
-use clino_commissioning::{Change, Report};
+use clino_commissioning::{Report, SettingChange};
 
 use super::{Claim, News, isu, t7};
 use crate::{SlotConfig, Source};
@@ -14,12 +14,13 @@ use crate::{SlotConfig, Source};
 pub(crate) fn followed(config: &SlotConfig, claim: Claim, news: &News) -> Option<SlotConfig> {
     let source = match (*news, config.source) {
         (
-            News::T7(t7::News::Address(Report { change: Change::Changed { from, to }, .. })),
+            News::T7(t7::News::Address(Report { change: SettingChange::Changed { from, to }, .. })),
             Source::T7 { address, axis },
         ) if address == from => Source::T7 { address: to, axis },
         (
             News::Isu(isu::News::Programmed(Report {
-                change: Change::Changed { from: Eeprom::ModuleAddress(from), to: Eeprom::ModuleAddress(to) },
+                change:
+                    SettingChange::Changed { from: Eeprom::ModuleAddress(from), to: Eeprom::ModuleAddress(to) },
                 ..
             })),
             Source::Isu { address },

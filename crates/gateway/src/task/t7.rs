@@ -5,8 +5,8 @@ use core::convert::Infallible;
 use clino_bus::{Serial, T7};
 use clino_codec::t7::{Address, Axis, BaudRate, EncodeError};
 use clino_commissioning::t7::{
-    Cause, ChangeAddress, ChangeBaud, Device, Failure, Found, Identify, Identity, Rates, Set, SetZero,
-    Setting, Sweep, Swept, Zeroed,
+    Cause, ChangeAddress, ChangeBaud, Device, DeviceSetting, Failure, Found, Identify, Identity, Rates, Set,
+    SetZero, Sweep, Swept, Zeroed,
 };
 use clino_commissioning::{Report, Runner};
 
@@ -23,7 +23,7 @@ pub enum Task {
     /// The axis reads zero as it stands.
     Zero(Device, Axis),
     /// A setting gets a value.
-    Set(Device, Setting),
+    Set(Device, DeviceSetting),
     /// The device moves from one address to another.
     Address {
         /// Where it is.
@@ -47,7 +47,7 @@ pub enum News {
     /// What an axis read before and after it was set to zero.
     Zeroed(Zeroed),
     /// What became of a setting.
-    Set(Report<Setting>),
+    Set(Report<DeviceSetting>),
     /// What became of an address.
     Address(Report<Address>),
     /// What became of a bit rate.
@@ -156,7 +156,7 @@ news! {
     Swept => Swept,
     Identity => Identity,
     Zeroed => Zeroed,
-    Report<Setting> => Set,
+    Report<DeviceSetting> => Set,
     Report<Address> => Address,
     Report<BaudRate> => Baud,
     Failure => Failed,

@@ -12,8 +12,8 @@ use clino_bus::line::EchoMode;
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::Angle;
 use clino_codec::t7::{Axis, BaudRate};
-use clino_commissioning::t7::{Rates, Setting};
-use clino_commissioning::{Change, Report};
+use clino_commissioning::t7::{DeviceSetting, Rates};
+use clino_commissioning::{Report, SettingChange};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::t7::Task;
 use clino_gateway::task::{News, t7 as told};
@@ -58,7 +58,7 @@ impl Work {
                 Task::Sweep(Rates::NONE.and(BaudRate::from_bits_per_second(now).expect("a rate of a T7")))
             }
             Work::SweepAll => Task::Sweep(Rates::ALL),
-            Work::Damping(node, ms) => Task::Set(device(node), Setting::Damping(ms)),
+            Work::Damping(node, ms) => Task::Set(device(node), DeviceSetting::Damping(ms)),
             Work::Zero(node) => Task::Zero(device(node), Axis::Two),
             Work::Address(from, to) => Task::Address { from: address(from), to: address(to) },
             Work::Baud(node, rate) => Task::Baud(device(node), RATES[rate].2),
@@ -174,10 +174,13 @@ impl Model {
             _ => self.task.take().expect("a task"),
         };
         match (news, task) {
-            (told::News::Baud(Report { change: Change::Changed { to, .. }, .. }), _) => {
+            (told::News::Baud(Report { change: SettingChange::Changed { to, .. }, .. }), _) => {
                 self.baud = to.bits_per_second();
             }
-            (told::News::Address(Report { change: Change::Changed { .. }, .. }), Work::Address(from, to)) => {
+            (
+                told::News::Address(Report { change: SettingChange::Changed { .. }, .. }),
+                Work::Address(from, to),
+            ) => {
                 for config in self.slots.values_mut().filter(|config| node_of(config) == Some(from)) {
                     config.source = Source::T7 { address: address(to), axis: Axis::Two };
                 }
@@ -282,7 +285,7 @@ impl Trial {
     fn in_force(&self) -> Result<(), TestCaseError> {
         let Model { baud, pre, post, echo, .. } = self.model;
         let timing = Timing { guard: Micros(self.model.guard()), ..Timing::t7(Serial { baud }) };
-        let line = clino_bus::line::Settings {
+        let line = clino_bus::line::LineSettings {
             pre_delay: Micros(pre),
             post_delay: Micros(post),
             echo,

@@ -4,8 +4,8 @@ use clino_bus::line::EchoMode;
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::Angle;
 use clino_codec::t7::{Axis, BaudRate};
-use clino_commissioning::t7::{Cause, Failure, Setting};
-use clino_commissioning::{Change, Report};
+use clino_commissioning::t7::{Cause, DeviceSetting, Failure};
+use clino_commissioning::{Report, SettingChange};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::t7::Task;
 use clino_gateway::task::{News, t7 as told};
@@ -27,7 +27,7 @@ fn guard(us: u64) -> BusChange {
 }
 
 fn is_baud(news: &News, rate: BaudRate) -> bool {
-    matches!(news, News::T7(told::News::Baud(Report { change: Change::Changed { to, .. }, .. })) if *to == rate)
+    matches!(news, News::T7(told::News::Baud(Report { change: SettingChange::Changed { to, .. }, .. })) if *to == rate)
 }
 
 fn settings(site: &Site) -> (u32, u64) {
@@ -76,7 +76,7 @@ fn a_bit_rate_is_refused_while_a_task_needs_it() {
     let tasks = [
         Task::Identify(device(1)),
         Task::Sweep(clino_commissioning::t7::Rates::NONE.and(BaudRate::B115200)),
-        Task::Set(device(1), Setting::Damping(70)),
+        Task::Set(device(1), DeviceSetting::Damping(70)),
         Task::Zero(device(1), Axis::Two),
         Task::Address { from: address(1), to: address(9) },
         Task::Baud(device(1), BaudRate::B57600),
@@ -173,7 +173,7 @@ fn a_task_that_is_cancelled_before_it_has_begun_sends_nothing() {
     for task in [
         Task::Identify(device(1)),
         Task::Sweep(clino_commissioning::t7::Rates::ALL),
-        Task::Set(device(1), Setting::Damping(70)),
+        Task::Set(device(1), DeviceSetting::Damping(70)),
         Task::Zero(device(1), Axis::Two),
         Task::Address { from: address(1), to: address(9) },
         Task::Baud(device(1), BaudRate::B57600),
@@ -250,7 +250,7 @@ fn the_revision_counts_what_a_task_has_changed_when_it_has() {
     for task in [
         Task::Baud(device(1), BaudRate::B57600),
         Task::Address { from: address(1), to: address(9) },
-        Task::Set(device(1), Setting::Damping(70)),
+        Task::Set(device(1), DeviceSetting::Damping(70)),
     ] {
         let mut site = Site::new(vec![t7(1, 0, STILL)]);
         site.prompt = false;

@@ -9,9 +9,9 @@ use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
 use clino_gateway::{Action, Asker, Bus, BusChange, Gateway, Settings, SlotConfig, Source, Span};
 use clino_segment::chance::Chance;
-use clino_segment::{Noise, Settings as Segment};
+use clino_segment::{Noise, SegmentSettings as Segment};
 use clino_sim::motion::Motion;
-use clino_sim::t7::{Identity, Options, Settings as Memory, T7};
+use clino_sim::t7::{Identity, Options, StoredSettings as Memory, T7};
 use clino_testkit::rig::{Port, sensor};
 
 pub type Sensor = Arc<Mutex<T7>>;
@@ -31,7 +31,7 @@ pub struct Site {
     /// Every request, in order.
     pub sent: Vec<Sent>,
     /// How the bus was told to run, and when.
-    pub runs: Vec<(Micros, Timing, line::Settings)>,
+    pub runs: Vec<(Micros, Timing, line::LineSettings)>,
     /// What tasks have told.
     pub news: Vec<News>,
     /// News is fetched as it comes.

@@ -1,6 +1,6 @@
 //! What the registers of the map say.
 
-use clino_bus::{Counters, DriverEnable, Micros};
+use clino_bus::{BusCounters, DriverEnable, Micros};
 use clino_gateway::settings::{self, Setting, console, port, slot};
 use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusHealth, Detail, Health, Published, Reading, SlotConfig, Status, Value};
@@ -35,7 +35,7 @@ pub struct Reader<'r, 's, S> {
     progress: Option<Progress>,
     detail: Option<(usize, Option<(Reading, Detail)>)>,
     config: Option<(usize, SlotConfig)>,
-    bus: Option<(Bus, Counters, BusHealth, DriverEnable)>,
+    bus: Option<(Bus, BusCounters, BusHealth, DriverEnable)>,
     summary: Option<Summary>,
 }
 
@@ -229,7 +229,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             BusItem::LineBusy => counters.line_busy,
             BusItem::Contention => counters.contention,
             BusItem::Echo => counters.echo,
-            BusItem::Junk => counters.junk,
+            BusItem::Junk => counters.discarded,
             BusItem::Framing => counters.framing,
             BusItem::Noise => counters.noise,
             BusItem::Overrun => counters.overrun,

@@ -5,7 +5,7 @@ use clino_codec::isu::eeprom::Change;
 use clino_codec::t7::{BaudRate, Direction, Millidegrees};
 use clino_codec::{isu, t7};
 use clino_commissioning::isu::Module;
-use clino_commissioning::t7::{Device, Setting};
+use clino_commissioning::t7::{Device, DeviceSetting};
 use clino_gateway::Source;
 use clino_gateway::order::Order;
 use clino_gateway::task;
@@ -26,15 +26,15 @@ fn t7(command: Command, device: Device, axis: t7::Axis, value: i32) -> Option<ta
     let set = |setting| Task::Set(device, setting);
     Some(match command {
         Command::SensorZero => Task::Zero(device, axis),
-        Command::SensorDamping => set(Setting::Damping(u16::try_from(value).ok()?)),
+        Command::SensorDamping => set(DeviceSetting::Damping(u16::try_from(value).ok()?)),
         Command::SensorDirection => {
             let direction = [Direction::Normal, Direction::Reversed];
-            set(Setting::Direction { axis, direction: *direction.get(usize::try_from(value).ok()?)? })
+            set(DeviceSetting::Direction { axis, direction: *direction.get(usize::try_from(value).ok()?)? })
         }
-        Command::SensorOffset => set(Setting::Offset { axis, offset: Millidegrees(value) }),
+        Command::SensorOffset => set(DeviceSetting::Offset { axis, offset: Millidegrees(value) }),
         Command::SensorRange => {
             let range = [Range::Bidirectional, Range::Unidirectional];
-            set(Setting::Range(*range.get(usize::try_from(value).ok()?)?))
+            set(DeviceSetting::Range(*range.get(usize::try_from(value).ok()?)?))
         }
         Command::SensorAddress => {
             let to = t7::Address::new(u8::try_from(value).ok()?).filter(|address| !address.is_all())?;

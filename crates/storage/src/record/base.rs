@@ -1,4 +1,4 @@
-//! What a slot is written as the difference to. Part of the format, and as unchangeable.
+//! The slot to which a stored slot is written as a difference. Part of the format: it never changes.
 //!
 //! These are the values of [`SlotConfig::usual`] when version 1 of the record was made, as numbers: what a stored record
 //! means must not change when the usual does. A record of another usual only becomes longer, until a new version of the

@@ -1,4 +1,4 @@
-//! How settings are written: which ones differ from the usual, and the values of those.
+//! How settings are written: which ones differ from the defaults, and their values.
 //!
 //! ```text
 //! ┌──────────────┬──────────────────────────────────────┐

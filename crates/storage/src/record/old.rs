@@ -1,9 +1,9 @@
-//! What versions 1 and 2 of the record were written like. They are read for ever.
+//! Formats 1 and 2 of the record. Every later version reads them.
 //!
 //! Numbers are LEB128: seven bits a byte, the lowest first, the top bit says that more follow; signed ones zigzag. Spans
 //! are in microseconds, angles in micro-degrees.
 //!
-//! *A bus*: bit rate, guard, latencies of a reading and of a writing request, margin, gap, quiet, patience, late, slack,
+//! *A bus*: bit rate, guard, latencies of a reading and of a writing request, margin, gap, quiet, patience, late, extension,
 //! longest wait for silence; then of the line: bit rate, guard, delays before and after a frame; 0, 1, 2 for echo off,
 //! expected, detect. What follows from the bit rate is read over.
 //!

@@ -1,6 +1,6 @@
 //! How a slot is written: a byte for its kind, a byte for its address if there is a kind, and its differences.
 //!
-//! A slot as usual takes three bytes, one that is off two. An address of 255 was never told.
+//! A slot as usual takes three bytes, one that is off two. An address of 255 was never set.
 
 use clino_gateway::config::{Kind, SINGLE_AXIS};
 use clino_gateway::settings::Setting;
@@ -15,7 +15,7 @@ use super::differences;
 /// Bytes of the longest slot: kind and address are settings of the table, too.
 pub(crate) const LONGEST: usize = differences::longest(&slot::TABLE);
 
-/// In place of an address that was never told.
+/// In place of an address that was never set.
 const NO_ADDRESS: u8 = u8::MAX;
 
 pub(crate) fn encode(config: &SlotConfig, writer: &mut Writer<'_>) {

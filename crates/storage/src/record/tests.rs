@@ -244,7 +244,7 @@ fn something_is_left_over() {
 #[test]
 fn a_newer_firmware_was_here() {
     assert_eq!(read(&sealed(&[VERSION + 1, 77, 78, 79])), Err(Reject::Newer { version: VERSION + 1 }));
-    // Not whole, so that nobody knows who was here.
+    // Not whole, so that its version is unknown.
     assert!(matches!(read(&[VERSION + 1, 77, 78, 79, 0, 0]), Err(Reject::Checksum { .. })));
 }
 

@@ -7,8 +7,8 @@
 //! | cut while programming | any of the bits that were to be cleared are |
 //! | cut while erasing | the sector contains anything |
 //!
-//! A rule that is broken panics: it is a mistake of the code under test. Flash that has [rotted](Flash::rot) forgives: what
-//! is in it, nobody can know before.
+//! A rule that is broken panics: it is a mistake of the code under test. Flash that has [rotted](Flash::rot) forgives, because
+//! no code can know its content before.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
@@ -64,14 +64,14 @@ impl Flash {
         }
     }
 
-    /// From this word on, this is in it, whoever has written it. Programming a word that is not erased clears bits from now
+    /// Puts this content into the flash from this word on. Programming a word that is not erased clears bits from now
     /// on, as the part does.
     pub fn rot(&mut self, word: usize, content: impl IntoIterator<Item = u32>) {
         self.rotten = true;
         self.words.iter_mut().skip(word).zip(content).for_each(|(word, new)| *word = new);
     }
 
-    /// So many more steps, and then one that is torn.
+    /// This many more steps, and then one that is torn.
     pub fn cut_after(&mut self, steps: u64, seed: u64) {
         self.supply = Some(steps);
         self.tear = Random(seed);

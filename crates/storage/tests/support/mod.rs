@@ -1,4 +1,4 @@
-//! Flash that enforces the rules of the part, configurations to put into it, and others who do.
+//! Flash that enforces the rules of the part, configurations to put into it, and other writers of it.
 #![allow(dead_code)]
 
 pub mod configurations;

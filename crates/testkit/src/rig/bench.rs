@@ -1,7 +1,7 @@
-//! One question at a time on a simulated segment.
+//! One request at a time on a simulated segment.
 
-use clino_bus::{Master, Micros, Outcome, Protocol, Timing, earliest, line};
-use clino_segment::{Faults, Settings, Station};
+use clino_bus::{ExchangeOutcome, Master, Micros, Protocol, Timing, earliest, line};
+use clino_segment::{Faults, SegmentSettings, Station};
 use clino_sim::node::Node;
 
 use super::Port;
@@ -16,25 +16,25 @@ pub struct Bench<P: Protocol> {
 
 impl<P: Protocol> Bench<P> {
     /// A bench at time 0.
-    pub fn new(timing: Timing, settings: Settings, stations: Vec<Station>) -> Bench<P> {
+    pub fn new(timing: Timing, settings: SegmentSettings, stations: Vec<Station>) -> Bench<P> {
         Bench::with_line(timing, timing.line(), settings, stations)
     }
 
     /// A bench at time 0 whose line is set like this.
     pub fn with_line(
         timing: Timing,
-        line: line::Settings,
-        settings: Settings,
+        line: line::LineSettings,
+        settings: SegmentSettings,
         stations: Vec<Station>,
     ) -> Bench<P> {
         Bench { port: Port::with_line(line, settings, stations), master: Master::new(timing) }
     }
 
-    /// Asks as soon as an answer could be told from late ones, and runs until the exchange has ended.
+    /// Asks as soon as an answer can be distinguished from late ones, and runs until the exchange has ended.
     ///
     /// # Panics
     /// If the request cannot be encoded, or the exchange does not end.
-    pub fn ask(&mut self, address: P::Address, request: &P::Request) -> Outcome<P> {
+    pub fn ask(&mut self, address: P::Address, request: &P::Request) -> ExchangeOutcome<P> {
         while let Some(at) = self.master.ask_at(address, request).filter(|&at| at > self.port.now()) {
             assert!(self.run_until(at).is_none(), "nothing was asked");
         }
@@ -45,7 +45,7 @@ impl<P: Protocol> Bench<P> {
     ///
     /// # Panics
     /// If the request cannot be encoded, an exchange is in hand, or this one does not end.
-    pub fn ask_now(&mut self, address: P::Address, request: &P::Request) -> Outcome<P> {
+    pub fn ask_now(&mut self, address: P::Address, request: &P::Request) -> ExchangeOutcome<P> {
         assert!(self.master.ask_at(address, request).is_some(), "an exchange is in hand");
         let now = self.port.now();
         let Ok(frame) = self.master.begin(address, request, now) else { panic!("not a request") };
@@ -55,7 +55,7 @@ impl<P: Protocol> Bench<P> {
     }
 
     /// Runs until an exchange has ended, at most until `until`.
-    pub fn run_until(&mut self, until: Micros) -> Option<Outcome<P>> {
+    pub fn run_until(&mut self, until: Micros) -> Option<ExchangeOutcome<P>> {
         while self.port.now() < until {
             if let Some(outcome) = self.master.poll(self.port.now()) {
                 return Some(outcome);

@@ -3,12 +3,12 @@
 //! Idealised where the board is not: interrupts are served [`INTERRUPT`] after their cause. The line's own times are
 //! exact, because the segment samples bits.
 
-use clino_bus::line::{self, Step, SubmitError};
+use clino_bus::line::{self, LineStep, SubmitError};
 use clino_bus::{Event, Line, Micros, Serial};
 use clino_codec::character::{Character, LineErrors};
 use clino_segment::log::SharedLog;
 use clino_segment::wire::{Format, Received, Sent, Wire as _};
-use clino_segment::{Segment, Settings, Station};
+use clino_segment::{Segment, SegmentSettings, Station};
 use clino_sim::node::Ns;
 
 /// From a cause to its interrupt, nanoseconds: the order of what the board measures.
@@ -46,7 +46,7 @@ enum Shifter {
     },
 }
 
-/// The clock of whoever holds the port: its microseconds, and its bits.
+/// The clock of the port's owner: its microseconds, and its bits.
 #[derive(Clone, Copy)]
 struct Clock {
     /// How much too fast it is, in parts per million; above −[`PPM`].
@@ -78,12 +78,12 @@ impl Clock {
 
 impl Port {
     /// A listening port at time 0, without delays around DE.
-    pub fn new(serial: Serial, guard: Micros, settings: Settings, stations: Vec<Station>) -> Port {
-        Port::with_line(line::Settings::new(serial, guard), settings, stations)
+    pub fn new(serial: Serial, guard: Micros, settings: SegmentSettings, stations: Vec<Station>) -> Port {
+        Port::with_line(line::LineSettings::new(serial, guard), settings, stations)
     }
 
-    /// A listening port at time 0. For an echo on the wire, [`Settings::echo`] has to be set, too.
-    pub fn with_line(line: line::Settings, settings: Settings, stations: Vec<Station>) -> Port {
+    /// A listening port at time 0. For an echo on the wire, [`SegmentSettings::echo`] has to be set, too.
+    pub fn with_line(line: line::LineSettings, settings: SegmentSettings, stations: Vec<Station>) -> Port {
         let mut segment = Segment::new(settings, stations);
         let clock = Clock { ppm: 0 };
         segment.set_receiver(0, Some(clock.format(line.serial)));
@@ -125,7 +125,7 @@ impl Port {
     /// # Panics
     /// If a frame is in hand.
     pub fn set_serial(&mut self, serial: Serial, guard: Micros) {
-        let settings = line::Settings { serial, guard, ..*self.line.settings() };
+        let settings = line::LineSettings { serial, guard, ..*self.line.settings() };
         self.line.set(settings, self.now()).expect("no frame in hand");
         self.serial = serial;
         self.segment.set_receiver(self.now, Some(self.clock.format(serial)));
@@ -183,14 +183,14 @@ impl Port {
         }
     }
 
-    fn step(&mut self, step: Step) -> Option<Event> {
+    fn step(&mut self, step: LineStep) -> Option<Event> {
         match step {
-            Step::Begin => {
+            LineStep::Begin => {
                 self.shifter = Shifter::Full { end: self.now * PS_PER_NS };
                 return self.shift();
             }
-            Step::Force => self.shifter = Shifter::Empty,
-            Step::GiveUp | Step::EchoLost => {}
+            LineStep::Force => self.shifter = Shifter::Empty,
+            LineStep::GiveUp | LineStep::EchoLost => {}
         }
         step.event(self.now())
     }

@@ -127,7 +127,7 @@ impl House {
     pub fn new(table: &[SlotConfig; SLOTS], moves: &Moves) -> House {
         let t7 = |number: u8, model, motions: [(i64, i64); 3]| {
             let options = clino_sim::t7::Options { motion: motions.map(motion), ..Default::default() };
-            let stored = clino_sim::t7::Settings { address: number, ..Default::default() };
+            let stored = clino_sim::t7::StoredSettings { address: number, ..Default::default() };
             let product = if model == Model::T73 { *b"T7-3  " } else { *b"T7-1  " };
             let identity =
                 Identity { model, serial: 1_000 + u32::from(number), product, ..Identity::default() };
@@ -142,8 +142,11 @@ impl House {
         let (t7_timing, isu_timing) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
         let station = |name: &str, node: Box<dyn Node>| sensor(name, node);
         let port = |timing: Timing, stations: Vec<Station>| {
-            let settings =
-                clino_segment::Settings { chance: Chance::new(1), echo: false, noise: Noise::default() };
+            let settings = clino_segment::SegmentSettings {
+                chance: Chance::new(1),
+                echo: false,
+                noise: Noise::default(),
+            };
             Port::with_line(timing.line(), settings, stations)
         };
         let ports = [

@@ -105,7 +105,7 @@ one_read_has_all_angles_and_ages(master.client.read_input_registers)
 copies_agree()
 identification_says_who_it_is()
 counters_count()
-# Somebody at the console ends its stream of readings, which is most of the board's work.
+# A user at the console ends its stream of readings, which is most of the board's work.
 console.prompt()
 longest = 0
 for _ in range(10):

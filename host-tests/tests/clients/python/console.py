@@ -63,7 +63,7 @@ def person_watches_and_stops():
 
 
 def person_stops_a_long_operation():
-    """A scan at all bit rates says how far it is, and ends when it is told to."""
+    """A scan at all bit rates reports its progress and ends when it is cancelled."""
     began = time.monotonic()
     console.line.write(b"t7 scan all\r")
     console.until(b"under way: done ")

@@ -26,7 +26,7 @@ console.line.write_timeout = 120
 garbage = random.Random(1).randbytes(SIZE)
 for at in range(0, SIZE, 1024):
     console.line.write(garbage[at:at + 1024])
-    # Nobody looks at the answers; they must not be lost for want of room either.
+    # The answers are not checked; but they must not be lost for want of room either.
     console.line.read(console.line.in_waiting)
 # What is typed behind it waits in the same queue, and is lost while the console writes more than it reads: until it is
 # through, or the stream runs again.

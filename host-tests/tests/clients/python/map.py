@@ -48,7 +48,7 @@ def row_is_true(row):
     assert (row["access"] == "w") == (name.startswith("command") and row["least"] != "" or name == "arm_key"), row
     if row["access"] == "w":
         assert number == 0, (row, number)
-    # What a slot that reads nothing says of its settings is of no use to anybody.
+    # The settings of an unused slot do not matter.
     if kept and (not slot or int(slot[1]) in slots):
         assert int(row["least"]) <= number <= int(row["most"]), (row, number)
     plain = re.sub(r"^slot\d+_|_\d+$", "", name)
@@ -82,7 +82,7 @@ def what_is_in_no_row():
 
 
 began = time.monotonic()
-# Somebody at the console ends its stream of readings, which is most of the board's work.
+# A user at the console ends its stream of readings, which is most of the board's work.
 console.prompt()
 wait(lambda: master.get("slots_ok") == len(slots))
 at_full_speed()

@@ -53,7 +53,7 @@ class Console:
 
     def task(self, command, last, sure=False):
         """Types a command that takes its time; what it says up to the line that begins with `last`. `sure`: it writes
-        to a sensor's memory, asks whether it is meant, and is told so."""
+        to a sensor's memory, asks for confirmation, and takes it."""
         self.line.write(command.encode() + b"\r")
         if sure:
             self.until(b"y/N ")
@@ -86,7 +86,7 @@ class Console:
 
 
 def truth(arguments):
-    """Angle and tolerance by slot, and those of the T7 that nobody reads with its address."""
+    """Angle and tolerance by slot, and those of the T7 that no slot reads with its address."""
     numbers = [argument.split(":") for argument in arguments]
     known = [(int(number), float(angle), float(tolerance)) for number, angle, tolerance in numbers]
     return {slot: rest for slot, *rest in known[:-1]}, known[-1]

@@ -72,7 +72,7 @@ pub fn others() {
     isu.cr1().write(|w| unsafe { w.bits(TE_RE_UE as u16) });
     wait_us(1_200);
     isu.dr().write(|w| unsafe { w.bits(0x55) });
-    // Three characters come back; nobody reads the first two in time.
+    // Three characters come back; the firmware does not read the first two in time.
     wait_us(9_000);
     for i in 0..3 {
         let sr = isu.sr().read().bits();

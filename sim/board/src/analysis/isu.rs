@@ -1,7 +1,7 @@
 //! ISU frames in binary mode: length of what lies between it and the checksum, address and function with the
 //! response bit, data, sum of all bytes but the first. Source: "Interfacing to an ISU Module", section 4.
 
-use super::Verdict;
+use super::PollVerdict;
 
 /// Length byte and checksum: not counted by the length.
 const FRAME: usize = 2;
@@ -27,14 +27,14 @@ pub fn is_request(request: &[u8]) -> bool {
 }
 
 /// What an answer is worth.
-pub fn judge(request: &[u8], heard: &[u8]) -> Verdict {
-    let Some(&head) = request.get(1) else { return Verdict::BadAnswer };
+pub fn judge(request: &[u8], heard: &[u8]) -> PollVerdict {
+    let Some(&head) = request.get(1) else { return PollVerdict::BadAnswer };
     for start in 0..heard.len() {
         match heard.get(start..).and_then(body).and_then(<[u8]>::first) {
-            Some(&first) if first == head | RESPONSE => return Verdict::Good,
-            Some(first) if ERRORS.contains(first) => return Verdict::DeviceError,
+            Some(&first) if first == head | RESPONSE => return PollVerdict::Good,
+            Some(first) if ERRORS.contains(first) => return PollVerdict::DeviceError,
             _ => {}
         }
     }
-    Verdict::BadAnswer
+    PollVerdict::BadAnswer
 }

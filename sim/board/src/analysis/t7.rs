@@ -1,7 +1,7 @@
 //! T7 frames: address, length of what follows it, command, data, checksum that makes the sum of all bytes zero.
 //! Get commands have no checksum. Source: "T7 Communication User Guide" 1.7, sections 1.1, 1.2 and 2.
 
-use super::Verdict;
+use super::PollVerdict;
 
 /// Address and length byte: not counted by the length.
 const HEAD: usize = 2;
@@ -24,13 +24,13 @@ pub fn is_request(request: &[u8]) -> bool {
 }
 
 /// What an answer is worth.
-pub fn judge(request: &[u8], heard: &[u8]) -> Verdict {
-    let [address, _, command, ..] = *request else { return Verdict::BadAnswer };
+pub fn judge(request: &[u8], heard: &[u8]) -> PollVerdict {
+    let [address, _, command, ..] = *request else { return PollVerdict::BadAnswer };
     let answer = (0..heard.len()).find_map(|start| frame(heard.get(start..)?, address, command));
     match answer {
-        None => Verdict::BadAnswer,
-        Some(data) if SET_COMMANDS.contains(&command) && data.first() != Some(&0) => Verdict::DeviceError,
-        Some(_) => Verdict::Good,
+        None => PollVerdict::BadAnswer,
+        Some(data) if SET_COMMANDS.contains(&command) && data.first() != Some(&0) => PollVerdict::DeviceError,
+        Some(_) => PollVerdict::Good,
     }
 }
 

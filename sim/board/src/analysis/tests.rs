@@ -9,7 +9,7 @@ const CHAR: Ns = 86_806;
 #[derive(Default)]
 struct Story {
     now: Ns,
-    events: Vec<Event>,
+    events: Vec<LineEvent>,
 }
 
 impl Story {
@@ -19,7 +19,7 @@ impl Story {
     }
 
     fn de(mut self, high: bool) -> Self {
-        self.events.push(Event::De { at: self.now, high });
+        self.events.push(LineEvent::De { at: self.now, high });
         self
     }
 
@@ -27,7 +27,14 @@ impl Story {
         for byte in bytes {
             let (start, end) = (self.now, self.now + CHAR);
             let fate = Fate::Clean;
-            self.events.push(Event::Char { who, start, end, word: u16::from(*byte), bit_ps: BIT_PS, fate });
+            self.events.push(LineEvent::Char {
+                who,
+                start,
+                end,
+                word: u16::from(*byte),
+                bit_ps: BIT_PS,
+                fate,
+            });
             if who != Talker::Gateway {
                 self = self.hears(end - 4_340, *byte, false);
             }
@@ -37,7 +44,7 @@ impl Story {
     }
 
     fn hears(mut self, at: Ns, byte: u8, framing_error: bool) -> Self {
-        self.events.push(Event::Heard { at, word: u16::from(byte), framing_error, noise: false });
+        self.events.push(LineEvent::Heard { at, word: u16::from(byte), framing_error, noise: false });
         self
     }
 
@@ -62,13 +69,13 @@ fn a_good_poll_in_figures() {
     let end = 2 * story.now;
     let analysis = story.analysis(Protocol::T7, end);
     let [first, second] = &analysis.polls[..] else { panic!("{:?}", analysis.polls) };
-    assert_eq!((first.verdict, first.well_formed), (Verdict::Good, true));
+    assert_eq!((first.verdict, first.well_formed), (PollVerdict::Good, true));
     assert_eq!(first.request, ASK);
     assert_eq!(first.answer, ANSWER);
     assert_eq!(first.tail(), Some(500));
     assert_eq!(first.turnaround(), Some(90_000));
     assert!((first.lead_bits() - 1_000.0 / 8_680.556).abs() < 1e-9);
-    assert_eq!((second.verdict, second.turnaround()), (Verdict::NoAnswer, None));
+    assert_eq!((second.verdict, second.turnaround()), (PollVerdict::NoAnswer, None));
     // The run ended too soon after the second request to call it unanswered.
     let tally = Tally { polls: 1, good: 1, ..Tally::default() };
     assert_eq!(analysis.by_address[&5], tally);
@@ -96,29 +103,29 @@ fn t7_answers_are_judged_by_the_document() {
         let story = Story::default().asks(request).wait(1_000_000).says(NODE, answer);
         story.analysis(Protocol::T7, 1_000_000_000).polls[0].verdict
     };
-    assert_eq!(judged(&ASK, &ANSWER), Verdict::Good);
+    assert_eq!(judged(&ASK, &ANSWER), PollVerdict::Good);
     // Behind a stray character.
-    assert_eq!(judged(&ASK, &[&[0x05], &ANSWER[..]].concat()), Verdict::Good);
+    assert_eq!(judged(&ASK, &[&[0x05], &ANSWER[..]].concat()), PollVerdict::Good);
     for byte in 0..ANSWER.len() {
         for bit in 0..8 {
             let mut spoilt = ANSWER;
             spoilt[byte] ^= 1 << bit;
-            assert_eq!(judged(&ASK, &spoilt), Verdict::BadAnswer, "byte {byte} bit {bit}");
+            assert_eq!(judged(&ASK, &spoilt), PollVerdict::BadAnswer, "byte {byte} bit {bit}");
         }
     }
     for length in 1..ANSWER.len() {
-        assert_eq!(judged(&ASK, &ANSWER[..length]), Verdict::BadAnswer, "{length} bytes");
+        assert_eq!(judged(&ASK, &ANSWER[..length]), PollVerdict::BadAnswer, "{length} bytes");
     }
     // Section 2.1.1: Get All Angles, with the length as printed in the example and as in the table.
     let tail = [0x80, 0, 2, 0x7D, 0xB2, 0xFF, 0xFF, 0x4E, 0xF8, 0, 0, 0x4E, 0xDE, 0x08, 0xFC];
     for (length, checksum) in [(0x0A, 0xCC), (0x10, 0xC6)] {
         let answer = [&[0x05, length][..], &tail, &[checksum]].concat();
-        assert_eq!(judged(&[0x05, 0x01, 0x80], &answer), Verdict::Good, "{length:02x}");
+        assert_eq!(judged(&[0x05, 0x01, 0x80], &answer), PollVerdict::Good, "{length:02x}");
     }
     // Section 2.1.5: Set Angle with status 0, and with status 3.
     let set = [0x05, 0x07, 0x84, 0x02, 0x00, 0x00, 0x29, 0x04, 0x41];
-    assert_eq!(judged(&set, &[0x05, 0x03, 0x84, 0x00, 0x74]), Verdict::Good);
-    assert_eq!(judged(&set, &[0x05, 0x03, 0x84, 0x03, 0x71]), Verdict::DeviceError);
+    assert_eq!(judged(&set, &[0x05, 0x03, 0x84, 0x00, 0x74]), PollVerdict::Good);
+    assert_eq!(judged(&set, &[0x05, 0x03, 0x84, 0x03, 0x71]), PollVerdict::DeviceError);
 }
 
 #[test]
@@ -130,15 +137,15 @@ fn isu_answers_are_judged_by_the_document() {
         story.analysis(Protocol::Isu, 1_000_000_000).polls[0].verdict
     };
     let answer = [0x04, 0x05, 0x58, 0x12, 0x34, 0x05 + 0x58 + 0x12 + 0x34];
-    assert_eq!(judged(&answer), Verdict::Good);
+    assert_eq!(judged(&answer), PollVerdict::Good);
     for byte in 1..answer.len() {
         let mut spoilt = answer;
         spoilt[byte] ^= 0x10;
-        assert_eq!(judged(&spoilt), Verdict::BadAnswer, "byte {byte}");
+        assert_eq!(judged(&spoilt), PollVerdict::BadAnswer, "byte {byte}");
     }
     // Section 4: invalid function, invalid checksum, hard error.
     for error in [&[0x01, 0xFF, 0xFF][..], &[0x01, 0xFD, 0xFD], &[0x02, 0xF1, 0x04, 0xF5]] {
-        assert_eq!(judged(error), Verdict::DeviceError, "{error:02x?}");
+        assert_eq!(judged(error), PollVerdict::DeviceError, "{error:02x?}");
     }
 }
 
@@ -163,12 +170,12 @@ fn requests_are_judged_too() {
 #[test]
 fn a_framing_error_spoils_an_answer_that_would_be_good() {
     let mut story = Story::default().asks(&ASK).wait(1_000_000).says(NODE, &ANSWER);
-    let last = story.events.iter_mut().rev().find(|event| matches!(event, Event::Heard { .. }));
-    if let Some(Event::Heard { framing_error, .. }) = last {
+    let last = story.events.iter_mut().rev().find(|event| matches!(event, LineEvent::Heard { .. }));
+    if let Some(LineEvent::Heard { framing_error, .. }) = last {
         *framing_error = true;
     }
     let analysis = story.analysis(Protocol::T7, 1_000_000_000);
-    assert_eq!(analysis.polls[0].verdict, Verdict::BadAnswer);
+    assert_eq!(analysis.polls[0].verdict, PollVerdict::BadAnswer);
     assert_eq!(analysis.framing_errors, 1);
 }
 
@@ -180,7 +187,7 @@ fn an_echo_is_no_answer() {
         story = story.says(Talker::Gateway, &[byte]).hears(at, byte, false);
     }
     let analysis = story.wait(500).de(false).analysis(Protocol::T7, 1_000_000_000);
-    assert_eq!(analysis.polls[0].verdict, Verdict::NoAnswer);
+    assert_eq!(analysis.polls[0].verdict, PollVerdict::NoAnswer);
 }
 
 #[test]
@@ -201,7 +208,7 @@ fn broken_de_rules_are_found() {
     let mut cut = Story::default().de(true).says(Talker::Gateway, &ASK);
     cut.now -= 10;
     let mut cut = cut.de(false);
-    if let Some(Event::Char { fate, .. }) = cut.events.get_mut(3) {
+    if let Some(LineEvent::Char { fate, .. }) = cut.events.get_mut(3) {
         *fate = Fate::Cut { at: 3 * CHAR - 10 };
     }
     let broken = rules(cut);
@@ -215,13 +222,13 @@ fn contentions_and_overlapping_characters_are_counted_once() {
     let at = story.now;
     story = story.says(NODE, &[1, 2]);
     for event in story.events.clone() {
-        if let Event::Char { who: NODE, start, end, word, bit_ps, fate } = event {
-            story.events.push(Event::Char { who: Talker::Node(1), start, end, word, bit_ps, fate });
+        if let LineEvent::Char { who: NODE, start, end, word, bit_ps, fate } = event {
+            story.events.push(LineEvent::Char { who: Talker::Node(1), start, end, word, bit_ps, fate });
         }
     }
     let who = vec![NODE, Talker::Node(1)];
-    story.events.push(Event::Contention { from: at, until: story.now, who: who.clone(), fought: true });
-    story.events.push(Event::Contention { from: at + 9, until: story.now, who, fought: false });
+    story.events.push(LineEvent::Contention { from: at, until: story.now, who: who.clone(), fought: true });
+    story.events.push(LineEvent::Contention { from: at + 9, until: story.now, who, fought: false });
     let analysis = story.analysis(Protocol::T7, 10 * CHAR * 10);
     assert_eq!(analysis.contentions, (2, 1));
     assert!((analysis.utilisation - 5.0 / 100.0).abs() < 1e-6, "{}", analysis.utilisation);

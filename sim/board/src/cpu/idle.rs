@@ -1,4 +1,4 @@
-//! A core that does nothing but wait: asleep, locked up, or at a branch to itself.
+//! A core that only waits: asleep, locked up, or at a branch to itself.
 //!
 //! What it would do step by step is skipped up to the next event.
 

@@ -1,4 +1,4 @@
-//! Plants faults: sets the core's registers when a fault is due and its level is executing.
+//! Injects faults: sets the core's registers when a fault is due and its level is executing.
 
 use clino_sim::node::Ns;
 use rsemu::core::space::MemAttrs;
@@ -7,7 +7,7 @@ use rsemu::cpu::arm::v7m::{ArmV7m, xpsr};
 
 use super::{Cpu, NEVER};
 use crate::incident::Event;
-use crate::plant::{Bait, Plant, What};
+use crate::injection::{Injection, Payload, What};
 
 /// Faults to be planted, and when the next one is due.
 #[derive(Default)]
@@ -17,8 +17,8 @@ pub(super) struct Planting {
 
 /// One fault to be planted.
 struct Order {
-    plant: Plant,
-    bait: Bait,
+    plant: Injection,
+    payload: Payload,
     /// From when on; `None` until the reset that the last time is to bring, and after the last time.
     due: Option<Ns>,
     left: u32,
@@ -26,8 +26,8 @@ struct Order {
 
 impl Planting {
     /// One more.
-    pub fn add(&mut self, plant: Plant, bait: Bait) {
-        self.orders.push(Order { plant, bait, due: Some(plant.at), left: plant.times });
+    pub fn add(&mut self, plant: Injection, payload: Payload) {
+        self.orders.push(Order { plant, payload, due: Some(plant.at), left: plant.times });
     }
 
     fn next(&self) -> Option<Ns> {
@@ -54,11 +54,11 @@ impl Cpu {
         let core = &self.core;
         let fits = |order: &Order| order.due.is_some_and(|due| due <= now) && is_at(core, &order.plant);
         let Some(order) = planting.orders.iter_mut().find(|order| fits(order)) else { return false };
-        let Plant { what, level, .. } = order.plant;
+        let Injection { what, level, .. } = order.plant;
         let pc = core.pc();
-        match order.bait.reset {
+        match order.payload.reset {
             Some(cause) => self.reset_from(cause),
-            None => order.bait.swallow(core),
+            None => order.payload.swallow(core),
         }
         let event = Event::Planted { what, level, pc, to: core.pc() };
         order.left = order.left.saturating_sub(1);
@@ -69,7 +69,7 @@ impl Cpu {
 }
 
 /// Whether the core is about to execute an instruction where `plant` wants it.
-fn is_at(core: &ArmV7m, plant: &Plant) -> bool {
+fn is_at(core: &ArmV7m, plant: &Injection) -> bool {
     if core.current_exception().0 != plant.level.exception() || core.is_asleep() || core.is_locked_up() {
         return false;
     }
@@ -78,7 +78,7 @@ fn is_at(core: &ArmV7m, plant: &Plant) -> bool {
     plant.what != What::Hang || !regs.primask && regs.basepri == 0
 }
 
-impl Bait {
+impl Payload {
     /// Sets the registers, or the memory.
     fn swallow(&self, core: &ArmV7m) {
         if let Some((address, mask)) = self.flips {

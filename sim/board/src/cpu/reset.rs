@@ -1,4 +1,4 @@
-//! Resets of the whole chip: who wants one, what the reset controller is told, and how the machine comes to do it.
+//! Resets of the whole chip: their source, the reset controller's flags, and how the machine executes them.
 
 use std::sync::Mutex;
 
@@ -60,7 +60,7 @@ impl Cpu {
         }
         work.stats.resets += 1;
         let now = self.timeline.ns_at(at);
-        // Nobody says so but the watchdog's line.
+        // Only the watchdog's line asks for a reset without a cause.
         let cause = lock(&self.reset_line.cause).take().unwrap_or(ResetCause::Watchdog);
         self.chronicle.note(now, Event::Reset(cause));
         work.planting.reset(now);

@@ -1,4 +1,4 @@
-//! What can be seen of the core from outside: counters, place, and the fault that it is in.
+//! The core as seen from outside: counters, place, and the fault that it is in.
 
 use rsemu::core::sync::Ordering;
 use rsemu::cpu::arm::v7m::sys::Exception;

@@ -1,4 +1,4 @@
-//! What a round of execution works on: whatever the core keeps from one round to the next.
+//! The state that the core keeps from one round of execution to the next.
 
 use std::sync::Arc;
 

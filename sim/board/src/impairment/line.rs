@@ -1,4 +1,4 @@
-//! A wire of which what comes in is impaired.
+//! A wire whose input is impaired.
 
 use std::collections::VecDeque;
 
@@ -283,7 +283,7 @@ impl Wire for ImpairedLine {
     }
 }
 
-/// So many halves of a bit, in nanoseconds.
+/// This many halves of a bit, in nanoseconds.
 fn half_bits(format: Format, count: u64) -> Ns {
     (count * format.bit_ps / 2).div_ceil(PS_PER_NS)
 }

@@ -1,4 +1,4 @@
-//! Puts a board together: the board text, the image in flash, and what hangs on the pins.
+//! Assembles a board: the board text, the image in flash, and the circuits at the pins.
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use super::{Board, ROUND};
 use crate::cpu::BusyFlash;
 use crate::elf::Image;
 use crate::incident::Chronicle;
+use crate::injection::NoPayload;
 use crate::oscillators::Oscillators;
-use crate::plant::NoBait;
 use crate::ports::Ports;
 use crate::rtt;
 use crate::timeline::{Actor, Timeline, lock};
@@ -98,8 +98,8 @@ fn timers(machine: &Machine) -> rsemu::core::Result<Vec<LazyDevice>> {
     TIMERS.iter().map(|name| lazy(machine, name)).collect()
 }
 
-impl From<NoBait> for BuildError {
-    fn from(error: NoBait) -> BuildError {
+impl From<NoPayload> for BuildError {
+    fn from(error: NoPayload) -> BuildError {
         BuildError(error.to_string())
     }
 }

@@ -1,4 +1,4 @@
-//! Why the board does not run on, and how it is told.
+//! Why the board stopped, and the message for it.
 
 use std::fmt;
 

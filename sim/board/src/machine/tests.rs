@@ -1,4 +1,4 @@
-//! Small programs on the board: time, and how a fault is told.
+//! Small programs on the board: time, and the report of a fault.
 
 use super::*;
 use crate::ports::Ports;

@@ -3,7 +3,7 @@
 use clino_segment::chance::Chance;
 use clino_segment::log::SharedLog;
 use clino_segment::wire::{Format, Received, Sent, Wire};
-use clino_segment::{Noise, Segment, Settings};
+use clino_segment::{Noise, Segment, SegmentSettings};
 use clino_sim::node::Ns;
 
 use super::{Framing, SharedMaster};
@@ -26,9 +26,9 @@ pub struct ModbusLine {
 impl ModbusLine {
     /// A pair with a master that listens.
     pub fn new(framing: Framing) -> Self {
-        let settings = Settings { chance: Chance::new(0), echo: false, noise: Noise::default() };
-        let mut pair = Segment::new(settings, Vec::new()).with_guest(NAME);
-        pair.set_guest_receiver(0, Some(framing.format()));
+        let settings = SegmentSettings { chance: Chance::new(0), echo: false, noise: Noise::default() };
+        let mut pair = Segment::new(settings, Vec::new()).with_second_master(NAME);
+        pair.set_second_master_receiver(0, Some(framing.format()));
         let master = SharedMaster::default();
         master.lock().set_framing(framing);
         Self { pair, master, framing, sending_until: None, clock: 0 }
@@ -44,7 +44,7 @@ impl ModbusLine {
         self.pair.log()
     }
 
-    /// When the master does something by itself.
+    /// The master's next act of its own.
     fn next_act(&self) -> Option<Ns> {
         let master = self.master.lock();
         if master.framing != self.framing {
@@ -59,7 +59,7 @@ impl ModbusLine {
         let mut master = self.master.lock();
         if master.framing != self.framing {
             self.framing = master.framing;
-            self.pair.set_guest_receiver(now, Some(self.framing.format()));
+            self.pair.set_second_master_receiver(now, Some(self.framing.format()));
         }
         if master.answer_ends().is_some_and(|end| end <= now) {
             master.end_answer();
@@ -69,13 +69,13 @@ impl ModbusLine {
         }
         let due = master.next_start().is_some_and(|at| at <= now);
         if due != self.sending_until.is_some() {
-            self.pair.drive_as_guest(now, due);
+            self.pair.drive_as_second_master(now, due);
         }
         self.sending_until = None;
         if due && let Some(Waiting { byte, .. }) = master.outgoing.pop_front() {
             let end = now + self.framing.character();
             let word = self.framing.put_together(byte);
-            self.pair.send_as_guest(Sent { start: now, word, format: self.framing.format() });
+            self.pair.send_as_second_master(Sent { start: now, word, format: self.framing.format() });
             self.sending_until = Some(end);
             master.sent_until = end;
             master.traffic.sent += 1;
@@ -109,7 +109,7 @@ impl Wire for ModbusLine {
         while let Some(at) = self.next_event().filter(|at| *at <= now) {
             self.pair.advance(at);
             self.clock = self.clock.max(at);
-            while let Some(received) = self.pair.take_heard_by_guest() {
+            while let Some(received) = self.pair.take_heard_by_second_master() {
                 self.master.lock().hear(received);
             }
             if self.next_act().is_some_and(|due| due <= at) {

@@ -1,6 +1,6 @@
 //! The line against a USART played by hand; instants are worked out here from bits alone.
 
-use clino_segment::log::{Event, Fate, Talker};
+use clino_segment::log::{Fate, LineEvent, Talker};
 use clino_segment::wire::{Format, Received, Sent, Wire};
 use clino_sim::node::Ns;
 
@@ -57,8 +57,8 @@ fn a_request_goes_out_back_to_back_at_its_time_with_parity() {
     assert_eq!(drives, [(MS, true), (MS + 2 * CHARACTER, false)]);
 }
 
-fn drive(event: &Event) -> Option<(Ns, bool)> {
-    if let Event::Drive { at, on, .. } = *event { Some((at, on)) } else { None }
+fn drive(event: &LineEvent) -> Option<(Ns, bool)> {
+    if let LineEvent::Drive { at, on, .. } = *event { Some((at, on)) } else { None }
 }
 
 #[test]
@@ -93,13 +93,13 @@ fn an_answer_has_its_times_and_those_of_de() {
 }
 
 #[test]
-fn what_is_sent_with_de_low_reaches_nobody() {
+fn what_is_sent_with_de_low_is_lost() {
     let (mut line, master) = line();
     let ended = gateway(&mut line, MS, &[0x107]);
     play(&mut line, ended + 10 * MS);
     assert_eq!(master.lock().take_answers(), []);
     let log = line.log();
-    let undriven = |event: &Event| matches!(event, Event::Char { fate: Fate::Undriven, .. });
+    let undriven = |event: &LineEvent| matches!(event, LineEvent::Char { fate: Fate::Undriven, .. });
     assert!(log.lock().unwrap().events.iter().any(undriven));
 }
 
@@ -127,7 +127,7 @@ fn two_talkers_spoil_each_other_and_are_logged() {
     let log = line.log();
     let log = log.lock().unwrap();
     let contention = log.events.iter().find_map(|event| match event {
-        Event::Contention { from, until, who, fought } => Some((*from, *until, who.clone(), *fought)),
+        LineEvent::Contention { from, until, who, fought } => Some((*from, *until, who.clone(), *fought)),
         _ => None,
     });
     let both = vec![Talker::Gateway, Talker::Node(0)];

@@ -1,4 +1,4 @@
-//! From a checked scenario to sensors on their lines, and to the truth about them.
+//! Builds the sensors on their lines from a checked scenario, and the truth about them.
 
 use clino_sim::latency;
 use clino_sim::node::Ns;
@@ -6,13 +6,13 @@ use clino_sim::{isu, pwm, t7};
 use toml::Spanned;
 
 use super::schema::{self, File, Lasting, Latency, bounds};
-use super::{Bench, Identity, Kind, Truth};
+use super::{Bench, Kind, SensorIdentity, Truth};
 use crate::HostPorts;
 use crate::impairment::ImpairedLine;
 use crate::pwm::{Cable, PwmWaveform, Unconnected};
 use clino_segment::chance::{Chance, Topic};
 use clino_segment::wire::Wire;
-use clino_segment::{LineFaults, Noise, Probability, Segment, Settings, Station, Stuck};
+use clino_segment::{LineFaults, Noise, Probability, Segment, SegmentSettings, Station, StuckLine};
 
 /// Parts of the run that have their own chance.
 const T7_BUS: u64 = 1;
@@ -74,20 +74,24 @@ pub fn impaired(file: &File, wires: HostPorts<Box<dyn Wire>>) -> HostPorts<Impai
     HostPorts { console, modbus }
 }
 
-fn settings(segment: &schema::Segment, chance: Chance) -> Settings {
+fn settings(segment: &schema::Segment, chance: Chance) -> SegmentSettings {
     let noise = Noise {
         bit_errors: segment.noise.bit_error_rate.0,
         drops: segment.noise.drop_rate.0,
         within: segment.noise.within.as_ref().map(|within| within.get_ref().bounds()),
     };
-    Settings { chance, echo: segment.echo, noise }
+    SegmentSettings { chance, echo: segment.echo, noise }
 }
 
 fn line_faults(segment: &schema::Segment) -> LineFaults {
     let stuck = segment.stuck.iter().map(Spanned::get_ref);
     LineFaults {
         stuck: stuck
-            .map(|s| Stuck { from: s.from.0, until: s.until.0, high: s.level == schema::StuckLevel::High })
+            .map(|s| StuckLine {
+                from: s.from.0,
+                until: s.until.0,
+                high: s.level == schema::StuckLevel::High,
+            })
             .collect(),
         de_shorted: bounds(&segment.de_shorted),
     }
@@ -108,7 +112,7 @@ fn t7_station(node: &schema::T7, chance: Chance) -> Station {
         options.hold = hold.0;
     }
     let baud_index = t7::BAUD_RATES.iter().position(|rate| *rate == t7_baud(node)).unwrap_or(0) as u8;
-    let settings = t7::Settings { address, baud_index, ..t7::Settings::default() };
+    let settings = t7::StoredSettings { address, baud_index, ..t7::StoredSettings::default() };
     let identity = t7::Identity { serial: u32::from(address), ..t7::Identity::default() };
     let made = t7::T7::new(identity, settings, options);
     let mut t7 = made.unwrap_or_else(|why| unreachable!("the scenario was checked, and yet: {why}"));
@@ -154,7 +158,7 @@ fn waveform(file: &File, channel: u8) -> Box<dyn PwmWaveform> {
 fn t7_truth(node: &schema::T7) -> Truth {
     let bit = NS_PER_S / u64::from(t7_baud(node));
     Truth {
-        who: Identity { kind: Kind::T7, bus: "t7", address: *node.address.get_ref() },
+        who: SensorIdentity { kind: Kind::T7, bus: "t7", address: *node.address.get_ref() },
         motion: node.motion.motion(),
         hold: T7_ANSWER_BITS * bit + STAMP,
         tolerance: T7_TOLERANCE,
@@ -168,7 +172,7 @@ fn isu_truth(node: &schema::Isu) -> Truth {
     let latency = node.latency.as_ref().map_or(isu::Options::default().latency, drawn);
     let answer = latency.max + isu::TXEN_LEAD + ISU_ANSWER_BITS * NS_PER_S / u64::from(isu::BAUD);
     Truth {
-        who: Identity { kind: Kind::Isu, bus: "isu", address: *node.address.get_ref() },
+        who: SensorIdentity { kind: Kind::Isu, bus: "isu", address: *node.address.get_ref() },
         motion: node.motion.motion(),
         hold: isu::REFRESH + answer + STAMP,
         tolerance: ISU_TOLERANCE,
@@ -185,7 +189,7 @@ fn pwm_truth(source: &schema::Pwm) -> Truth {
     let still = bounds(&source.stuck).into_iter().chain(bounds(&source.open));
     let away = still.map(|(from, until)| (from + period, until)).collect();
     Truth {
-        who: Identity { kind: Kind::Pwm, bus, address: 0 },
+        who: SensorIdentity { kind: Kind::Pwm, bus, address: 0 },
         motion: source.motion.motion(),
         hold: PWM_PERIODS * period + STAMP,
         tolerance: PWM_TOLERANCE,

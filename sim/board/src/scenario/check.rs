@@ -1,4 +1,4 @@
-//! What a scenario must keep to beyond the type of each value: addresses, limits of the documents, order of
+//! The rules of a scenario beyond the type of each value: addresses, limits of the documents, order of
 //! intervals. Every complaint carries the place in the file.
 
 use std::ops::{Range, RangeInclusive};
@@ -9,13 +9,13 @@ use toml::Spanned;
 use super::schema::{Crystal, File, Impairment, Lasting, Latency, Modbus, Moves, Pwm};
 use super::units::Time;
 use crate::impairment::Effect;
+use crate::injection::What;
 use crate::modbus::Parity;
 use crate::oscillators::LSI_RANGE;
-use crate::plant::What;
 
 /// Most T7s on a bus ("T7 Communication User Guide", section 1).
 const MOST_T7: usize = 32;
-/// Addresses of ISUs that share a line ("Interfacing to an ISU Module", section 4): 0 is everybody, 15 reserved.
+/// Addresses of ISUs that share a line ("Interfacing to an ISU Module", section 4): 0 is every module, 15 reserved.
 const ISU_ADDRESSES: RangeInclusive<u8> = 1..=14;
 /// Longest time an ISU may take in a scenario; its document gives no limit.
 const ISU_LATENCY_LIMIT: Time = Time(1_000_000_000);

@@ -19,7 +19,7 @@ use toml::Spanned;
 use super::units::Time;
 
 pub use answers::{Fault, Latency};
-pub use chip::{Crystal, Plant};
+pub use chip::{Crystal, Injection};
 pub use clients::{Console, Modbus, Request, Typed};
 pub use impairments::{Echo, Impairment};
 pub use intervals::{Babble, Lasting, StuckLevel, bounds};
@@ -53,7 +53,7 @@ pub struct File {
     /// PWM sources.
     #[serde(default)]
     pub pwm: Vec<Pwm>,
-    /// What somebody types at the console.
+    /// Input typed at the console.
     #[serde(default)]
     pub typed: Vec<Typed>,
     /// The console's line.
@@ -64,7 +64,7 @@ pub struct File {
     pub modbus: Modbus,
     /// Faults planted into the running firmware.
     #[serde(default)]
-    pub plant: Vec<Plant>,
+    pub plant: Vec<Injection>,
     /// Frequency of the watchdog's oscillator in Hz.
     pub lsi_hz: Option<Spanned<u32>>,
     /// What the crystal does, and the oscillator that stands in for it.

@@ -1,9 +1,9 @@
 //! Good files, bad files, and that what is built behaves as the file says.
 
 use super::*;
+use crate::injection::{Level, What};
 use crate::oscillators::CrystalLife;
-use crate::plant::{Level, What};
-use clino_segment::log::{Event, Talker};
+use clino_segment::log::{LineEvent, Talker};
 use clino_segment::wire::{Format, Sent, Wire};
 
 const SECOND: Ns = 1_000_000_000;
@@ -134,18 +134,18 @@ fn faults_are_planted_as_the_file_says() {
          [[plant]]\nat = \"1s\"\nwhat = \"panic\"\nlevel = \"main\"\n",
     )
     .unwrap();
-    let plants: Vec<_> = scenario.plants().collect();
+    let injections: Vec<_> = scenario.injections().collect();
     assert_eq!(
-        plants,
+        injections,
         [
-            Plant {
+            Injection {
                 at: 2 * SECOND,
                 what: What::MaskedHang,
                 level: Level::T7Port,
                 times: 3,
                 again: 10_000_000
             },
-            Plant { at: SECOND, what: What::Panic, level: Level::Main, times: 1, again: 0 },
+            Injection { at: SECOND, what: What::Panic, level: Level::Main, times: 1, again: 0 },
         ]
     );
 }
@@ -284,7 +284,7 @@ fn an_isu_built_from_a_file_answers_on_the_line() {
     // 90 degrees are 4000H.
     assert_eq!(answer, [0x04, 0x35, 0x58, 0x40, 0x00, 0x35 + 0x58 + 0x40]);
     let events = bus.log().lock().unwrap().events.clone();
-    assert!(events.iter().any(|event| matches!(event, Event::Char { who: Talker::Node(0), .. })));
+    assert!(events.iter().any(|event| matches!(event, LineEvent::Char { who: Talker::Node(0), .. })));
 }
 
 #[test]

@@ -178,7 +178,7 @@ impl Registers {
         let Received { at, word, framing_error, noise } = received;
         let clean = Reception { at, word, ..Reception::default() };
         if self.sr & sr::RXNE != 0 {
-            // The old character stays; of the new one only the overrun is told (RM0090 §30.6.1, ORE and FE).
+            // The old character stays; of the new one only the overrun is reported (RM0090 §30.6.1, ORE and FE).
             self.sr |= sr::ORE;
             return Reception { overrun: true, ..clean };
         }

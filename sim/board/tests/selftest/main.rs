@@ -1,7 +1,7 @@
 //! The emulated chip against its reference manual: a small firmware exercises core, clocks, timers, serial
 //! ports, PWM inputs and resets, and leaves what it found in RAM.
 //!
-//! Needs the thumbv7em-none-eabihf target, so it does not run by itself:
+//! Needs the thumbv7em-none-eabihf target, so it is not part of the default run:
 //! `cargo test -p clino-board --test selftest -- --ignored`.
 
 mod reset_values;
@@ -306,7 +306,7 @@ fn received_characters_carry_their_flags() {
     const FE: u32 = 0x02 << 16;
     const ORE: u32 = 0x08 << 16;
     assert_eq!(findings().results[16..20], [3, RXNE | 0x11, RXNE | FE | 0x22, RXNE | 0x33]);
-    // Nobody read the first: the other two are lost and only the overrun tells of them.
+    // The first was not read: the other two are lost, and only the overrun flag reports them.
     assert_eq!(findings().results[24..27], [1, RXNE | ORE | 0xa1, 0]);
     assert_eq!(findings().results[28..32], [3, RXNE | 0x107, RXNE | PE | 0x007, RXNE | FE | 0x003]);
     // Even parity goes out too.

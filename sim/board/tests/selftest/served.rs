@@ -33,7 +33,7 @@ pwm = [
 struct Served {
     child: Child,
     modbus: File,
-    /// What is left of its output. The board would end if nobody took it.
+    /// What is left of its output. The board would end if it were not read.
     _console: Receiver<String>,
 }
 

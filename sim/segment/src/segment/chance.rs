@@ -1,4 +1,4 @@
-//! Chance without state: every decision is a hash of the seed, who it concerns and when, so that it does not
+//! Chance without state: every decision is a hash of the seed, the node and the time, so that it does not
 //! depend on the order in which decisions are taken and the same scenario always runs the same way.
 
 /// What a decision is about; keeps decisions about the same instant independent of each other.

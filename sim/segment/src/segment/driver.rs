@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use super::line::{Ps, to_ns};
-use crate::log::{Event, Fate, Talker};
+use crate::log::{Fate, LineEvent, Talker};
 
 /// A character to be shifted out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,7 +118,7 @@ impl Driver {
     }
 
     /// Does everything that is due at `at`, which must not lie beyond [`Driver::next_edge`].
-    pub fn step(&mut self, at: Ps, log: &mut Vec<Event>) {
+    pub fn step(&mut self, at: Ps, log: &mut Vec<LineEvent>) {
         // Order within an instant: the old character ends, then the driver switches, then the next begins.
         if let Some(in_flight) = &mut self.in_flight {
             if in_flight.character.end() <= at {
@@ -150,7 +150,7 @@ impl Driver {
     }
 
     /// Switches the line driver now.
-    pub fn switch(&mut self, at: Ps, on: bool, log: &mut Vec<Event>) {
+    pub fn switch(&mut self, at: Ps, on: bool, log: &mut Vec<LineEvent>) {
         if on == self.on {
             return;
         }
@@ -158,7 +158,7 @@ impl Driver {
         let ns = to_ns(at);
         // What the gateway's pin does, the segment logs.
         if let Talker::Node(node) = self.who {
-            log.push(Event::Drive { node, at: ns, on });
+            log.push(LineEvent::Drive { node, at: ns, on });
         }
         if let Some(in_flight) = &mut self.in_flight {
             if in_flight.character.start == at {
@@ -171,7 +171,7 @@ impl Driver {
         }
     }
 
-    /// Somebody drives the opposite level.
+    /// Another driver drives the opposite level.
     pub fn mark_fought(&mut self) {
         if let Some(in_flight) = &mut self.in_flight {
             in_flight.fought = true;
@@ -179,14 +179,14 @@ impl Driver {
     }
 
     /// Loses power: the line is let go and nothing that was queued comes any more.
-    pub fn kill(&mut self, at: Ps, log: &mut Vec<Event>) {
+    pub fn kill(&mut self, at: Ps, log: &mut Vec<LineEvent>) {
         self.switches.clear();
         self.queue.clear();
         self.switch(at, false, log);
         self.finish(log);
     }
 
-    fn finish(&mut self, log: &mut Vec<Event>) {
+    fn finish(&mut self, log: &mut Vec<LineEvent>) {
         let Some(in_flight) = self.in_flight.take() else { return };
         let fate = match in_flight.switched {
             _ if !in_flight.driven => Fate::Undriven,
@@ -197,7 +197,7 @@ impl Driver {
         };
         let Character { start, word, bit_ps, .. } = in_flight.character;
         let end = in_flight.character.end();
-        log.push(Event::Char { who: self.who, start: to_ns(start), end: to_ns(end), word, bit_ps, fate });
+        log.push(LineEvent::Char { who: self.who, start: to_ns(start), end: to_ns(end), word, bit_ps, fate });
     }
 }
 

@@ -1,4 +1,4 @@
-//! What goes wrong by order of the scenario. With a node: unplugged, babbling, spoiling its own answers. With the line:
+//! Faults that the scenario orders. Of a node: unplugged, babbling, spoiling its own answers. With the line:
 //! shorted, driven by the gateway without a pause.
 
 use clino_sim::node::{Burst, Ns};
@@ -8,7 +8,7 @@ use crate::log::Alteration;
 
 /// A time in which the pair is shorted: every receiver reads this level, whoever drives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stuck {
+pub struct StuckLine {
     /// First instant.
     pub from: Ns,
     /// First instant after.
@@ -21,7 +21,7 @@ pub struct Stuck {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LineFaults {
     /// The pair is shorted.
-    pub stuck: Vec<Stuck>,
+    pub stuck: Vec<StuckLine>,
     /// The DE input of the gateway's transceiver is shorted to its supply: the driver is on, whatever the pin says.
     pub de_shorted: Vec<(Ns, Ns)>,
 }

@@ -1,7 +1,7 @@
 //! The level of the line over time.
 //!
 //! A piecewise constant function: what all drivers together make of the pair of wires. Undriven, the bias
-//! resistors hold it high. Where two drivers oppose each other nobody can say what a receiver sees; here it
+//! resistors hold it high. Where two drivers oppose each other, what a receiver sees is not defined; here it
 //! is decided by chance for each piece, so that neither gets through.
 
 use std::collections::VecDeque;
@@ -38,7 +38,7 @@ pub struct Level {
 }
 
 impl Level {
-    /// Nobody drives, or everybody drives high.
+    /// No driver is on, or all drive high.
     pub const IDLE: Self = Self { high: true, fought: false };
 }
 
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn forgets_only_what_nobody_can_ask_for() {
+    fn forgets_only_what_no_receiver_can_ask_for() {
         let mut line = Line::new();
         line.set(100, LOW);
         line.set(200, Level::IDLE);

@@ -10,7 +10,7 @@
 
 use super::chance::{Chance, Probability, Topic};
 use super::line::{Level, Line, Ps, reached};
-use crate::log::{Event, Talker};
+use crate::log::{LineEvent, Talker};
 use clino_sim::node::Ns;
 
 /// What a receiver expects on the line.
@@ -159,7 +159,7 @@ impl Receiver {
         line: &Line,
         noise: &Noise,
         shared: &mut Shared,
-        log: &mut Vec<Event>,
+        log: &mut Vec<LineEvent>,
     ) -> Option<Sampled> {
         let due = self.due()?;
         let State::Busy { start, flips, whole, .. } = self.state else { return None };
@@ -185,10 +185,10 @@ impl Receiver {
             self.state = State::WaitHigh;
         }
         if flips != 0 {
-            log.push(Event::Flipped { receiver: self.who, at: start / 1_000, bits: flips });
+            log.push(LineEvent::Flipped { receiver: self.who, at: start / 1_000, bits: flips });
         }
         if noise.acts_at(start) && self.chance.hit(noise.drops, Topic::Drop, start, 0) {
-            log.push(Event::Dropped { receiver: self.who, at: reached(due) });
+            log.push(LineEvent::Dropped { receiver: self.who, at: reached(due) });
             return None;
         }
         let word = (bits >> 1) & !(u16::MAX << self.sampling.data_bits);

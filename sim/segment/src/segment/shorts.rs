@@ -2,7 +2,7 @@
 
 use super::Segment;
 use super::line::{Ps, to_ps};
-use crate::log::Event;
+use crate::log::LineEvent;
 
 impl Segment {
     /// Lets the faults of the line begin and end that are due.
@@ -14,12 +14,12 @@ impl Segment {
             let (stuck, de_shorted) = (self.faults.stuck_at(at), self.faults.de_shorted_at(at));
             if stuck != self.stuck {
                 self.stuck = stuck;
-                self.news.push(Event::Stuck { at, level: stuck });
+                self.news.push(LineEvent::StuckLine { at, level: stuck });
                 self.resolve(self.clock);
             }
             if de_shorted != self.de_shorted {
                 self.de_shorted = de_shorted;
-                self.news.push(Event::DeShorted { at, on: de_shorted });
+                self.news.push(LineEvent::DeShorted { at, on: de_shorted });
                 self.switch_gateway(self.clock);
             }
         }

@@ -1,4 +1,4 @@
-//! A sensor's place on the line: the node with its receiver, its power and what goes wrong with it.
+//! A sensor's place on the line: the node with its receiver, its power and its faults.
 
 use clino_sim::node::{Burst, Heard, Node, Ns};
 
@@ -8,7 +8,7 @@ use super::driver::{self, Driver};
 use super::faults::Faults;
 use super::line::{Level, Line, Ps, reached, to_ns, to_ps};
 use super::receiver::{Noise, Receiver, Sampled, Sampling, Shared};
-use crate::log::{Event, PS_PER_S, Talker};
+use crate::log::{LineEvent, PS_PER_S, Talker};
 
 /// A babbling node decides on its next character this many bit times before it begins.
 const BABBLE_LEAD_BITS: u64 = 5;
@@ -57,7 +57,7 @@ impl Slot {
         line: &Line,
         noise: &Noise,
         shared: &mut Shared,
-        log: &mut Vec<Event>,
+        log: &mut Vec<LineEvent>,
     ) {
         if self.receiver.due().is_some_and(|due| due <= clock)
             && let Some(sampled) = self.receiver.complete(line, noise, shared, log)
@@ -69,7 +69,7 @@ impl Slot {
     }
 
     /// Does one thing that is due: power, babble, or what the node wants.
-    pub fn act(&mut self, clock: Ps, driver: &mut Driver, line: Level, log: &mut Vec<Event>) {
+    pub fn act(&mut self, clock: Ps, driver: &mut Driver, line: Level, log: &mut Vec<LineEvent>) {
         let now = reached(clock);
         if let Some(at) = self.faults.next_power_change(self.power_seen)
             && at <= now
@@ -85,7 +85,7 @@ impl Slot {
                 && !self.faults.babbles_at(now)
             {
                 if let Some(how) = self.faults.spoil(&mut burst, self.chance) {
-                    log.push(Event::Altered { node: self.index, at: burst.start_at, how });
+                    log.push(LineEvent::Altered { node: self.index, at: burst.start_at, how });
                 }
                 transmit(&burst, clock, driver);
             }
@@ -116,11 +116,18 @@ impl Slot {
         self.babble_from = to_ns(transmit(&burst, clock, driver)) + gap;
     }
 
-    fn switch_power(&mut self, now: Ns, on: bool, driver: &mut Driver, line: Level, log: &mut Vec<Event>) {
+    fn switch_power(
+        &mut self,
+        now: Ns,
+        on: bool,
+        driver: &mut Driver,
+        line: Level,
+        log: &mut Vec<LineEvent>,
+    ) {
         if on == self.powered {
             return;
         }
-        log.push(Event::Power { node: self.index, at: now, on });
+        log.push(LineEvent::Power { node: self.index, at: now, on });
         self.powered = on;
         if on {
             self.babble_from = now;

@@ -18,7 +18,7 @@ const BIT: u64 = 8_680_555;
 const CHAR_NS: Ns = 86_805;
 const BAUD: u32 = 115_200;
 
-/// A node that says what it is told to say and remembers what it heard.
+/// A node that sends what the test gives it and remembers what it heard.
 #[derive(Clone, Default)]
 struct Puppet(Arc<Mutex<PuppetState>>);
 
@@ -114,8 +114,8 @@ impl Node for Puppet {
     }
 }
 
-fn settings() -> Settings {
-    Settings { chance: Chance::new(1), echo: false, noise: Noise::default() }
+fn settings() -> SegmentSettings {
+    SegmentSettings { chance: Chance::new(1), echo: false, noise: Noise::default() }
 }
 
 fn segment(stations: Vec<Station>) -> Segment {
@@ -123,7 +123,7 @@ fn segment(stations: Vec<Station>) -> Segment {
 }
 
 /// A segment whose gateway receiver is on.
-fn on_at(settings: Settings, stations: Vec<Station>, bit_ps: u64) -> Segment {
+fn on_at(settings: SegmentSettings, stations: Vec<Station>, bit_ps: u64) -> Segment {
     let mut segment = Segment::new(settings, stations);
     segment.set_receiver(0, Some(format(bit_ps)));
     segment
@@ -170,7 +170,7 @@ fn listen(segment: &mut Segment, until: Ns) -> Vec<(u16, bool)> {
     std::iter::from_fn(|| segment.take_received()).map(|got| (got.word, got.framing_error)).collect()
 }
 
-fn events(segment: &Segment) -> Vec<Event> {
+fn events(segment: &Segment) -> Vec<LineEvent> {
     segment.log().lock().unwrap().events.clone()
 }
 
@@ -178,7 +178,7 @@ fn fates(segment: &Segment, who: Talker) -> Vec<(u16, Fate)> {
     events(segment)
         .iter()
         .filter_map(|event| match *event {
-            Event::Char { who: sender, word, fate, .. } if sender == who => Some((word, fate)),
+            LineEvent::Char { who: sender, word, fate, .. } if sender == who => Some((word, fate)),
             _ => None,
         })
         .collect()

@@ -1,6 +1,6 @@
 //! Start-up, supervision of the EEPROM, and measurement.
 //!
-//! Angles are brought up to date when somebody looks, not by events of their own: the instants are known.
+//! Angles are computed when they are read, not by events of their own: their instants are known.
 //!
 //! Source: "Interfacing to an ISU Module", sections 3, 4 ("Module is in Error State") and 6.
 
@@ -48,7 +48,7 @@ impl Isu {
         }
     }
 
-    /// Brings the angle up to date. Those that nobody could have read are skipped.
+    /// Brings the angle up to date. Angles that no request could have read are skipped.
     pub(super) fn refresh(&mut self, now: Ns) {
         let latest = self.schedule.latest(now);
         if latest > self.measured_at {

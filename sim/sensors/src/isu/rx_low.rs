@@ -1,4 +1,4 @@
-//! An ISU whose RX pin is tied low: nobody can command it, and it sends a line with every new angle.
+//! An ISU whose RX pin is tied low: it receives no commands and sends a line with every new angle.
 //!
 //! RX and TX are two wires. On a pair that both share, a master cannot hold the one low and leave the other free;
 //! this is the module whose TX alone is on the pair.

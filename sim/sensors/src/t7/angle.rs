@@ -9,7 +9,7 @@
 //!   of axis 1.
 
 use super::Damping;
-use super::settings::{AXES, Direction, Model, OutputRange, SINGLE_AXIS, Settings};
+use super::settings::{AXES, Direction, Model, OutputRange, SINGLE_AXIS, StoredSettings};
 use crate::motion::{self, Motion};
 use crate::node::Ns;
 
@@ -72,7 +72,7 @@ pub(super) fn directed(absolute: i32, direction: Direction) -> i32 {
 }
 
 /// What the sensor reports for an axis whose absolute angle is known, in 0.001°.
-pub(super) fn reported(absolute: i32, axis: usize, settings: &Settings) -> i32 {
+pub(super) fn reported(absolute: i32, axis: usize, settings: &StoredSettings) -> i32 {
     let offset = settings.offsets[axis].rem_euclid(TURN);
     in_range(directed(absolute, settings.directions[axis]) + offset, settings.range)
 }

@@ -17,7 +17,7 @@
 
 use super::command::Command;
 use super::settings::{
-    AXES, BAUD_RATES, DAMPING_MS, Direction, Flash, OutputRange, SETTABLE_ADDRESSES, Settings,
+    AXES, BAUD_RATES, DAMPING_MS, Direction, Flash, OutputRange, SETTABLE_ADDRESSES, StoredSettings,
 };
 use super::{T7, angle, frame};
 use crate::node::Ns;
@@ -174,7 +174,7 @@ impl T7 {
     }
 
     /// The settings with one of them changed, or the status that says why not.
-    fn changed(&self, now: Ns, command: Command, parameters: &[u8]) -> Result<Settings, u8> {
+    fn changed(&self, now: Ns, command: Command, parameters: &[u8]) -> Result<StoredSettings, u8> {
         let invalid = status::INVALID_PARAMETER;
         let mut settings = self.settings.clone();
         match (command, parameters) {

@@ -1,7 +1,7 @@
 //! Everything about a simulated T7 that is not in its own memory: what it measures, how long it takes, and
 //! how it behaves where the document leaves a choice.
 
-use super::settings::{AXES, BAUD_RATES, DAMPING_MS, DEFAULT_ADDRESS, SETTABLE_ADDRESSES, Settings};
+use super::settings::{AXES, BAUD_RATES, DAMPING_MS, DEFAULT_ADDRESS, SETTABLE_ADDRESSES, StoredSettings};
 use crate::latency::Latency;
 use crate::motion::Motion;
 use crate::node::Ns;
@@ -18,7 +18,7 @@ pub const SET_LIMIT: Ns = 25 * MILLISECOND;
 /// What damping does to the angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Damping {
-    /// Nothing: the reported angle is the true one at the instant of the answer. Oracles stay simple.
+    /// Nothing: the reported angle is the true one at the instant of the answer. Checkers stay simple.
     #[default]
     Ignored,
     /// The reported angle is the mean over the damping time before the answer, so it lags a motion by half of
@@ -28,8 +28,8 @@ pub enum Damping {
 
 /// What a device makes of an answer that carries its own address, which is that of a twin.
 ///
-/// Answers have the form of commands; the document does not say how a device tells them apart. Nobody can tell
-/// those to Set Angle Output Range and Set Baud Rate: they are commands, byte for byte, to set value 0, and are
+/// Answers have the form of commands; the document does not say how a device tells them apart. No device can tell
+/// the answers to Set Angle Output Range and Set Baud Rate: they are byte for byte commands to set value 0, and are
 /// carried out either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TwinsAnswers {
@@ -125,7 +125,7 @@ impl core::fmt::Display for BadOption {
 impl core::error::Error for BadOption {}
 
 /// Whether there can be such a device.
-pub(super) fn check(settings: &Settings, options: &Options) -> Result<(), BadOption> {
+pub(super) fn check(settings: &StoredSettings, options: &Options) -> Result<(), BadOption> {
     for (latency, limit) in [(options.get_latency, GET_LIMIT), (options.set_latency, SET_LIMIT)] {
         let longest = latency.max.max(latency.min);
         if longest > limit {

@@ -1,4 +1,4 @@
-//! What a T7 is by birth, and what it keeps in non-volatile memory.
+//! The factory data of a T7, and the settings in its non-volatile memory.
 //!
 //! Source: "T7 Communication User Guide" 1.7, sections 1 to 1.3 and the tables of section 2.
 
@@ -88,7 +88,7 @@ pub enum Flash {
     /// It does.
     #[default]
     Sound = 0,
-    /// "Command failed", for no reason that is told.
+    /// "Command failed", without a reason.
     Fails = 5,
     /// "Flash erase error".
     EraseFails = 7,
@@ -99,7 +99,7 @@ pub enum Flash {
 /// The settings that survive a power cut. A command writes one of them, and either it has been written or it
 /// has not: half-written flash is not modelled.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings {
+pub struct StoredSettings {
     /// Own address: 1 to 100, or 127.
     pub address: u8,
     /// Index into [`BAUD_RATES`] that holds from the next power-up on.
@@ -114,7 +114,7 @@ pub struct Settings {
     pub range: OutputRange,
 }
 
-impl Default for Settings {
+impl Default for StoredSettings {
     /// Factory defaults. The document gives none for damping: 1000 ms is the value of its example, and the
     /// output range is the first.
     fn default() -> Self {

@@ -1,17 +1,17 @@
 //! Makers of T7s and their commands.
 
 use clino_sim::motion::Motion;
-use clino_sim::t7::{Identity, Model, Options, Settings, T7};
+use clino_sim::t7::{Identity, Model, Options, StoredSettings, T7};
 
 use super::{Bench, hex};
 
 /// Factory settings at address 5.
-pub fn settings() -> Settings {
-    Settings { address: 5, ..Settings::default() }
+pub fn settings() -> StoredSettings {
+    StoredSettings { address: 5, ..StoredSettings::default() }
 }
 
 /// A device on a line.
-pub fn make(model: Model, settings: Settings, options: Options) -> Bench<T7> {
+pub fn make(model: Model, settings: StoredSettings, options: Options) -> Bench<T7> {
     Bench::new(T7::new(Identity { model, ..Identity::default() }, settings, options).unwrap())
 }
 

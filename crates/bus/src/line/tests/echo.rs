@@ -9,7 +9,7 @@ const COMPLETE: u64 = 261;
 const LAST: u64 = 256;
 
 fn with(echo: EchoMode) -> Line {
-    line_with(Settings { echo, ..PLAIN })
+    line_with(LineSettings { echo, ..PLAIN })
 }
 
 fn heard(line: &mut Line, byte: u8, at: u64) -> Event {
@@ -19,7 +19,7 @@ fn heard(line: &mut Line, byte: u8, at: u64) -> Event {
 /// Sends the frame at `start`; `echo` comes back, one character time apart. Returns what the line made of it.
 fn send(line: &mut Line, start: u64, echo: &[u8]) -> StdVec<Event> {
     line.submit(&FRAME, NEVER).unwrap();
-    assert_eq!(line.poll(Micros(start)), Some(Step::Begin));
+    assert_eq!(line.poll(Micros(start)), Some(LineStep::Begin));
     let mut events = StdVec::new();
     for (index, _) in FRAME.iter().enumerate() {
         assert_eq!(line.next_character(), Some(FRAME[index]));
@@ -60,7 +60,7 @@ fn a_changed_or_damaged_echo_is_contention() {
 
     let mut line = with(EchoMode::Expected);
     line.submit(&FRAME, NEVER).unwrap();
-    assert_eq!(line.poll(Micros(0)), Some(Step::Begin));
+    assert_eq!(line.poll(Micros(0)), Some(LineStep::Begin));
     assert_eq!(line.next_character(), Some(0x05));
     let damaged = Character { byte: 0x05, errors: LineErrors::FRAMING };
     assert!(is_contention(&line.heard(damaged, Micros(82))));
@@ -74,7 +74,7 @@ fn an_echo_that_is_lost_is_contention_as_soon_as_it_is_overdue() {
         // Five bits, 43.4 µs, rounded up.
         let overdue = Micros(COMPLETE + 44 + 1);
         assert_eq!(line.poll_at(), Some(overdue));
-        assert_eq!(line.poll(overdue), Some(Step::EchoLost));
+        assert_eq!(line.poll(overdue), Some(LineStep::EchoLost));
         assert_eq!(line.poll(overdue), None);
     }
 }
@@ -106,7 +106,7 @@ fn an_answer_that_looks_like_our_frame_is_not_an_echo() {
 fn more_characters_than_were_sent_are_not_echoes() {
     let mut line = with(EchoMode::Expected);
     line.submit(&FRAME, NEVER).unwrap();
-    assert_eq!(line.poll(Micros(0)), Some(Step::Begin));
+    assert_eq!(line.poll(Micros(0)), Some(LineStep::Begin));
     assert_eq!(line.next_character(), Some(0x05));
     assert!(is_echo(&heard(&mut line, 0x05, 82)));
     assert!(is_heard(&heard(&mut line, 0x01, 84)));
@@ -133,9 +133,9 @@ fn an_echo_is_found_and_lost_again() {
     assert!(is_contention(&send(&mut line, 1_000, &[0x05, 0x00, 0x83])[1]));
     assert_eq!(line.poll(Micros(1_500)), None);
     send(&mut line, 2_000, &FRAME[..1]);
-    assert_eq!(line.poll(Micros(2_500)), Some(Step::EchoLost));
+    assert_eq!(line.poll(Micros(2_500)), Some(LineStep::EchoLost));
     assert_eq!(line.has_echo(), Some(true));
-    // Gone: nobody's fault.
+    // Gone: no node's fault.
     send(&mut line, 3_000, &[]);
     assert_eq!(line.poll(Micros(3_500)), None);
     assert_eq!(line.has_echo(), Some(false));
@@ -147,7 +147,7 @@ fn an_echo_is_found_and_lost_again() {
 }
 
 #[test]
-fn junk_while_we_drive_neither_proves_an_echo_nor_is_contention() {
+fn stray_characters_while_we_drive_neither_proves_an_echo_nor_is_contention() {
     let mut line = with(EchoMode::Detect);
     assert!(send(&mut line, 0, &[0xFF, 0x00]).iter().all(is_heard));
     assert_eq!(line.poll(Micros(500)), None);

@@ -1,4 +1,4 @@
-//! Whatever the order of events: the driver is not left on, nobody is talked over, nothing foreign is eaten.
+//! Whatever the order of events: the driver does not stay on, no node is interrupted, no foreign character is lost.
 
 use super::*;
 use proptest::prelude::*;
@@ -28,10 +28,10 @@ fn action() -> impl Strategy<Value = Action> {
     ]
 }
 
-fn settings() -> impl Strategy<Value = Settings> {
+fn settings() -> impl Strategy<Value = LineSettings> {
     let echo = prop_oneof![Just(EchoMode::Off), Just(EchoMode::Expected), Just(EchoMode::Detect)];
     (0u64..200, prop_oneof![Just(0), 0u64..300], prop_oneof![Just(0), 0u64..300], echo).prop_map(
-        |(guard, pre, post, echo)| Settings {
+        |(guard, pre, post, echo)| LineSettings {
             serial: SERIAL,
             guard: Micros(guard),
             pre_delay: Micros(pre),
@@ -121,7 +121,7 @@ proptest! {
                     }
                 }
                 Action::Set(baud) => {
-                    let new = Settings { serial: Serial { baud }, ..settings };
+                    let new = LineSettings { serial: Serial { baud }, ..settings };
                     let was_driving = line.driving();
                     if line.set(new, Micros(now)).is_ok() {
                         prop_assert!(!was_driving);
@@ -132,9 +132,9 @@ proptest! {
             let was_driving = line.driving();
             while let Some(step) = line.poll(Micros(now)) {
                 match step {
-                    Step::Begin => prop_assert!(line.driving()),
-                    Step::Force | Step::GiveUp => prop_assert!(!line.driving()),
-                    Step::EchoLost => prop_assert_ne!(settings.echo, EchoMode::Off),
+                    LineStep::Begin => prop_assert!(line.driving()),
+                    LineStep::Force | LineStep::GiveUp => prop_assert!(!line.driving()),
+                    LineStep::EchoLost => prop_assert_ne!(settings.echo, EchoMode::Off),
                 }
             }
             if line.driving() && !was_driving {

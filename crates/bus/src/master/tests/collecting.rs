@@ -4,7 +4,7 @@ use super::*;
 
 const WINDOW: u64 = 20_000;
 
-/// A bench that has asked everybody for axis 2; the frame was out at 1000 µs.
+/// A bench that has asked all nodes for axis 2; the frame was out at 1000 µs.
 fn asked_all() -> Bench {
     let mut bench =
         Bench { master: Master::new(Timing::t7(crate::Serial::T7_DEFAULT)), now: 700, outcomes: Vec::new() };
@@ -48,7 +48,7 @@ fn silence_is_over_at_the_end_of_the_window() {
 }
 
 #[test]
-fn damage_and_junk_are_reported_and_counted() {
+fn damage_and_discarded_characters_are_reported_and_counted() {
     let mut bench = asked_all();
     let mut damaged = ANSWER;
     damaged[6] ^= 0x80;

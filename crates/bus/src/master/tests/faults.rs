@@ -61,11 +61,11 @@ fn own_characters_are_counted_and_nothing_else() {
     for at in [82, 169, 256] {
         assert!(master.on(Event::Echo { at: Micros(at) }).is_none());
     }
-    assert_eq!((master.counters().echo, master.counters().junk), (3, 0));
+    assert_eq!((master.counters().echo, master.counters().discarded), (3, 0));
 }
 
 #[test]
-fn every_fault_has_somebody_to_blame() {
+fn every_fault_has_a_blame() {
     let foreign = DecodeError::Foreign {
         address: node(6),
         opcode: clino_codec::t7::Opcode::GetAngle2,

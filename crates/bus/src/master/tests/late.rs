@@ -1,4 +1,4 @@
-//! Answers that come when nobody expects them any more.
+//! Answers that come after their deadline.
 
 use super::*;
 
@@ -23,10 +23,10 @@ impl Bench {
 fn the_same_request_waits_for_the_late_answer_to_the_last_one() {
     let mut bench = Bench::asked();
     bench.wait_until(1_000 + DEADLINE);
-    let doubtful = Micros(1_000 + DEADLINE + LATE);
-    assert_eq!(bench.master.ask_at(node(5), &ANGLE), Some(doubtful));
+    let expired = Micros(1_000 + DEADLINE + LATE);
+    assert_eq!(bench.master.ask_at(node(5), &ANGLE), Some(expired));
     // All of them are asked for that axis, this one too.
-    assert_eq!(bench.master.ask_at(Address::ALL, &ANGLE), Some(doubtful));
+    assert_eq!(bench.master.ask_at(Address::ALL, &ANGLE), Some(expired));
     let clear = Micros(1_000 + DEADLINE + CHARACTER);
     assert_eq!(bench.master.ask_at(node(6), &ANGLE), Some(clear));
     assert_eq!(bench.master.ask_at(node(5), &Request::GetAngle(Axis::One)), Some(clear));
@@ -129,13 +129,13 @@ fn an_answer_that_came_damaged_is_not_waited_for() {
 }
 
 #[test]
-fn many_dead_nodes_stay_in_doubt_together() {
+fn replies_of_many_dead_nodes_are_outstanding_together() {
     let mut bench = Bench::asked();
     let begin = bench.now;
     for address in 6..=14 {
         bench.ask_node(address, 0);
     }
-    // Nine requests of 300, 2174 and 87 µs: the first one is still in doubt.
+    // Nine requests of 300, 2174 and 87 µs: the first reply is still outstanding.
     assert!(bench.now - begin < LATE);
     for address in 5..=14 {
         let at = bench.master.ask_at(node(address), &ANGLE);
@@ -148,7 +148,7 @@ fn many_dead_nodes_stay_in_doubt_together() {
 }
 
 #[test]
-fn with_too_many_in_doubt_the_next_request_waits() {
+fn with_too_many_replies_outstanding_the_next_request_waits() {
     // A caller whose timing makes dead nodes cheaper than the list is made for.
     let timing =
         Timing { get_latency: Micros(100), quiet: Micros(0), ..Timing::t7(crate::Serial::T7_DEFAULT) };
@@ -191,9 +191,9 @@ fn a_node_that_is_a_little_slow_is_waited_for_from_then_on() {
 }
 
 #[test]
-fn the_wait_grows_by_the_slack_at_most() {
+fn the_wait_grows_by_the_extension_at_most() {
     let mut bench = Bench::asked();
-    // 2 ms of slack are not enough for this one: nothing changes.
+    // An extension of 2 ms is not enough for this one: nothing changes.
     bench.hear(1_000 + 4_500, &ANSWER);
     assert_eq!(bench.master.counters().late, 1);
     bench.ask_node(6, 0);

@@ -29,7 +29,7 @@ mod plan;
 
 pub use image::{Audit, ChecksumReading, DataWord, Image};
 pub use packing::{WORDS_PER_DATA_WORD, pack, unpack};
-pub use plan::{Change, Plan, Refusal, ShutoffBit, Write};
+pub use plan::{Change, Plan, PlanError, PlannedWrite, ShutoffBit};
 
 /// Runs of words that users may change, first and last: address and auto-shutoff, checksum, null position.
 const DOCUMENTED: [(u8, u8); 3] = [(0x48, 0x57), (0x78, 0x7F), (0xD0, 0xD7)];

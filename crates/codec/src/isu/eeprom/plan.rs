@@ -63,11 +63,11 @@ impl ShutoffBit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Refusal {
+pub enum PlanError {
     /// The image's checksum is wrong in both readings: the image was misread, or the module needs a
     /// [repair](Plan::repair) first.
     UnsoundChecksum(Audit),
-    /// Address 15 belongs to nobody.
+    /// Address 15 belongs to no module.
     ReservedAddress,
 }
 
@@ -75,14 +75,14 @@ pub enum Refusal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Write {
+pub struct PlannedWrite {
     start: u8,
     count: usize,
     before: [u16; WORDS_PER_DATA_WORD],
     after: [u16; WORDS_PER_DATA_WORD],
 }
 
-impl Write {
+impl PlannedWrite {
     /// Address of the first word.
     pub const fn start(&self) -> u8 {
         self.start
@@ -133,7 +133,7 @@ impl Write {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plan {
-    writes: [Write; 2],
+    writes: [PlannedWrite; 2],
     count: usize,
 }
 
@@ -141,14 +141,16 @@ impl Plan {
     /// The writes for a change of a sound image. None, if the image is already as wished.
     ///
     /// # Errors
-    /// [`Refusal`], before anything is written.
-    pub fn change(image: &Image, change: Change) -> Result<Self, Refusal> {
+    /// [`PlanError`], before anything is written.
+    pub fn change(image: &Image, change: Change) -> Result<Self, PlanError> {
         let audit = image.audit();
         if !audit.is_sound() {
-            return Err(Refusal::UnsoundChecksum(audit));
+            return Err(PlanError::UnsoundChecksum(audit));
         }
         let (data_word, mask, bits, skip, count) = match change {
-            Change::ModuleAddress(address) if address.is_reserved() => return Err(Refusal::ReservedAddress),
+            Change::ModuleAddress(address) if address.is_reserved() => {
+                return Err(PlanError::ReservedAddress);
+            }
             Change::ModuleAddress(address) => {
                 let bits = u16::from(address.get()) << ADDRESS_SHIFT;
                 (DataWord::ModuleAddress, ADDRESS_MASK, bits, 0, ADDRESS_WORDS)
@@ -182,7 +184,7 @@ impl Plan {
     }
 
     /// The writes in the order in which they must be made; at most two, none when there is nothing to do.
-    pub fn writes(&self) -> &[Write] {
+    pub fn writes(&self) -> &[PlannedWrite] {
         self.writes.get(..self.count).unwrap_or(&[])
     }
 
@@ -194,7 +196,7 @@ impl Plan {
     }
 
     const NOTHING: Self =
-        Self { writes: [Write { start: 0, count: 0, before: [0; 8], after: [0; 8] }; 2], count: 0 };
+        Self { writes: [PlannedWrite { start: 0, count: 0, before: [0; 8], after: [0; 8] }; 2], count: 0 };
 
     /// Adds the write of those words of `data_word` that are to hold `data`, unless they do already, and says
     /// how much the sum of all words grows. Only `count` words from `skip` on may differ.
@@ -207,7 +209,7 @@ impl Plan {
         }
         let growth = total(&after).wrapping_sub(total(&before));
         let start = data_word.start().wrapping_add(skip as u8);
-        let write = Write { start, count, before: shifted(before, skip), after: shifted(after, skip) };
+        let write = PlannedWrite { start, count, before: shifted(before, skip), after: shifted(after, skip) };
         put(&mut self.writes, self.count, write);
         self.count = self.count.wrapping_add(1);
         growth
@@ -223,7 +225,7 @@ fn shifted(words: [u16; WORDS_PER_DATA_WORD], skip: usize) -> [u16; WORDS_PER_DA
     shifted
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for PlanError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnsoundChecksum(Audit { stored, upper_bits_counted, words_left_out }) => write!(
@@ -235,4 +237,4 @@ impl fmt::Display for Refusal {
     }
 }
 
-impl core::error::Error for Refusal {}
+impl core::error::Error for PlanError {}

@@ -1,7 +1,7 @@
 //! The ISU's protocol without the refusal of writes to undocumented memory.
 
 use clino_bus::{Isu, Micros, Protocol, Timing};
-use clino_codec::Progress;
+use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
 
@@ -53,16 +53,16 @@ impl Protocol for UnprotectedIsu {
         Isu::restart(decoder, expected);
     }
 
-    fn push(decoder: &mut AnswerDecoder, character: Character) -> Progress<Answer, DecodeError> {
+    fn push(decoder: &mut AnswerDecoder, character: Character) -> DecodeProgress<Answer, DecodeError> {
         Isu::push(decoder, character)
     }
 
-    fn idle(decoder: &mut AnswerDecoder) -> Progress<Answer, DecodeError> {
+    fn idle(decoder: &mut AnswerDecoder) -> DecodeProgress<Answer, DecodeError> {
         Isu::idle(decoder)
     }
 
-    fn junk(decoder: &AnswerDecoder) -> u32 {
-        Isu::junk(decoder)
+    fn discarded(decoder: &AnswerDecoder) -> u32 {
+        Isu::discarded(decoder)
     }
 
     fn answers(answer: &Answer, earlier: &Expected) -> bool {

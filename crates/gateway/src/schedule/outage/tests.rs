@@ -17,14 +17,14 @@ fn all() -> Bits {
 
 struct Bench {
     watch: Watch,
-    counters: Counters,
+    counters: BusCounters,
     living: Bits,
     now: u64,
 }
 
 impl Bench {
     fn new() -> Bench {
-        Bench { watch: Watch::default(), counters: Counters::default(), living: all(), now: 1_000_000 }
+        Bench { watch: Watch::default(), counters: BusCounters::default(), living: all(), now: 1_000_000 }
     }
 
     fn fail(&mut self, slot: usize, verdict: Verdict) -> Consequence {
@@ -33,7 +33,11 @@ impl Bench {
     }
 
     /// So many rounds, in all of which this is seen.
-    fn rounds(&mut self, rounds: usize, mut seen: impl FnMut(&mut Counters) -> Verdict) -> Option<BusFault> {
+    fn rounds(
+        &mut self,
+        rounds: usize,
+        mut seen: impl FnMut(&mut BusCounters) -> Verdict,
+    ) -> Option<BusFault> {
         for slot in (0..SLOTS).cycle().take(rounds * SLOTS) {
             let verdict = seen(&mut self.counters);
             self.fail(slot, verdict);
@@ -52,25 +56,25 @@ const ENOUGH: usize = 6;
 
 #[test]
 fn each_fault_is_called_by_its_name() {
-    let named = |seen: fn(&mut Counters) -> Verdict| Bench::new().rounds(ENOUGH, seen);
+    let named = |seen: fn(&mut BusCounters) -> Verdict| Bench::new().rounds(ENOUGH, seen);
     assert_eq!(named(|_| Verdict::NoAnswer), Some(BusFault::Mute));
     assert_eq!(named(|_| Verdict::LineBusy), Some(BusFault::Babble));
     assert_eq!(named(|_| Verdict::NotSent), Some(BusFault::Driver));
     assert_eq!(named(|_| Verdict::Contention), Some(BusFault::Contention));
     assert_eq!(named(|_| Verdict::Checksum), Some(BusFault::Garbage));
-    let broken = |counters: &mut Counters| {
+    let broken = |counters: &mut BusCounters| {
         counters.breaks += 1;
         counters.framing += 1;
         Verdict::Garbled
     };
     assert_eq!(named(broken), Some(BusFault::Break));
-    let wrong_rate = |counters: &mut Counters| {
+    let wrong_rate = |counters: &mut BusCounters| {
         counters.breaks += 1;
         counters.framing += 3;
         Verdict::LineErrors
     };
     assert_eq!(named(wrong_rate), Some(BusFault::Garbage));
-    let babble = |counters: &mut Counters| {
+    let babble = |counters: &mut BusCounters| {
         counters.unasked += 1;
         Verdict::NoAnswer
     };

@@ -1,6 +1,6 @@
 //! How the gateway has started, as the map tells it.
 
-use clino_recovery::{Cause, Crash, Start};
+use clino_recovery::{Crash, Start, StartCause};
 
 use crate::map::StartItem;
 
@@ -25,7 +25,8 @@ fn of_crash(crash: &Crash, item: StartItem) -> Option<u32> {
         StartItem::CrashBoot => crash.boot,
         StartItem::CrashUptime => crash.uptime_ms,
         StartItem::CrashDetail => {
-            return Some(crash.detail).filter(|_| matches!(crash.cause, Cause::Stalled | Cause::Panic));
+            return Some(crash.detail)
+                .filter(|_| matches!(crash.cause, StartCause::Stalled | StartCause::Panic));
         }
         StartItem::Exception => crash.registers?.exception.into(),
         StartItem::Pc => crash.registers?.pc,

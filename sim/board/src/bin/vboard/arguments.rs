@@ -1,4 +1,4 @@
-//! What the command line asks for.
+//! The command line.
 
 use std::path::PathBuf;
 
@@ -21,8 +21,8 @@ usage: vboard --elf FILE [--scenario FILE] [--duration TIME] [--bus-log FILE]
   --cut-power STEP cut the power in the middle of this step of the flash: a word programmed or a sector erased, from 1
   --help           this text
 
-Each pseudo-terminal is announced on a line of its own before the run begins: `console PATH`, `modbus PATH`; how to
-use it is told on standard error.
+Each pseudo-terminal is announced on a line of its own before the run begins: `console PATH`, `modbus PATH`;
+standard error explains its use.
 Ctrl-C ends the run with the summary.
 
 exit status: 0 all well, 1 ran but something is wrong, 2 wrong command line, scenario or image";
@@ -53,10 +53,10 @@ pub struct Arguments {
 /// How long to run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Duration {
-    /// Nothing was said.
+    /// Not given.
     #[default]
     Usual,
-    /// Until somebody ends it.
+    /// Until the user ends it.
     Forever,
     /// This much virtual time.
     Of(Ns),
@@ -96,7 +96,7 @@ impl Arguments {
         if wanted.elf.as_os_str().is_empty() { Err("--elf FILE is missing".into()) } else { Ok(wanted) }
     }
 
-    /// Whether it is to run until somebody ends it.
+    /// Whether it runs until the user ends it.
     pub fn forever(&self) -> bool {
         self.duration == Duration::Forever || self.realtime && self.duration == Duration::Usual
     }

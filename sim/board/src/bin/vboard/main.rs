@@ -102,7 +102,7 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
         stored::keep(run.board(), path)?;
     }
     let (summary, well) = run.summary();
-    // Nobody reads on if the output was closed; the exit status still tells.
+    // If the output was closed, the exit status still reports the result.
     let _ = write!(io::stdout(), "{summary}");
     // What depends on this machine stays out of the output that is the same for the same scenario.
     eprintln!("took {:.1} s", begun.elapsed().as_secs_f64());
@@ -114,7 +114,7 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
     Ok(well)
 }
 
-/// Runs to the end, until it is interrupted or nobody reads the console.
+/// Runs to the end, until it is interrupted or the reader of the console closes it.
 fn at_full_speed(run: &mut Run, interrupted: &AtomicBool) {
     let mut out = io::stdout();
     let mut printed = Ok(());

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use clino_board::console::{BAUD as CONSOLE_BAUD, SharedTerminal};
 use clino_board::modbus::{Framing, Parity, SharedMaster};
 use clino_board::run::Run;
-use clino_pty::{Settings, Terminal};
+use clino_pty::{PtySettings, Terminal};
 use clino_sim::node::Ns;
 
 /// Bytes taken from a terminal at once: as many as it holds.
@@ -32,7 +32,7 @@ struct Modbus {
     /// What the scenario says.
     usual: Framing,
     /// What the program has set.
-    settings: Settings,
+    settings: PtySettings,
     /// End of what has been given to be sent.
     sending_until: Ns,
 }
@@ -109,7 +109,7 @@ impl Console {
 impl Modbus {
     fn open(master: SharedMaster) -> io::Result<Self> {
         let usual = master.lock().framing();
-        let settings = Settings {
+        let settings = PtySettings {
             baud: usual.baud,
             two_stop_bits: usual.stop_bits == 2,
             odd_parity: usual.parity == Parity::Odd,
@@ -160,8 +160,8 @@ fn mbpoll(framing: Framing, path: &str) -> String {
 
 /// What a program's settings amount to. A pseudo-terminal does not keep whether there is a parity bit: there is none
 /// with two stop bits, as the standard has it, and otherwise as the scenario says.
-fn framing(settings: Settings, usual: Framing) -> Framing {
-    let Settings { baud, two_stop_bits, odd_parity } = settings;
+fn framing(settings: PtySettings, usual: Framing) -> Framing {
+    let PtySettings { baud, two_stop_bits, odd_parity } = settings;
     let none = usual.parity == Parity::None || two_stop_bits && usual.stop_bits == 1;
     let parity = match (odd_parity, none) {
         (true, _) => Parity::Odd,
@@ -187,7 +187,7 @@ mod tests {
             (0, false, false, none, "19200 8N1"),
             (38_400, false, true, none, "38400 8O1"),
         ] {
-            let settings = Settings { baud, two_stop_bits, odd_parity };
+            let settings = PtySettings { baud, two_stop_bits, odd_parity };
             assert_eq!(framing(settings, usual).to_string(), expected);
         }
     }

@@ -1,4 +1,4 @@
-//! What firmware has stored in flash, kept in a file from one run to the next.
+//! The flash contents of the firmware, kept in a file from one run to the next.
 
 use std::fs;
 use std::io::ErrorKind;

@@ -1,4 +1,4 @@
-//! How a node answers: when, and what goes wrong with every n-th answer.
+//! How a node answers: the latency, and the faults of every n-th answer.
 
 use std::fmt;
 use std::num::NonZeroU64;
@@ -75,12 +75,12 @@ pub enum FaultKind {
 
 impl Fault {
     /// The fault in the simulator's terms.
-    pub fn every(&self) -> (u64, fault::Fault) {
+    pub fn every(&self) -> (u64, fault::AnswerFault) {
         let what = match self.what {
-            FaultKind::BadChecksum => fault::Fault::BadChecksum,
-            FaultKind::Silent => fault::Fault::Silent,
-            FaultKind::Late(by) => fault::Fault::Late(by.0),
-            FaultKind::Truncated(length) => fault::Fault::Truncated(length),
+            FaultKind::BadChecksum => fault::AnswerFault::BadChecksum,
+            FaultKind::Silent => fault::AnswerFault::Silent,
+            FaultKind::Late(by) => fault::AnswerFault::Late(by.0),
+            FaultKind::Truncated(length) => fault::AnswerFault::Truncated(length),
         };
         (self.every.get(), what)
     }

@@ -1,4 +1,4 @@
-//! What befalls the chip itself: its oscillators, and faults planted into the running firmware.
+//! Faults of the chip itself: its oscillators, and fault injection into the running firmware.
 
 use std::num::NonZeroU32;
 
@@ -6,8 +6,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::File;
+use crate::injection::{Level, What};
 use crate::oscillators::{CrystalLife, HSI_HZ, LSI_HZ, Oscillators};
-use crate::plant::{Level, What};
 use crate::scenario::units::{Deviation, Number, Time};
 
 /// The crystal.
@@ -43,7 +43,7 @@ impl File {
 /// A fault planted into the running firmware.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Plant {
+pub struct Injection {
     /// From when on: it happens when the level executes next.
     pub at: Time,
     /// What it does.

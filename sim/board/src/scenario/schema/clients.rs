@@ -1,4 +1,4 @@
-//! Who talks to the gateway: somebody at the console, and the master at the Modbus port.
+//! The gateway's clients: a user at the console, and the master at the Modbus port.
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -9,7 +9,7 @@ use crate::scenario::Planned;
 use crate::scenario::hex::Hex;
 use crate::scenario::units::Time;
 
-/// A line that somebody types at the console.
+/// A line typed at the console.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Typed {

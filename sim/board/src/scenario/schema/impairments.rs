@@ -1,4 +1,4 @@
-//! What is done to what comes in at the console and at the Modbus port.
+//! Impairments of the input of the console and the Modbus port.
 
 use serde::Deserialize;
 use toml::Spanned;

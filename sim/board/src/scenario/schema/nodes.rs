@@ -40,7 +40,7 @@ macro_rules! node {
         }
 
         impl $name {
-            /// What befalls it on its line, in the segment's terms.
+            /// Its faults on the line, in the segment's terms.
             pub fn faults(&self) -> Faults {
                 let babble = self.babble.iter().map(Spanned::get_ref);
                 Faults {

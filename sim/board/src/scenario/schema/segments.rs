@@ -1,4 +1,4 @@
-//! What is the same for all nodes of an RS485 segment: noise, and faults of the line.
+//! The properties of an RS485 segment: noise, and faults of the line.
 
 use serde::Deserialize;
 use toml::Spanned;

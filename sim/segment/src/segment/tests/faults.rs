@@ -14,7 +14,7 @@ fn bit_errors_come_as_often_as_asked_and_every_one_is_logged() {
     // Zeros have one falling edge a character: a receiver that lost a start bit is back at the next.
     let node = Puppet::default().says(1_000, &[0x00; 10_000]);
     let noise = Noise { bit_errors: probability(0.01), ..Noise::default() };
-    let mut segment = on_at(Settings { noise, ..settings() }, vec![node.station()], BIT);
+    let mut segment = on_at(SegmentSettings { noise, ..settings() }, vec![node.station()], BIT);
     let heard = listen(&mut segment, SECOND);
     // One start bit of a hundred is not seen, and 1 - 0.99^9 = 8.6 % of the others have a wrong bit.
     let lost = 10_000 - heard.len();
@@ -24,7 +24,7 @@ fn bit_errors_come_as_often_as_asked_and_every_one_is_logged() {
     let flips: u32 = events(&segment)
         .iter()
         .map(|event| match event {
-            Event::Flipped { receiver: Talker::Gateway, bits, .. } => bits.count_ones(),
+            LineEvent::Flipped { receiver: Talker::Gateway, bits, .. } => bits.count_ones(),
             _ => 0,
         })
         .sum();
@@ -36,11 +36,11 @@ fn bit_errors_come_as_often_as_asked_and_every_one_is_logged() {
 fn a_hit_bit_changes_that_bit_and_no_other() {
     let node = Puppet::default().says(1_000, &[0x00; 2_000]);
     let noise = Noise { bit_errors: probability(0.01), ..Noise::default() };
-    let mut segment = on_at(Settings { noise, ..settings() }, vec![node.station()], BIT);
+    let mut segment = on_at(SegmentSettings { noise, ..settings() }, vec![node.station()], BIT);
     listen(&mut segment, SECOND);
     let mut checked = 0;
     for pair in events(&segment).windows(2) {
-        if let [Event::Flipped { bits, .. }, Event::Heard { word, framing_error, .. }] = pair {
+        if let [LineEvent::Flipped { bits, .. }, LineEvent::Heard { word, framing_error, .. }] = pair {
             assert_eq!(*word, (bits >> 1) & 0xFF, "bits {bits:#x}");
             assert_eq!(*framing_error, bits & 0x200 != 0);
             checked += 1;
@@ -55,14 +55,14 @@ fn receivers_lose_characters_independently() {
     let listeners = [Puppet::default(), Puppet::default()];
     let noise = Noise { drops: probability(0.1), ..Noise::default() };
     let stations = vec![talker.station(), listeners[0].station(), listeners[1].station()];
-    let mut segment = on_at(Settings { noise, ..settings() }, stations, BIT);
+    let mut segment = on_at(SegmentSettings { noise, ..settings() }, stations, BIT);
     let gateway = listen(&mut segment, SECOND).len();
     for lost in [gateway, listeners[0].heard().len(), listeners[1].heard().len()].map(|got| 5_000 - got) {
         // Four standard deviations of 500.
         assert!((415..585).contains(&lost), "{lost}");
     }
     let logged = |receiver| {
-        let hit = |event: &&Event| matches!(event, Event::Dropped { receiver: who, .. } if *who == receiver);
+        let hit = |event: &&LineEvent| matches!(event, LineEvent::Dropped { receiver: who, .. } if *who == receiver);
         events(&segment).iter().filter(hit).count()
     };
     assert_eq!(logged(Talker::Gateway), 5_000 - gateway);
@@ -74,12 +74,12 @@ fn noise_keeps_to_its_interval() {
     let node = Puppet::default().says(0, &[0x55; 1_000]);
     let within = Some((20_000_000, 40_000_000));
     let noise = Noise { bit_errors: probability(0.2), drops: probability(0.2), within };
-    let mut segment = on_at(Settings { noise, ..settings() }, vec![node.station()], BIT);
+    let mut segment = on_at(SegmentSettings { noise, ..settings() }, vec![node.station()], BIT);
     listen(&mut segment, SECOND);
     let hits: Vec<Ns> = events(&segment)
         .iter()
-        .filter(|event| matches!(event, Event::Flipped { .. } | Event::Dropped { .. }))
-        .map(Event::at)
+        .filter(|event| matches!(event, LineEvent::Flipped { .. } | LineEvent::Dropped { .. }))
+        .map(LineEvent::at)
         .collect();
     assert!(hits.len() > 100);
     assert!(hits.iter().all(|at| (20_000_000..40_000_000 + CHAR_NS).contains(at)));
@@ -124,7 +124,7 @@ fn a_babbling_node_holds_the_line_for_its_interval() {
     let drives: Vec<(Ns, bool)> = events(&segment)
         .iter()
         .filter_map(|event| match *event {
-            Event::Drive { at, on, .. } => Some((at, on)),
+            LineEvent::Drive { at, on, .. } => Some((at, on)),
             _ => None,
         })
         .collect();
@@ -138,7 +138,7 @@ fn a_babbling_node_with_pauses_lets_go_between_and_never_answers() {
     let mut segment = segment(vec![node.with(Faults { babble, ..Faults::default() })]);
     // One character every 286.8 us for 2 ms.
     assert_eq!(listen(&mut segment, 5_000_000).len(), 7);
-    let drives = events(&segment).iter().filter(|event| matches!(event, Event::Drive { .. })).count();
+    let drives = events(&segment).iter().filter(|event| matches!(event, LineEvent::Drive { .. })).count();
     assert_eq!(drives, 14);
 }
 
@@ -155,11 +155,11 @@ fn answers_are_spoilt_as_often_as_asked() {
     let (mut corrupted, mut shortened, mut missing) = (0, 0, 0);
     for event in events(&segment) {
         match event {
-            Event::Altered { how: Alteration::Corrupted { mask, .. }, .. } => {
+            LineEvent::Altered { how: Alteration::Corrupted { mask, .. }, .. } => {
                 assert_ne!(mask, 0);
                 corrupted += 1;
             }
-            Event::Altered { how: Alteration::Shortened { length }, .. } => {
+            LineEvent::Altered { how: Alteration::Shortened { length }, .. } => {
                 assert!((1..8).contains(&length));
                 shortened += 1;
                 missing += 8 - length;

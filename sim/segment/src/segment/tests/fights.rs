@@ -6,7 +6,7 @@ fn contentions(segment: &Segment) -> Vec<(Ns, Ns, Vec<Talker>, bool)> {
     events(segment)
         .iter()
         .filter_map(|event| match event {
-            Event::Contention { from, until, who, fought } => Some((*from, *until, who.clone(), *fought)),
+            LineEvent::Contention { from, until, who, fought } => Some((*from, *until, who.clone(), *fought)),
             _ => None,
         })
         .collect()
@@ -24,7 +24,7 @@ fn two_answers_at_once_spoil_each_other_and_are_logged() {
     assert!(fates(&segment, Talker::Node(1)).iter().all(|&(_, fate)| fate == Fate::Fought));
     let end = 1_000_000 + 80 * BIT / 1_000;
     assert_eq!(contentions(&segment), [(1_000_000, end, vec![Talker::Node(0), Talker::Node(1)], true)]);
-    let noisy = events(&segment).iter().any(|event| matches!(event, Event::Heard { noise: true, .. }));
+    let noisy = events(&segment).iter().any(|event| matches!(event, LineEvent::Heard { noise: true, .. }));
     assert!(noisy);
 }
 
@@ -85,7 +85,7 @@ fn fights_go_the_same_way_for_the_same_seed_and_differ_between_seeds() {
     let run = |seed| {
         let a = Puppet::default().says(1_000_000, &[0x00; 16]);
         let b = Puppet::default().says(1_000_000, &[0xFF; 16]);
-        let settings = Settings { chance: Chance::new(seed), ..settings() };
+        let settings = SegmentSettings { chance: Chance::new(seed), ..settings() };
         let mut segment = on_at(settings, vec![a.station(), b.station()], BIT);
         listen(&mut segment, 5_000_000)
     };
@@ -112,7 +112,7 @@ fn sharing_a_decoded_character_gives_what_each_would_have_sampled() {
     assert_eq!(shared[0], shared[1]);
     assert_eq!(shared[0], shared[2]);
     for baud in [BAUD - 1, BAUD, BAUD + 1] {
-        // A lone listener has nobody to share with except the gateway's receiver.
+        // A lone listener shares only with the gateway's receiver.
         let alone = run([baud, BAUD - 20, BAUD + 20]);
         assert_eq!(alone[0], shared[0], "{baud}");
     }

@@ -5,13 +5,13 @@ use super::*;
 const MS: Ns = 1_000_000;
 
 fn stuck(from: Ns, until: Ns, high: bool, stations: Vec<Station>) -> Segment {
-    let faults = LineFaults { stuck: vec![Stuck { from, until, high }], ..LineFaults::default() };
+    let faults = LineFaults { stuck: vec![StuckLine { from, until, high }], ..LineFaults::default() };
     segment(stations).with_faults(faults)
 }
 
 fn shorted(from: Ns, until: Ns, echo: bool, stations: Vec<Station>) -> Segment {
     let faults = LineFaults { de_shorted: vec![(from, until)], ..LineFaults::default() };
-    on_at(Settings { echo, ..settings() }, stations, BIT).with_faults(faults)
+    on_at(SegmentSettings { echo, ..settings() }, stations, BIT).with_faults(faults)
 }
 
 #[test]
@@ -42,7 +42,7 @@ fn a_line_shorted_high_is_silent() {
     let mut segment = stuck(MS, 8 * MS, true, vec![node.station()]);
     poll(&mut segment, 4 * MS, &[0x12]);
     assert_eq!(listen(&mut segment, 10 * MS), [(0x77, false)]);
-    assert_eq!(node.heard(), [], "nor does the gateway reach anybody");
+    assert_eq!(node.heard(), [], "nor does the gateway reach a node");
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn with_its_de_shorted_the_gateway_still_reaches_the_others() {
     play(&mut segment, 10 * MS);
     assert_eq!(listener.heard(), [(0x12, false), (0x34, false)]);
     // Its pin is logged as it is, not what the short makes of it.
-    let de = |event: &&Event| matches!(event, Event::De { .. });
+    let de = |event: &&LineEvent| matches!(event, LineEvent::De { .. });
     assert_eq!(events(&segment).iter().filter(de).count(), 2);
 }
 

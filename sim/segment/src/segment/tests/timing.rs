@@ -1,4 +1,4 @@
-//! One talker at a time: who hears what, and when.
+//! One talker at a time: what each receiver hears, and when.
 
 use super::*;
 
@@ -91,7 +91,7 @@ fn de_falling_at_the_very_end_of_the_stop_bit_cuts_nothing() {
 #[test]
 fn the_gateway_hears_itself_only_with_echo() {
     for (echo, expected) in [(false, vec![]), (true, vec![(0x12, false), (0x34, false)])] {
-        let mut segment = on_at(Settings { echo, ..settings() }, vec![], BIT);
+        let mut segment = on_at(SegmentSettings { echo, ..settings() }, vec![], BIT);
         poll(&mut segment, 1_000, &[0x12, 0x34]);
         assert_eq!(listen(&mut segment, 1_000_000), expected, "echo {echo}");
     }
@@ -148,7 +148,7 @@ fn a_small_baud_error_does_no_harm_and_a_large_one_does() {
 
 #[test]
 fn nine_data_bits_are_carried() {
-    let mut segment = on_at(Settings { echo: true, ..settings() }, vec![], BIT);
+    let mut segment = on_at(SegmentSettings { echo: true, ..settings() }, vec![], BIT);
     let nine = Format { bit_ps: BIT, data_bits: 9, stop_halves: 4 };
     segment.set_receiver(0, Some(nine));
     segment.drive_enable(1_000, true);
@@ -157,7 +157,7 @@ fn nine_data_bits_are_carried() {
     let lengths: Vec<Ns> = events(&segment)
         .iter()
         .filter_map(|event| match event {
-            Event::Char { start, end, .. } => Some(end - start),
+            LineEvent::Char { start, end, .. } => Some(end - start),
             _ => None,
         })
         .collect();
@@ -184,7 +184,8 @@ fn calling_advance_more_often_than_asked_changes_nothing() {
             drops: Probability::new(0.05).unwrap(),
             within: None,
         };
-        let mut segment = on_at(Settings { noise, ..settings() }, vec![near.station(), far.station()], BIT);
+        let mut segment =
+            on_at(SegmentSettings { noise, ..settings() }, vec![near.station(), far.station()], BIT);
         poll(&mut segment, 1_000_000, &[9, 8, 7]);
         let mut now = 1_300_000;
         while now < 4_000_000 {

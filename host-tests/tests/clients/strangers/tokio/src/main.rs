@@ -11,7 +11,7 @@ const SLOTS: u16 = 6;
 
 type Failure = Box<dyn Error>;
 
-/// This client waits for ever by itself.
+/// This client has no timeout of its own.
 async fn answer<T>(request: impl Future<Output = tokio_modbus::Result<T>>) -> Result<T, Failure> {
     Ok(tokio::time::timeout(Duration::from_secs(60), request).await???)
 }

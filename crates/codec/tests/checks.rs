@@ -1,35 +1,35 @@
-//! Counters and the small sets.
+//! CheckCounters and the small sets.
 
 use clino_codec::character::{Character, LineErrors};
-use clino_codec::layers::{Counters, Layer};
+use clino_codec::checks::{Check, CheckCounters};
 
 #[test]
 fn every_layer_has_its_counter() {
-    let mut counters = Counters::new();
-    assert_eq!(counters, Counters::default());
+    let mut counters = CheckCounters::new();
+    assert_eq!(counters, CheckCounters::default());
     counters.accept();
-    for (times, layer) in [
-        (1, Layer::LineErrors),
-        (2, Layer::Checksum),
-        (3, Layer::Address),
-        (4, Layer::Command),
-        (5, Layer::Length),
-        (6, Layer::Value),
+    for (times, check) in [
+        (1, Check::LineErrors),
+        (2, Check::Checksum),
+        (3, Check::Address),
+        (4, Check::Command),
+        (5, Check::Length),
+        (6, Check::Value),
     ] {
-        (0..times).for_each(|_| counters.refuse(layer));
+        (0..times).for_each(|_| counters.refuse(check));
     }
     let expected =
-        Counters { good: 1, line_errors: 1, checksum: 2, address: 3, command: 4, length: 5, value: 6 };
+        CheckCounters { good: 1, line_errors: 1, checksum: 2, address: 3, command: 4, length: 5, value: 6 };
     assert_eq!(counters, expected);
     assert_eq!(counters.refused(), 21);
 }
 
 #[test]
 fn counters_stop_at_their_maximum() {
-    let mut counters = Counters { good: u32::MAX, checksum: u32::MAX, ..Counters::new() };
+    let mut counters = CheckCounters { good: u32::MAX, checksum: u32::MAX, ..CheckCounters::new() };
     counters.accept();
-    counters.refuse(Layer::Checksum);
-    counters.refuse(Layer::Value);
+    counters.refuse(Check::Checksum);
+    counters.refuse(Check::Value);
     assert_eq!((counters.good, counters.checksum, counters.refused()), (u32::MAX, u32::MAX, u32::MAX));
 }
 

@@ -1,4 +1,4 @@
-//! Compares what the gateway prints with what the simulator knows to be true.
+//! Compares the angles that the gateway prints with the true angles of the simulation.
 //!
 //! A reading line of age *a* whose first character is sent at *t* is right if the true angle comes within the
 //! tolerance at some instant in [*t* − *a* − hold − margin, *t*]. The hold is how old the angle in a sensor's
@@ -14,15 +14,15 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use crate::console::Line;
-use crate::edges::Heard;
-use crate::scenario::{Identity, Kind, Truth};
+use crate::edges::HeardAngle;
+use crate::scenario::{Kind, SensorIdentity, Truth};
 use clino_sim::motion::{DEGREE, Motion, TURN, bidirectional};
 use clino_sim::node::Ns;
 
 pub use reading::{Reading, parse};
 
 const MS: Ns = 1_000_000;
-/// Longest wait of a line for those before it. The gateway makes a line when fewer than 16 characters are ahead of it, 1.4 ms
+/// Longest wait of a line for the lines before it. The gateway makes a line when fewer than 16 characters are ahead of it, 1.4 ms
 /// at 115200 bit/s. The rest is for the time between the reading and the line: levels above the main loop, which makes the
 /// lines, may hold it off.
 pub const MARGIN: Ns = 10 * MS;
@@ -55,7 +55,7 @@ pub struct Slot {
     /// When the last right `ok` line was begun.
     pub last_ok: Option<Ns>,
     /// Angles of a PWM input, to be compared with its edges.
-    pub heard: Vec<Heard>,
+    pub heard: Vec<HeardAngle>,
     /// The last reading.
     pub last: Option<(Ns, Reading)>,
     /// Numbers under which it was printed; one if all is well.
@@ -64,14 +64,14 @@ pub struct Slot {
 
 /// The truth about a run and the readings so far.
 #[derive(Debug)]
-pub struct Oracle {
+pub struct Checker {
     slots: Vec<Slot>,
     unparsable: u64,
     unparsable_kept: Vec<String>,
     stranger_ok: Vec<String>,
 }
 
-impl Oracle {
+impl Checker {
     /// Nothing read yet.
     pub fn new(truths: Vec<Truth>) -> Self {
         let slot = |truth| Slot {
@@ -164,7 +164,7 @@ impl Slot {
             self.ok += 1;
             let angle = (angle * DEGREE as f64).round() as i64;
             if self.truth.who.kind == Kind::Pwm {
-                self.heard.push(Heard { began: line.began, at: line.at, angle });
+                self.heard.push(HeardAngle { began: line.began, at: line.at, angle });
             }
             // The age is rounded to a millisecond, either way.
             let measured = line.began.saturating_sub(age.saturating_add(1).saturating_mul(MS) + MARGIN);
@@ -210,7 +210,7 @@ impl Slot {
     }
 }
 
-impl Identity {
+impl SensorIdentity {
     fn is(&self, reading: &Reading) -> bool {
         self.kind.name() == reading.kind && self.bus == reading.bus && self.address == reading.address
     }
@@ -227,7 +227,7 @@ impl Kind {
     }
 }
 
-impl fmt::Display for Identity {
+impl fmt::Display for SensorIdentity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.kind {
             Kind::Pwm => write!(f, "{}", self.bus),

@@ -1,4 +1,4 @@
-//! What a fault takes of the image: an instruction that does it, and constants that it needs.
+//! The payload of a fault: the instruction of the image that causes it, and the constants that it needs.
 
 use std::fmt;
 
@@ -27,7 +27,7 @@ const PANICS: [&str; 2] = ["4core9panicking5panic", "4core9panicking18panic_boun
 
 /// What the registers are set to for a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Bait {
+pub struct Payload {
     /// Program counter.
     pub pc: u32,
     /// General registers: number and value.
@@ -44,42 +44,42 @@ pub struct Bait {
 
 /// The image lacks what a fault takes: a board with it cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NoBait {
+pub struct NoPayload {
     /// The fault.
     pub what: What,
     /// What was looked for.
     pub lacks: &'static str,
 }
 
-impl Bait {
+impl Payload {
     /// Finds in `image` what `what` takes.
     ///
     /// # Errors
     ///
-    /// [`NoBait`] if it is not there.
-    pub fn find(image: &Image, what: What) -> Result<Bait, NoBait> {
-        let lacks = |lacks| move || NoBait { what, lacks };
-        let at = |pc| Bait { pc, registers: [None; 3], sp: None, masked: false, reset: None, flips: None };
+    /// [`NoPayload`] if it is not there.
+    pub fn find(image: &Image, what: What) -> Result<Payload, NoPayload> {
+        let lacks = |lacks| move || NoPayload { what, lacks };
+        let at = |pc| Payload { pc, registers: [None; 3], sp: None, masked: false, reset: None, flips: None };
         let code = |mask: u16, pattern: u16| instruction(image, mask, pattern);
         Ok(match what {
             What::Hang | What::MaskedHang => {
                 let (pc, _) = code(u16::MAX, BRANCH_TO_SELF).ok_or_else(lacks("a branch to itself"))?;
-                Bait { masked: what == What::MaskedHang, ..at(pc) }
+                Payload { masked: what == What::MaskedHang, ..at(pc) }
             }
             What::BusFault => at(NOWHERE),
-            What::BrownOut => Bait { reset: Some(ResetCause::BrownOut), ..at(0) },
-            What::PinReset => Bait { reset: Some(ResetCause::Pin), ..at(0) },
-            What::Flip { address, bit } => Bait { flips: Some((address, 1_u8.rotate_left(bit))), ..at(0) },
+            What::BrownOut => Payload { reset: Some(ResetCause::BrownOut), ..at(0) },
+            What::PinReset => Payload { reset: Some(ResetCause::Pin), ..at(0) },
+            What::Flip { address, bit } => Payload { flips: Some((address, 1_u8.rotate_left(bit))), ..at(0) },
             What::DataFault => {
                 let (pc, load) = code(0xffc0, LOAD).ok_or_else(lacks("a load without an offset"))?;
                 let base = (load >> 3 & 7) as u8;
-                Bait { registers: [Some((base, NOWHERE)), None, None], ..at(pc) }
+                Payload { registers: [Some((base, NOWHERE)), None, None], ..at(pc) }
             }
             What::UsageFault => at(code(0xff00, UNDEFINED).ok_or_else(lacks("an undefined instruction"))?.0),
             What::StackOverflow => {
                 let (pc, _) = code(0xff00, PUSH_LR).ok_or_else(lacks("a push"))?;
                 let end = image.symbol(STACK_END).ok_or_else(lacks("the symbol _stack_end"))?;
-                Bait { sp: Some(end.next_multiple_of(8)), ..at(pc) }
+                Payload { sp: Some(end.next_multiple_of(8)), ..at(pc) }
             }
             What::Panic => {
                 let pc = PANICS.iter().find_map(|name| function(image, name));
@@ -87,7 +87,7 @@ impl Bait {
                 let location = location(image).ok_or_else(lacks("the location of a panic"))?;
                 // It takes a message (two registers) and the location; the optimiser leaves out what the image's handler does
                 // not look at, and the others move up. So there is no message, and the location is in all of them.
-                Bait { registers: [0, 1, 2].map(|register| Some((register, location))), ..at(pc) }
+                Payload { registers: [0, 1, 2].map(|register| Some((register, location))), ..at(pc) }
             }
         })
     }
@@ -129,10 +129,10 @@ fn location(image: &Image) -> Option<u32> {
     })
 }
 
-impl fmt::Display for NoBait {
+impl fmt::Display for NoPayload {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} cannot be planted: the image does not contain {}", self.what, self.lacks)
     }
 }
 
-impl std::error::Error for NoBait {}
+impl std::error::Error for NoPayload {}

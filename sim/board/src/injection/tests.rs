@@ -45,8 +45,8 @@ fn board(image: &Image) -> Board {
 fn planted(what: What) -> (Board, Option<Fault>) {
     let image = image(STACK, &[IDLE], B_SELF);
     let mut board = board(&image);
-    let plant = Plant { at: 5 * MS, what, level: Level::Main, times: 1, again: 0 };
-    board.plant(plant, &image).unwrap();
+    let injection = Injection { at: 5 * MS, what, level: Level::Main, times: 1, again: 0 };
+    board.inject(injection, &image).unwrap();
     let fault = match board.run_until(20 * MS) {
         Ok(()) => None,
         Err(Stopped::Faulted { fault, .. }) => Some(fault),
@@ -102,8 +102,8 @@ fn a_bit_turns_and_the_program_goes_on() {
 #[test]
 fn what_an_image_does_not_contain_cannot_be_planted() {
     let image = image(STACK, &[IDLE], B_SELF);
-    let plant = Plant { at: 0, what: What::Panic, level: Level::Main, times: 1, again: 0 };
-    let refused = board(&image).plant(plant, &image).unwrap_err();
+    let injection = Injection { at: 0, what: What::Panic, level: Level::Main, times: 1, again: 0 };
+    let refused = board(&image).inject(injection, &image).unwrap_err();
     assert_eq!(
         refused.to_string(),
         "panic cannot be planted: the image does not contain a panic function of core"
@@ -148,11 +148,12 @@ fn a_fault_is_planted_again_after_the_reset_that_it_brought() {
     let program = [begin, 0xbf00_6001, IDLE, registers, key];
     let image = image(STACK, &program, B_SELF);
     let mut board = board(&image);
-    let plant = Plant { at: 5 * MS, what: What::MaskedHang, level: Level::Main, times: 2, again: 20 * MS };
-    board.plant(plant, &image).unwrap();
+    let injection =
+        Injection { at: 5 * MS, what: What::MaskedHang, level: Level::Main, times: 2, again: 20 * MS };
+    board.inject(injection, &image).unwrap();
     board.run_until(1_700 * MS).unwrap();
     let [first, reset, second, _, third] = board.incidents()[..] else { panic!("{:?}", board.incidents()) };
     assert!(first.at.abs_diff(5 * MS) < 1_000 && second.at.abs_diff(reset.at + 20 * MS) < 1_000);
-    // Twice is enough: the third reset is the watchdog's own, which nobody feeds.
+    // Twice is enough: the third reset is the watchdog's own, which is not fed.
     assert_eq!(third.event, Event::Reset(ResetCause::Watchdog));
 }

@@ -1,6 +1,6 @@
 //! A second UART on the pair, such as that of a computer, behind a line driver of its own.
 //!
-//! It is played by the host like the gateway's: it is told when to switch its driver and when a character begins. Its
+//! The host controls it like the gateway's: it says when the driver switches and when a character begins. Its
 //! receiver is deaf while its driver is on. In the log it is the node after the last sensor.
 
 use std::collections::VecDeque;
@@ -12,16 +12,16 @@ use super::Segment;
 use super::driver::{Character, Driver};
 use super::line::{Line, Ps, to_ps};
 use super::receiver::{Noise, Receiver, Sampled, Sampling, Shared};
-use crate::log::{Event, Talker};
+use crate::log::{LineEvent, Talker};
 use crate::wire::{Format, Received, Sent};
 
-/// The guest's receiver and what it has heard.
-pub struct Guest {
+/// The second master's receiver and what it has heard.
+pub struct SecondMaster {
     receiver: Receiver,
     received: VecDeque<Received>,
 }
 
-impl Guest {
+impl SecondMaster {
     /// Its receiver.
     pub fn receiver(&self) -> &Receiver {
         &self.receiver
@@ -39,7 +39,7 @@ impl Guest {
         line: &Line,
         noise: &Noise,
         shared: &mut Shared,
-        log: &mut Vec<Event>,
+        log: &mut Vec<LineEvent>,
     ) {
         if self.receiver.due().is_some_and(|due| due <= clock)
             && let Some(sampled) = self.receiver.complete(line, noise, shared, log)
@@ -51,24 +51,25 @@ impl Guest {
 }
 
 impl Segment {
-    /// Hangs a guest called `name` on the pair; its receiver is off. There is one at most.
+    /// Attaches a second master called `name` to the pair, with its receiver off. A pair has one at most.
     #[must_use]
-    pub fn with_guest(mut self, name: &str) -> Self {
+    pub fn with_second_master(mut self, name: &str) -> Self {
         let who = Talker::Node(self.slots.len());
         let chance = self.settings.chance.part(self.slots.len() as u64 + 1);
-        if self.guest.is_none() {
-            self.guest = Some(Guest { receiver: Receiver::new(who, chance), received: VecDeque::new() });
+        if self.second_master.is_none() {
+            self.second_master =
+                Some(SecondMaster { receiver: Receiver::new(who, chance), received: VecDeque::new() });
             self.drivers.push(Driver::new(who));
             self.log.lock().unwrap_or_else(PoisonError::into_inner).nodes.push(name.to_owned());
         }
         self
     }
 
-    /// The guest's receiver is on with this format, or off.
-    pub fn set_guest_receiver(&mut self, now: Ns, format: Option<Format>) {
+    /// The second master's receiver is on with this format, or off.
+    pub fn set_second_master_receiver(&mut self, now: Ns, format: Option<Format>) {
         self.run(to_ps(now));
         let line = self.line.now();
-        if let Some(Guest { receiver, .. }) = &mut self.guest {
+        if let Some(SecondMaster { receiver, .. }) = &mut self.second_master {
             match format {
                 Some(Format { bit_ps, data_bits, .. }) => {
                     receiver.switch_on(Sampling { bit_ps, data_bits }, line);
@@ -79,12 +80,12 @@ impl Segment {
         self.next = self.find_next();
     }
 
-    /// The guest starts a character. To be called at `sent.start`, when the one before is over.
-    pub fn send_as_guest(&mut self, sent: Sent) {
+    /// The second master starts a character. To be called at `sent.start`, when the one before is over.
+    pub fn send_as_second_master(&mut self, sent: Sent) {
         let start = to_ps(sent.start);
         self.run(start);
         let Format { bit_ps, data_bits, stop_halves } = sent.format;
-        if self.guest.is_some()
+        if self.second_master.is_some()
             && let Some(driver) = self.drivers.last_mut()
         {
             driver.push(Character { start, word: sent.word, data_bits, stop_halves, bit_ps });
@@ -92,27 +93,27 @@ impl Segment {
         self.run(start);
     }
 
-    /// The guest switches its line driver.
-    pub fn drive_as_guest(&mut self, now: Ns, on: bool) {
+    /// The second master switches its line driver.
+    pub fn drive_as_second_master(&mut self, now: Ns, on: bool) {
         let at = to_ps(now);
         self.run(at);
         let (line, noise) = (&self.line, &self.settings.noise);
-        let Some(guest) = &mut self.guest else { return };
+        let Some(second_master) = &mut self.second_master else { return };
         if on {
-            guest.receiver.mask(at, true, line, noise);
+            second_master.receiver.mask(at, true, line, noise);
         }
         if let Some(driver) = self.drivers.last_mut() {
             driver.switch(at, on, &mut self.news);
         }
         self.resolve(at);
-        if !on && let Some(guest) = &mut self.guest {
-            guest.receiver.mask(at, false, &self.line, &self.settings.noise);
+        if !on && let Some(second_master) = &mut self.second_master {
+            second_master.receiver.mask(at, false, &self.line, &self.settings.noise);
         }
         self.run(at);
     }
 
-    /// A character whose stop-bit centre the guest's receiver has reached, in order.
-    pub fn take_heard_by_guest(&mut self) -> Option<Received> {
-        self.guest.as_mut()?.received.pop_front()
+    /// A character whose stop-bit centre the second master's receiver has reached, in order.
+    pub fn take_heard_by_second_master(&mut self) -> Option<Received> {
+        self.second_master.as_mut()?.received.pop_front()
     }
 }

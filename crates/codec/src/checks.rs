@@ -1,6 +1,6 @@
-//! Which checks an answer has to pass, and how often each one said no.
+//! Which checks an answer has to pass, and how often each one refused.
 //!
-//! An 8-bit sum lets one damaged frame in a few hundred through. Each further layer removes most of what the
+//! An 8-bit sum lets one damaged frame in a few hundred through. Each further check removes most of what the
 //! one before it let pass; all are on by default, and each can be switched off for a look at a bad line.
 
 use crate::angle::Range;
@@ -13,7 +13,7 @@ use crate::character::LineErrors;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Layers {
+pub struct Checks {
     /// No character of the frame carried a UART error flag.
     pub line_errors: bool,
     /// The checksum fits.
@@ -28,7 +28,7 @@ pub struct Layers {
     pub values: ValueRange,
 }
 
-impl Layers {
+impl Checks {
     /// Every check on; angles may be of either output range.
     pub const ALL: Self = Self {
         line_errors: true,
@@ -56,7 +56,7 @@ impl Layers {
     }
 }
 
-impl Default for Layers {
+impl Default for Checks {
     fn default() -> Self {
         Self::ALL
     }
@@ -79,39 +79,39 @@ pub enum ValueRange {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Layer {
-    /// [`Layers::line_errors`].
+pub enum Check {
+    /// [`Checks::line_errors`].
     LineErrors,
-    /// [`Layers::checksum`].
+    /// [`Checks::checksum`].
     Checksum,
-    /// [`Layers::address`], wrong or impossible addresses.
+    /// [`Checks::address`], wrong or impossible addresses.
     Address,
-    /// [`Layers::command`], wrong or unknown commands.
+    /// [`Checks::command`], wrong or unknown commands.
     Command,
-    /// [`Layers::length`], and frames of too few or too many bytes.
+    /// [`Checks::length`], and frames of too few or too many bytes.
     Length,
-    /// [`Layers::values`], and codes without a meaning.
+    /// [`Checks::values`], and codes without a meaning.
     Value,
 }
 
 /// How often each check refused a frame. All counters stop at their maximum instead of wrapping.
 ///
 /// ```
-/// use clino_codec::layers::Counters;
+/// use clino_codec::checks::CheckCounters;
 /// use clino_codec::t7::{Answer, DecodeError};
 ///
-/// let mut counters = Counters::new();
+/// let mut counters = CheckCounters::new();
 /// let damaged = [0x05, 0x06, 0x81, 0xFF, 0xFF, 0x4E, 0xFF, 0x28];
 /// match Answer::decode(&damaged) {
 ///     Ok(_) => counters.accept(),
-///     Err(error) => counters.refuse(error.layer()),
+///     Err(error) => counters.refuse(error.failed_check()),
 /// }
 /// assert_eq!((counters.good, counters.checksum), (0, 1));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Counters {
+pub struct CheckCounters {
     /// Frames that passed.
     pub good: u32,
     /// Refused for a UART error flag.
@@ -128,7 +128,7 @@ pub struct Counters {
     pub value: u32,
 }
 
-impl Counters {
+impl CheckCounters {
     /// All zero.
     pub const fn new() -> Self {
         Self { good: 0, line_errors: 0, checksum: 0, address: 0, command: 0, length: 0, value: 0 }
@@ -140,14 +140,14 @@ impl Counters {
     }
 
     /// Counts a frame that was refused.
-    pub const fn refuse(&mut self, layer: Layer) {
-        let counter = match layer {
-            Layer::LineErrors => &mut self.line_errors,
-            Layer::Checksum => &mut self.checksum,
-            Layer::Address => &mut self.address,
-            Layer::Command => &mut self.command,
-            Layer::Length => &mut self.length,
-            Layer::Value => &mut self.value,
+    pub const fn refuse(&mut self, check: Check) {
+        let counter = match check {
+            Check::LineErrors => &mut self.line_errors,
+            Check::Checksum => &mut self.checksum,
+            Check::Address => &mut self.address,
+            Check::Command => &mut self.command,
+            Check::Length => &mut self.length,
+            Check::Value => &mut self.value,
         };
         *counter = counter.saturating_add(1);
     }

@@ -1,10 +1,10 @@
-//! What nodes did when they were asked last, and how long to leave the line to one that has missed its deadline.
+//! Node history: how each node answered its last request, and how long the line stays free after a missed deadline.
 //!
-//! A late answer that meets the next request spoils both, and worse: other nodes take the pieces for the beginning of a
-//! long command and hear nothing for half a second. So a node that answered the last time is given
-//! [`Timing::patience`] before anybody else is asked, and a node that has been late before gets [`Timing::late`]. A node
-//! that did not answer the last time is taken for dead, and gets no more than [`Timing::quiet`]: that is what keeps dead
-//! nodes cheap.
+//! A late answer that collides with the next request spoils both. Other nodes may also take the fragments for the start
+//! of a long command and hear nothing for half a second. After a missed deadline the master therefore waits
+//! [`Timing::patience`] for a node that answered its last request, [`Timing::late`] for a node that was late before, and
+//! only [`Timing::quiet`] for a node that did not answer its last request: it counts as dead, and dead nodes must cost
+//! little time.
 //!
 //! [`Timing::patience`]: crate::Timing::patience
 //! [`Timing::late`]: crate::Timing::late
@@ -12,14 +12,14 @@
 
 use crate::{Micros, Timing};
 
-/// One bit a node, by its address; no protocol has more than 128 of them.
+/// One bit for each node address; no protocol has more than 128.
 #[derive(Default)]
-pub(super) struct Habits {
+pub(super) struct NodeHistory {
     answered: u128,
     late: u128,
 }
 
-impl Habits {
+impl NodeHistory {
     /// The node has answered in time.
     pub fn answered(&mut self, node: u8) {
         self.answered |= bit(node);
@@ -30,8 +30,8 @@ impl Habits {
         self.late |= bit(node);
     }
 
-    /// The node has missed its deadline: for how long the line is left to it. Until it is heard of again it is taken
-    /// for dead.
+    /// The node has missed its deadline. Returns how long the line stays free for it. The node counts as dead until it
+    /// answers again.
     pub fn missed(&mut self, node: u8, timing: &Timing) -> Micros {
         let patience = match (self.late & bit(node) != 0, self.answered & bit(node) != 0) {
             (true, _) => timing.late,

@@ -1,11 +1,11 @@
-//! Faults planted into the running image from outside: what, at which level, how often.
+//! Fault injection: faults planted into the running image from outside: which, at which level, how often.
 //!
 //! The image is not changed. When a fault is due, and the core is about to execute an instruction at its level, the
 //! registers are set so that the fault follows: what it takes of code and constants is found in the image itself. Only
 //! `flip` changes memory instead.
 //! Level names are those of the gateway's architecture; the exception numbers are those of the board text.
 
-mod bait;
+mod payload;
 #[cfg(test)]
 mod tests;
 
@@ -14,19 +14,19 @@ use std::fmt;
 use clino_sim::node::Ns;
 use serde::Deserialize;
 
-pub use bait::{Bait, NoBait};
+pub use payload::{NoPayload, Payload};
 
-/// What a planted fault does.
+/// The kind of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum What {
-    /// The level goes round in an endless loop; higher levels interrupt it. Planted where interrupts are let in.
+    /// The level runs an endless loop; higher levels interrupt it. Injected where interrupts are enabled.
     Hang,
     /// The same with all interrupts masked (PRIMASK).
     MaskedHang,
-    /// The level jumps to an address where there is nothing: IBUSERR.
+    /// The level jumps to an address without memory: IBUSERR.
     BusFault,
-    /// The level loads from an address where there is nothing: PRECISERR.
+    /// The level loads from an address without memory: PRECISERR.
     DataFault,
     /// The level executes an undefined instruction: UNDEFINSTR.
     UsageFault,
@@ -36,9 +36,9 @@ pub enum What {
     Panic,
     /// The supply is too low for a moment, and the chip is reset. Memory is kept: it dips no further than that.
     BrownOut,
-    /// Somebody pulls the reset pin.
+    /// The reset pin is pulled low.
     PinReset,
-    /// A bit of memory turns, and the level goes on.
+    /// A bit of memory is inverted, and the level goes on.
     Flip {
         /// Address of the byte.
         address: u32,
@@ -47,7 +47,7 @@ pub enum What {
     },
 }
 
-/// Where a fault is planted: what the core is executing.
+/// Where a fault is injected: what the core is executing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
@@ -95,10 +95,10 @@ impl Level {
     }
 }
 
-/// A fault to be planted.
+/// A fault to inject.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Plant {
-    /// From when on: it happens when the level executes next.
+pub struct Injection {
+    /// Earliest instant: it happens when the level executes next.
     pub at: Ns,
     /// What it does.
     pub what: What,
