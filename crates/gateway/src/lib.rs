@@ -53,7 +53,7 @@ pub use degraded::{INTERNAL_OSCILLATOR_PPM, Restraint, UART_TOLERANCE_PPM};
 pub use event::{Action, Asker, Capture};
 pub use gateway::Gateway;
 pub use health::Health;
-pub use reporter::{Report, Reporter};
+pub use reporter::{Reporter, StreamEntry};
 pub use schedule::Detail;
 pub use schedule::outage::{BusFault, BusHealth};
 pub use settings::{BusChange, BusSettings, Configuration, Settings};

@@ -21,7 +21,7 @@ struct Printed {
 
 /// What is printed next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Report {
+pub struct StreamEntry {
     /// Number of the slot.
     pub slot: usize,
     /// The alarm whose state has changed; `None` if the reading is printed.
@@ -41,7 +41,7 @@ impl Reporter {
 
     /// The slot to be printed now, if any; it counts as printed. A change of an alarm goes first, one alarm at a time. `look` looks at a slot as of `now`, and returns `None`
     /// from the first slot on that there is not.
-    pub fn next(&mut self, look: impl Fn(usize) -> Option<Glance>, now: Micros) -> Option<Report> {
+    pub fn next(&mut self, look: impl Fn(usize) -> Option<Glance>, now: Micros) -> Option<StreamEntry> {
         let mut most_urgent: Option<(Micros, usize, Glance)> = None;
         for (slot, printed) in self.printed.iter().enumerate() {
             let Some(glance) = look(slot) else { break };
@@ -58,7 +58,7 @@ impl Reporter {
             Some(alarm) => printed.alarms = printed.alarms.with(alarm, alarms),
             None => *printed = Printed { sequence, status: Some(status), at: now, ..*printed },
         }
-        Some(Report { slot, alarm })
+        Some(StreamEntry { slot, alarm })
     }
 }
 

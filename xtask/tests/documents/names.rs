@@ -22,7 +22,6 @@ const USERS: [(&str, &[&str]); 3] = [
 
 /// Names that may occur twice, and why.
 const ALLOWED: [(&str, &str); 13] = [
-    ("Bench", "of the board's scenario and of the bus tests; the crates are about to merge"),
     (
         "Command",
         "of a sensor: `t7::Command`, `isu::Command`, the documents' word; of Modbus: the command register",

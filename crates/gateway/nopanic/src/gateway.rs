@@ -7,7 +7,7 @@ use clino_gateway::settings::{bus, console, port, slot};
 use clino_gateway::task::News;
 use clino_gateway::trace::{Entry as Exchange, Purpose, Trace, Verdict};
 use clino_gateway::{
-    Action, Bus, BusChange, BusSettings, Configuration, Gateway, Glance, Health, Reading, Report, Reporter, Settings, SlotConfig, SlotCounters,
+    Action, Bus, BusChange, BusSettings, Configuration, Gateway, Glance, Health, Reading, StreamEntry, Reporter, Settings, SlotConfig, SlotCounters,
     Snapshot, Source, Span, Status, Value, View,
 };
 
@@ -126,7 +126,7 @@ fn findings(lint: Lint<'_>, found: fn(Finding)) {
     lint.findings(&mut |finding| found(finding));
 }
 
-fn next(reporter: &mut Reporter, look: fn(usize) -> Option<Glance>, now: Micros) -> Option<Report> {
+fn next(reporter: &mut Reporter, look: fn(usize) -> Option<Glance>, now: Micros) -> Option<StreamEntry> {
     reporter.next(look, now)
 }
 
