@@ -1,5 +1,5 @@
-//! The line alone, for anything half-duplex: a frame goes out through `embedded_io::Write`, what comes back is read
-//! through `embedded_io::Read`. Here the frames are a T7's, written by hand.
+//! The line without a sensor driver, for any half-duplex protocol: a frame goes out through `embedded_io::Write`, the
+//! answer is read through `embedded_io::Read`. Here the frames are a T7's, written by hand.
 //!
 //! On the host, against a simulated sensor: `cargo run -p clino-drivers --example rs485`.
 

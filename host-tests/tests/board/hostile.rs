@@ -1,4 +1,4 @@
-//! A bus that is out of order: what the gateway calls it, whom it disturbs, and how soon everybody is read again.
+//! A faulty bus: the name the gateway gives the fault, its effect on the rest, and the time until all nodes are read again.
 //!
 //! Eight T7s, three ISUs, both PWM inputs and a Modbus master. One bus is out of order from 1 s to 3 s; all figures are
 //! compared with those of the same time in a run in which nothing is.

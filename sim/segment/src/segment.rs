@@ -10,7 +10,7 @@
 //! it, it hears its own idle level fighting the answers. A node that is deaf while it sends has its receiver off while its
 //! driver is on.
 //!
-//! A shorted pair reads the same everywhere, whoever drives it: low (a break) or high (as an idle line does).
+//! A shorted pair reads the same everywhere, for any driver: low (a break) or high (as an idle line does).
 //!
 //! Limits: levels are ideal and without delay; noise acts on sampled bits, not on an idle line; sampling
 //! takes one sample a bit, so `noise` on a received character means that a sample fell into a fight.

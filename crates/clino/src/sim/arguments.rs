@@ -65,7 +65,7 @@ pub struct Arguments {
     /// Probability that a bit is received inverted, 0..=1
     #[arg(long, value_name = "P", value_parser = probability, default_value = "0")]
     pub bit_error_rate: Probability,
-    /// Decides what is left to chance: jitter, bit errors, who wins a collision
+    /// Seed of all random decisions: jitter, bit errors, the winner of a collision
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Print the frames of the buses on standard error

@@ -6,7 +6,7 @@ use clino_sim::node::{Burst, Ns};
 use super::chance::{Chance, Probability, Topic};
 use crate::log::Alteration;
 
-/// A time in which the pair is shorted: every receiver reads this level, whoever drives it.
+/// A time in which the pair is shorted: every receiver reads this level, for any driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StuckLine {
     /// First instant.
