@@ -18,7 +18,7 @@ const CHUNK: usize = 64 * 1024;
 /// Longest line. The longest frame has 257 bytes, which take at most six characters each (`0xNN, `): there is room.
 const LONGEST_LINE: usize = 4_096;
 
-/// Says of each frame what `interpret` makes of its text.
+/// Prints the result of `interpret` for each frame.
 ///
 /// # Errors
 /// Input or output failed.
