@@ -134,7 +134,7 @@ impl Line {
         Ok(())
     }
 
-    /// Lets time pass. To be called until it returns `None`; DE may have changed all the same.
+    /// Lets time pass. Call it until it returns `None`; DE may have changed even then.
     pub fn poll(&mut self, now: Micros) -> Option<LineStep> {
         match self.state {
             State::Turnaround { .. } if now >= self.clear_at => {

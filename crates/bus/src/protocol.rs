@@ -34,7 +34,7 @@ pub trait Protocol {
     /// The frame to send.
     fn encode(address: Self::Address, request: &Self::Request) -> Result<Self::Frame, Self::EncodeError>;
 
-    /// A number of its own for every node, below 128.
+    /// A different number for every node, below 128.
     fn node(expected: &Self::Expected) -> u8;
 
     /// What the answer has to be.
@@ -77,7 +77,7 @@ pub trait Protocol {
     fn confusable(later: &Self::Expected, earlier: &Self::Expected) -> bool;
 }
 
-/// Why a frame was refused, whatever its protocol.
+/// Why a frame was refused, for any protocol.
 pub trait FailedCheck {
     /// The check that refused it.
     fn failed_check(&self) -> Check;

@@ -14,7 +14,7 @@ pub struct Timing {
     /// Bit rate and framing.
     pub serial: Serial,
     /// Silence kept between the end of anything heard and our next driver-enable: the sensor's own driver
-    /// needs time to let go of the line.
+    /// needs time to release the line.
     pub guard: Micros,
     /// Longest time from our last stop bit to the first start bit of the answer of a reading request.
     pub get_latency: Micros,

@@ -29,7 +29,7 @@ pub struct Frames {
     pub stdin: bool,
 }
 
-/// Says of each frame what `interpret` makes of its text.
+/// Prints the result of `interpret` for each frame.
 ///
 /// # Errors
 /// Input or output failed.

@@ -116,7 +116,7 @@ impl<const N: usize> Stream<N> {
     }
 }
 
-/// A stream whatever its longest frame.
+/// A stream without the length of its longest frame in its type.
 struct Kept<'a> {
     bytes: &'a mut [u8],
     errors: &'a mut [LineErrors],

@@ -77,7 +77,7 @@ pub type ActionOf<O> = RunnerAction<
 /// let RunnerAction::Send(frame) = runner.poll(&mut master, now) else { panic!() };
 /// assert_eq!(frame.as_bytes(), [0x05, 0x01, 0x8A]); // Get Damping, to the line
 /// assert!(runner.is_asking());
-/// // Events of the line go to the master; what it makes of them goes to the runner.
+/// // Events of the line go to the master; its outcomes go to the runner.
 /// if let Some(outcome) = master.poll(now) {
 ///     runner.settle(&outcome);
 /// }

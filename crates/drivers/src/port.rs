@@ -13,11 +13,11 @@ pub trait Port {
     /// Why a frame did not get out whole.
     type Error;
 
-    /// Sends a frame, whole. Returns when its last stop bit is on the line and the line is let go: an answer may begin
+    /// Sends a frame, whole. Returns when its last stop bit is on the line and the driver is off: an answer may begin
     /// at that instant, and must not be lost.
     ///
     /// # Errors
-    /// The frame was not sent whole, or that is unknown. The driver is switched off all the same.
+    /// The frame was not sent whole, or that is unknown. The driver is off in any case.
     fn send(&mut self, frame: &[u8]) -> Result<(), Self::Error>;
 
     /// Listens for `span`: hands over every character, and how long after the call it came, until the span is over
@@ -35,7 +35,7 @@ pub trait Port {
 /// A half-duplex line, async. The contract is that of [`Port`], but for the times of characters: nothing tells the
 /// time when one comes, so that they are given the end of the span.
 ///
-/// Dropping a future of either method leaves a line that is let go; see [`Rs485`](crate::Rs485).
+/// Dropping a future of either method switches the driver off; see [`Rs485`](crate::Rs485).
 #[cfg(feature = "async")]
 pub trait AsyncPort {
     /// Why a frame did not get out whole.

@@ -73,7 +73,7 @@ pub struct Poll {
     pub answer_end: Option<Ns>,
     /// DE's next rise.
     pub next_de_high: Option<Ns>,
-    /// What came of it.
+    /// Its result.
     pub verdict: PollVerdict,
 }
 
@@ -86,7 +86,7 @@ impl Poll {
         }
     }
 
-    /// Whether the run ended at `end` before anything could come of it.
+    /// Whether the run ended at `end` before the poll could have a result.
     pub fn is_open(&self, end: Ns) -> bool {
         self.next_de_high.is_none()
             && self.verdict != PollVerdict::Good

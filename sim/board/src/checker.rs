@@ -104,7 +104,7 @@ impl Checker {
         }
     }
 
-    /// The sensors of the scenario and what came of them.
+    /// The sensors of the scenario and the results of their readings.
     pub fn slots(&self) -> &[Slot] {
         &self.slots
     }

@@ -6,7 +6,7 @@
 //! character, two talkers at once and a wrong bit rate are the pair's own (`clino_segment`).
 //!
 //! An impairment acts on chosen characters, or on random ones; the same seed gives the same ones. A character is counted
-//! from 0 as the far end has sent it since power-up, whatever becomes of it. An echo is not counted, and only random
+//! from 0 as the far end has sent it since power-up, also if it is lost. An echo is not counted, and only random
 //! impairments act on it. Several act on one character in the order in which they are given.
 
 mod line;
@@ -135,7 +135,7 @@ pub struct Impaired {
     pub character: Character,
     /// What it was.
     pub word: u16,
-    /// What was done. Never [`Effect::BitError`], but what became of it.
+    /// The effect. In place of [`Effect::BitError`] its result.
     pub effect: Effect,
 }
 

@@ -103,7 +103,7 @@ pub struct Truth {
     pub tolerance: i64,
     /// When it cannot be read: unplugged, or its PWM line stands still.
     pub away: Vec<(Ns, Ns)>,
-    /// When its line is out of order through no fault of its own.
+    /// When a fault of its line, not of the sensor, prevents readings.
     pub disturbed: Vec<(Ns, Ns)>,
     /// Some of its answers are lost or spoilt by order of the scenario.
     pub unreliable: bool,

@@ -15,7 +15,7 @@ pub(crate) const PS_PER_S: u128 = 1_000_000_000_000;
 /// Picoseconds in a nanosecond.
 pub(crate) const PS_PER_NS: u64 = 1_000;
 
-/// Something on the board that acts at instants of its own choosing.
+/// A part of the board that acts at its own instants.
 pub(crate) trait Actor: Send + Sync {
     /// Earliest instant at which [`Actor::act`] wants to be called.
     fn next_event(&self) -> Option<Ns>;

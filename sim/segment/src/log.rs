@@ -35,7 +35,7 @@ pub enum Fate {
     Fought,
     /// The line driver was switched off at `at`, before the end of the stop bit.
     Cut {
-        /// When the driver let go.
+        /// When the driver was switched off.
         at: Ns,
     },
     /// The line driver was switched on at `at`, after the start bit had begun.
@@ -148,7 +148,7 @@ pub enum LineEvent {
     DeShorted {
         /// When.
         at: Ns,
-        /// Whether it is on whatever the pin says.
+        /// Whether it is on regardless of the pin.
         on: bool,
     },
 }

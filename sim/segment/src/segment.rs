@@ -46,7 +46,7 @@ pub use receiver::Noise;
 
 /// How far receivers look back, in bit times: start, nine data bits, stop and one to spare.
 const LOOK_BACK_BITS: u64 = 12;
-/// A node that has more than this to do at one instant never gets on.
+/// A node with more acts than this at one instant is stuck.
 const MAX_ACTS_AT_ONCE: usize = 1_000;
 
 /// What is the same for the whole segment.
@@ -91,7 +91,7 @@ pub struct Segment {
     contention: Option<OpenContention>,
     /// The level to which the pair is shorted.
     stuck: Option<bool>,
-    /// The gateway's driver is on, whatever its pin says,
+    /// The gateway's driver is on, regardless of its pin,
     de_shorted: bool,
     /// which is this.
     de: bool,

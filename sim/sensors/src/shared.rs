@@ -1,7 +1,7 @@
 //! A node that stays in reach: hand one clone of the `Arc` to the line and keep the other to change faults,
 //! look at settings or read the sent angles.
 //!
-//! The lock is held for the length of one call only. A poisoned lock is entered all the same: the panic that
+//! The lock is held for the length of one call only. A poisoned lock is still used: the panic that
 //! poisoned it already fails the run.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -2,12 +2,12 @@
 //!
 //! Time decides what is an echo, not the value, so that no answer is removed: while a frame goes out, and until half
 //! a character after its last stop bit, no node can have sent a whole character in answer to it. Only in that time is
-//! a character taken for an echo, and never more of them than were sent; what comes later is heard, even if it looks
+//! a character counted as echo, and never more of them than were sent; a later character is heard, even if it looks
 //! exactly like the end of our frame.
 //!
 //! In that time, where an echo is known to be there, the n-th character heard has to be the n-th one sent, without a
 //! receiver error; any other character comes from another transmitter. Where it is not known, characters that fit are
-//! taken for an echo and others are heard.
+//! counted as echo, and others are heard.
 
 use clino_codec::character::Character;
 

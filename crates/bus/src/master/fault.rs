@@ -66,7 +66,7 @@ impl<E: FailedCheck> Fault<E> {
 }
 
 impl<E> Fault<E> {
-    /// Whether it is certain that the node has not got the request, so that it can be repeated whatever it does.
+    /// Whether the node has certainly not received the request, so that it can be repeated even if it writes.
     pub fn request_unheard(&self) -> bool {
         matches!(self, Fault::LineBusy)
     }

@@ -7,7 +7,7 @@ use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError,
 
 use crate::{FailedCheck, Micros, Protocol, Timing};
 
-/// STT ISU, binary mode. An error answer names no module and is taken for the one that was asked.
+/// STT ISU, binary mode. An error answer names no module and counts as one of the module that was asked.
 #[derive(Debug)]
 pub struct Isu;
 

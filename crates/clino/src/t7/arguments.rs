@@ -51,7 +51,7 @@ pub struct Decode {
     /// The frames are commands from the host, not answers of a device
     #[arg(long)]
     pub command: bool,
-    /// Take answers with angles, offsets and damping times outside the documented ranges for good
+    /// Accept answers with angles, offsets and damping times outside the documented ranges
     #[arg(long, conflicts_with = "command")]
     pub any_value: bool,
     #[command(flatten)]

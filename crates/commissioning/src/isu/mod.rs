@@ -36,7 +36,7 @@ pub use reset::Reset;
 
 use clino_bus::Micros;
 
-/// How long a reset module is left alone before it is asked for the first time. The document says nothing of it; this is
+/// Wait after a reset before the first request to the module. The document gives no figure; this is
 /// a fifth of the time that a new angle takes.
 pub const BOOT_FIRST: Micros = Micros::from_millis(100);
 

@@ -1,4 +1,4 @@
-//! Reset Null Position: the angle as it stands becomes zero (appendix A, function 110).
+//! Reset Null Position: the present angle becomes zero (appendix A, function 110).
 //!
 //! ```text
 //!  Audit ──▶ Watch ── zero ──▶ done

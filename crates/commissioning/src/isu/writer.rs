@@ -39,7 +39,7 @@ impl Writer {
         self.run().map(|run| if self.writing { (run.request(), 1) } else { (run.read_back(), READ_TRIES) })
     }
 
-    /// An exchange begun with [`request`](Self::request) has ended. `true` when a write was sent, whatever came of it.
+    /// An exchange begun with [`request`](Self::request) has ended. `true` when a write was sent, with any outcome.
     pub fn on(&mut self, talk: &mut Talk, outcome: &ExchangeOutcome<Isu>) -> Result<bool, Cause> {
         if self.writing && !talk.is_softening() {
             talk.settle_write(outcome);

@@ -3,7 +3,7 @@
 //! ```text
 //!  (Range ──▶) Read ── as wished, twice in a row ──▶ done
 //!                │ ▲
-//!   differs      ▼ │ whatever was answered
+//!   differs      ▼ │ after any answer
 //!              Write
 //! ```
 //! Two errors in one answer can cancel in its 8-bit sum; the same two in the next answer are another matter. So it takes

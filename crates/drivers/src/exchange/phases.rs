@@ -131,7 +131,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     pub fn heard(&mut self, character: Character, after: Micros) -> ControlFlow<()> {
         let all = &mut *self.all;
         all.heard = all.heard.saturating_add(1);
-        // The first may have begun before we let go.
+        // The first may have begun before our driver was off.
         let proven = all.released + all.master.timing().serial.characters(all.heard.saturating_sub(1));
         let at = (all.now + after).max(proven);
         let outcome = all.master.on(Event::Heard { character, at }).or_else(|| all.master.poll(proven));

@@ -64,7 +64,7 @@ impl<E> From<Failure<clino_bus::Isu, E>> for Error<E> {
             Failure::Fault(Fault::Garbled { characters }) => Self::Garbled { characters },
             Failure::Fault(Fault::Bad(error)) => Self::Bad(error),
             Failure::Fault(Fault::LineBusy) => Self::LineBusy,
-            // The port tells of its own errors, and of contention; there are no exchanges with several answers here.
+            // The port reports its own errors and contention; there are no exchanges with several answers here.
             Failure::Fault(Fault::NotSent | Fault::Contention | Fault::Over { .. }) => Self::LineBusy,
         }
     }

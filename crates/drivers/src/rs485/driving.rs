@@ -2,7 +2,7 @@
 
 use embedded_hal::digital::OutputPin;
 
-/// The driver is on; it goes off with this, whatever ends the sending.
+/// The driver is on; dropping this value switches it off, also after an error.
 pub(super) struct Driving<'a, DE: OutputPin> {
     de: &'a mut DE,
     on: bool,

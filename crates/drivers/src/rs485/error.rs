@@ -15,7 +15,7 @@ pub enum Error<U, P> {
     Uart(U),
     /// The driver-enable pin.
     Pin(P),
-    /// The UART did not get rid of its characters: the line was let go in the middle of a frame.
+    /// The UART did not send its characters in time: the driver was switched off in the middle of a frame.
     Stuck {
         /// For how long it was given time.
         waited: Micros,

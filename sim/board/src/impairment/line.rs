@@ -34,7 +34,7 @@ pub struct ImpairedLine {
     received: VecDeque<Received>,
 }
 
-/// What becomes of a character.
+/// The result of the impairments of a character.
 struct Fate {
     character: Received,
     lost: bool,

@@ -1,4 +1,4 @@
-//! Small programs that a fault is planted into, and what the core makes of it.
+//! Small programs with an injected fault, and the reaction of the core.
 
 use super::*;
 use crate::elf::Image;

@@ -109,7 +109,7 @@ impl Driver {
         earlier(shift, self.switches.front().map(|&(at, _)| at))
     }
 
-    /// Next time at which it takes the line, lets go or begins a character: between two of these only the
+    /// Next time at which it drives the line, releases it or begins a character: between two of these only the
     /// bits of a known character go by.
     pub fn next_event(&self) -> Option<Ps> {
         let free = self.in_flight.map_or(0, |in_flight| in_flight.character.end());
@@ -178,7 +178,7 @@ impl Driver {
         }
     }
 
-    /// Loses power: the line is let go and nothing that was queued comes any more.
+    /// Loses power: it releases the line and drops all queued characters.
     pub fn kill(&mut self, at: Ps, log: &mut Vec<LineEvent>) {
         self.switches.clear();
         self.queue.clear();

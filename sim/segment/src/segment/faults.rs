@@ -22,7 +22,7 @@ pub struct StuckLine {
 pub struct LineFaults {
     /// The pair is shorted.
     pub stuck: Vec<StuckLine>,
-    /// The DE input of the gateway's transceiver is shorted to its supply: the driver is on, whatever the pin says.
+    /// The DE input of the gateway's transceiver is shorted to its supply: the driver is on, regardless of the pin.
     pub de_shorted: Vec<(Ns, Ns)>,
 }
 
@@ -53,7 +53,7 @@ pub struct Babble {
     pub from: Ns,
     /// No character begins at or after this.
     pub until: Ns,
-    /// Pause between two characters; with 0 the node never lets go of the line.
+    /// Pause between two characters; with 0 the node never releases the line.
     pub gap: Ns,
 }
 

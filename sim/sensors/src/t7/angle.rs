@@ -36,7 +36,7 @@ pub(super) fn in_range(angle: i32, range: OutputRange) -> i32 {
     }
 }
 
-/// Whether an angle lies in an output range as it stands.
+/// Whether an angle lies in an output range without a turn added.
 pub(super) fn fits(angle: i32, range: OutputRange) -> bool {
     in_range(angle, range) == angle
 }

@@ -26,7 +26,7 @@ pub enum Damping {
     Averaged,
 }
 
-/// What a device makes of an answer that carries its own address, which is that of a twin.
+/// How a device treats an answer that carries its own address, sent by a device with the same address.
 ///
 /// Answers have the form of commands; the document does not say how a device tells them apart. No device can tell
 /// the answers to Set Angle Output Range and Set Baud Rate: they are byte for byte commands to set value 0, and are
@@ -63,7 +63,7 @@ pub struct Options {
     pub boot_time: Ns,
     /// Answers Get All Angles with the length byte 0A, as the document's example prints it.
     pub length_quirk: bool,
-    /// What it makes of the answers of a device with its address.
+    /// How it treats the answers of a device with its address.
     pub twins_answers: TwinsAnswers,
     /// Seed of the latency jitter.
     pub seed: u64,

@@ -38,7 +38,7 @@ struct Modbus {
 }
 
 impl Ports {
-    /// Opens the terminals that are wanted and announces each on a line of its own, and to people how to use it.
+    /// Opens the requested terminals, prints the path of each on its own line, and explains its use on standard error.
     ///
     /// # Errors
     /// The system has no more terminals, or the output is closed.
