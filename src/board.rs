@@ -127,11 +127,6 @@ impl Board {
         let rcc = &mut rcc;
         clock::start(peripherals.TIM4, rcc);
 
-        let gpioa = peripherals.GPIOA.split(rcc);
-        let gpiob = peripherals.GPIOB.split(rcc);
-        let gpioc = peripherals.GPIOC.split(rcc);
-        let gpiod = peripherals.GPIOD.split(rcc);
-
         let (t7_producer, t7) = queues.t7.split();
         let (isu_producer, isu) = queues.isu.split();
         let (pwm1_producer, pwm1) = queues.pwm1.split();
@@ -139,6 +134,11 @@ impl Board {
         let timer_hz = pac::TIM5::timer_clock(&rcc.clocks).raw();
         let limits = params::pwm_limits(timer_hz, clock.is_exact());
         bus::prepare(Inbox { t7, isu, pwm1, pwm2 }, limits);
+        let gpioa = peripherals.GPIOA.split(rcc);
+        let gpiob = peripherals.GPIOB.split(rcc);
+        let gpioc = peripherals.GPIOC.split(rcc);
+        let gpiod = peripherals.GPIOD.split(rcc);
+
         let mut modbus_settings = params::MODBUS;
         let Some(keeper) = singleton!(: Keeper = Keeper::new(peripherals.FLASH)) else {
             panic!("the board is brought up once");

@@ -87,16 +87,26 @@ mod pre_init {
 pub fn start(iwdg: &pac::IWDG, dbgmcu: &pac::DBGMCU) {
     // A core that a probe has stopped is no hang.
     dbgmcu.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
-    // SAFETY: the keys of the manual. It runs already, unless a debugger has begun elsewhere.
+    // SAFETY: a key of the manual. It runs already, unless a debugger has begun elsewhere.
     iwdg.kr().write(|w| unsafe { w.bits(START) });
     wait_for_update(iwdg);
-    // SAFETY: as above; after this key both settings are taken.
-    iwdg.kr().write(|w| unsafe { w.bits(UNLOCK) });
-    // SAFETY: a divider of the manual.
-    iwdg.pr().write(|w| unsafe { w.bits(PRESCALER_CODE) });
+    // The counts first, and fed: the divider acts at once, the counts from the next feed on. The other way round, a hang
+    // between the two would last for 4096 counts of the long divider.
+    unlock(iwdg);
     iwdg.rlr().write(|w| w.rl().set((COUNTS - 1) as u16));
     wait_for_update(iwdg);
     feed();
+    unlock(iwdg);
+    // SAFETY: a divider of the manual.
+    iwdg.pr().write(|w| unsafe { w.bits(PRESCALER_CODE) });
+    wait_for_update(iwdg);
+    feed();
+}
+
+/// Lets one setting be written; a feed locks them again.
+fn unlock(iwdg: &pac::IWDG) {
+    // SAFETY: a key of the manual.
+    iwdg.kr().write(|w| unsafe { w.bits(UNLOCK) });
 }
 
 /// Waits until what was set has been taken over, but not for ever: each later feed loads what has been by then.
