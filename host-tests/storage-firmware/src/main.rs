@@ -9,6 +9,10 @@
 #[path = "../../../src/flash.rs"]
 mod flash;
 
+mod board {
+    pub use stm32f4xx_hal::pac::FLASH as FlashRegisters;
+}
+
 mod watchdog {
     /// None runs here: nobody has to look at duties before a sector is erased.
     pub fn look() {}
