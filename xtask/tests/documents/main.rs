@@ -4,6 +4,8 @@
 //! `UPDATE=1 cargo test -p xtask --test documents` writes the parts that are made from the sources.
 
 mod crates;
+mod files;
+mod levels;
 mod links;
 mod page;
 mod peripherals;
