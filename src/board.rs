@@ -1,7 +1,7 @@
 //! The board: which pin and which peripheral plays which role. Everything else knows roles.
 //!
-//! It is the only file that names pins, and, with the interrupts in `main.rs`, the only one that names peripherals: the table in
-//! `docs/architecture.md`.
+//! It is the only file that names pins, and, with the interrupts in `main.rs`, the only one that names peripherals: the
+//! table in `docs/architecture.md`.
 //!
 //! | role          | peripheral | pins                        | what else hangs on them on a STM32F4-Discovery |
 //! |---------------|------------|-----------------------------|------------------------------------------------|
@@ -13,9 +13,9 @@
 //! | PWM input 2   | TIM2 CH1   | PA15                        | JTDI, free when debugging over SWD             |
 //! | clock, alarms | TIM4       |                             |                                                |
 //!
-//! Avoided: PA0 (user button), PA9 (capacitor on VBUS), PA10 to PA12 (USB), PA4 and PA5 (not 5 V tolerant).
-//! All pins used are 5 V tolerant (DS8626 table 7, "FT"), those without a pull resistor only. Which registers are relied on,
-//! and where they are set, is in `docs/registers.md`.
+//! Avoided: PA0 (user button), PA9 (capacitor on VBUS), PA10 to PA12 (USB), PA4 and PA5 (not 5 V tolerant). All pins
+//! used are 5 V tolerant (DS8626 table 7, "FT"), those without a pull resistor only. Which registers are relied on, and
+//! where they are set, is in `docs/registers.md`.
 
 use core::ops::Deref;
 use core::ptr;
@@ -48,8 +48,8 @@ pub type Pwm2Pin = PA15<Alternate<1>>;
 pub type ClockTimer = pac::TIM4;
 pub type FlashRegisters = pac::FLASH;
 
-/// The timer of PWM input 1 with the registers of that of input 2: the same but for the option register, which is not used here
-/// (RM0090 section 18.4).
+/// The timer of PWM input 1 with the registers of that of input 2: the same but for the option register, which is not
+/// used here (RM0090 section 18.4).
 pub struct Pwm1Timer(pac::TIM5);
 
 impl Deref for Pwm1Timer {
@@ -139,8 +139,8 @@ impl ResetControl {
         }
     }
 
-    /// Core at full speed from the crystal, or from the internal oscillator when there is no crystal: it is 1 % off at 25 °C
-    /// and up to 8 % over temperature (DS8626 table 39).
+    /// Core at full speed from the crystal, or from the internal oscillator when there is no crystal: it is 1 % off at
+    /// 25 °C and up to 8 % over temperature (DS8626 table 39).
     ///
     /// A crystal that stops later raises an NMI (`faults.rs`); `before` says if it has.
     pub fn start_clocks(self, before: Clock) -> (Clock, Rcc) {
@@ -220,8 +220,8 @@ impl Ports {
     }
 }
 
-// Each pin is told its pull: at reset some have one (PA13 to PA15, PB4: JTAG), and `into_alternate` leaves it. A receive pin is
-// pulled up: a transceiver whose receiver is off leaves it floating. No other has a pull.
+// Each pin is told its pull: at reset some have one (PA13 to PA15, PB4: JTAG), and `into_alternate` leaves it. A
+// receive pin is pulled up: a transceiver whose receiver is off leaves it floating. No other has a pull.
 
 impl T7Line {
     /// USART, DE and the USART's clock in Hz.
@@ -308,9 +308,9 @@ pub fn mask(interrupt: pac::Interrupt) {
     NVIC::mask(interrupt);
 }
 
-/// Starts the watchdog's tick, which comes after so many cycles, above every interrupt.
+/// Starts the watchdog's tick, every `cycles` of the core, above every interrupt.
 pub fn start_tick(mut core: Core, cycles: u32) {
-    // SAFETY: the tick shares nothing but atomic numbers and the watchdog, and holds nobody off.
+    // SAFETY: the tick shares nothing but atomic numbers and the watchdog, and takes no lock.
     unsafe { core.SCB.set_priority(SystemHandler::SysTick, 0) };
     core.SYST.set_clock_source(SystClkSource::Core);
     core.SYST.set_reload(cycles - 1);

@@ -84,7 +84,8 @@ pub struct Parts {
     pub kept: Kept,
 }
 
-/// Brings the board up, with all interrupts held off. A function of its own: its share of the stack is free again after it.
+/// Brings the board up, with all interrupts held off. A function of its own: its share of the stack is free again after
+/// it.
 #[inline(never)]
 pub fn bring_up(board: Board, places: Places) -> Parts {
     watchdog::start(&board.watchdog);

@@ -3,8 +3,8 @@
 //! Any port, the clock's alarm and the clock's rounds wake it. Each run hands the core what has come in, sends
 //! what it wants sent, publishes what it has read, and sets the alarm for the next deadline.
 //!
-//! The levels below give orders and ask for details by locking the gateway, which holds this level off for as long as it
-//! takes: they look at one thing at a time.
+//! The levels below give orders and ask for details by locking the gateway, which holds this level off for as long as
+//! it takes: they look at one thing at a time.
 
 use clino_bus::{DriverEnable, Event, Micros, earliest};
 use clino_console::BusState;

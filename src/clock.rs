@@ -3,7 +3,7 @@
 //! Its timer counts microseconds; its 16 bits come round every 65.5 ms, and an interrupt counts the rounds in 64
 //! bits. A compare channel each is the alarm of the bus level and of the Modbus level.
 //!
-//! Everybody may ask for the time: a look at it holds nobody off, and is repeated if a round ended meanwhile.
+//! Reading the time takes no lock: a read that the end of a round interrupts is repeated.
 
 use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
 
@@ -21,7 +21,7 @@ static ROUNDS: AtomicU32 = AtomicU32::new(0);
 /// The upper half.
 static ROUNDS_ABOVE: AtomicU32 = AtomicU32::new(0);
 
-/// Counts so many rounds. Not while another is being counted.
+/// Adds to the count of rounds. Must not interrupt itself: called by the interrupt, and with interrupts masked.
 fn count(rounds: u64) {
     let (above, below) = (ROUNDS_ABOVE.load(Ordering::Relaxed), ROUNDS.load(Ordering::Relaxed));
     let before = u64::from(above) << 32 | u64::from(below);
@@ -43,7 +43,7 @@ pub fn now() -> Micros {
         let overflowed = timer.sr().read().uif().bit_is_set();
         let count_after = timer.cnt().read().cnt().bits();
         compiler_fence(Ordering::SeqCst);
-        // The interrupt that counts is above whoever is interrupted by it here.
+        // The interrupt that counts runs as a whole: it was here between the two looks, or not.
         if ROUNDS.load(Ordering::Relaxed) == rounds {
             let rounds = u64::from(above) << 32 | u64::from(rounds);
             return match overflowed {
@@ -54,8 +54,8 @@ pub fn now() -> Micros {
     }
 }
 
-/// Does something that stalls the core, interrupts included, maybe for more than a round of the counter: of the rounds that
-/// end meanwhile one is counted, and the others here. The core's cycle counter, which goes on, tells how many.
+/// Does something that stalls the core, interrupts included, maybe for more than a round of the counter: of the rounds
+/// that end meanwhile one is counted, and the others here. The core's cycle counter, which goes on, tells how many.
 ///
 /// Limit: 25 s, in which the cycle counter comes round.
 pub fn across_stall<R>(work: impl FnOnce() -> R) -> R {
@@ -68,7 +68,7 @@ pub fn across_stall<R>(work: impl FnOnce() -> R) -> R {
     result
 }
 
-/// Who has an alarm.
+/// The alarms.
 #[derive(Clone, Copy)]
 pub enum Alarm {
     /// The bus level.
@@ -112,8 +112,8 @@ impl Timer {
         Timer(timer)
     }
 
-    /// Sets an alarm to `at`, or to the end of the round if that comes first: rounds wake everybody anyway. Returns whether the
-    /// instant has passed already.
+    /// Sets an alarm to `at`, or to the end of the round if that comes first: a round wakes both levels anyway. Returns
+    /// whether the instant has passed already.
     pub fn set(&mut self, alarm: Alarm, at: Micros) -> bool {
         let (timer, channel) = (&self.0, alarm.channel());
         if at.since(now()).0 >= ROUND {
@@ -133,8 +133,8 @@ impl Timer {
         let (status, armed) = (timer.sr().read(), timer.dier().read());
         let round = status.uif().bit_is_set();
         if round {
-            // Only what was seen is cleared, so that nothing is lost that comes up meanwhile. Nobody sees the time between the
-            // two: no level above reads the clock.
+            // Only what was seen is cleared, so that nothing is lost that comes up meanwhile. No level above this
+            // interrupt reads the clock, so that none sees the time between the two.
             timer.sr().write(|w| w.uif().clear_bit());
             count(1);
         }

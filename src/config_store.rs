@@ -1,5 +1,5 @@
-//! The stored configuration: taken over at the start, stored on request; and whether what is in force is what the next start
-//! has.
+//! The stored configuration: taken over at the start, stored on request; and whether what is in force is what the next
+//! start has.
 //!
 //! For the main loop only. Storing stalls the core, interrupts included, for 16 µs a word, and for 250 to 500 ms when a
 //! sector has to be erased (`flash.rs`): what is on the buses then is lost, and asked for again.
@@ -105,11 +105,11 @@ impl ConfigStore {
 
 /// What storing needs of the levels above the main loop.
 pub trait Quiet {
-    /// Does something that may stall the core with the gateway and the settings of the Modbus port, while no line driver is on
-    /// and none can be switched on; `None` if one is on now.
+    /// Does something that may stall the core with the gateway and the settings of the Modbus port, while no line
+    /// driver is on and none can be switched on; `None` if one is on now.
     ///
-    /// A driver that is on while the core stands still holds its line against everybody. An answer that comes in meanwhile is
-    /// lost, and asked for again.
+    /// A driver that is on while the core stands still holds its line against all nodes. An answer that comes in
+    /// meanwhile is lost, and asked for again.
     fn while_silent<R>(&mut self, work: impl FnOnce(&Gateway, &Settings) -> R) -> Option<R>;
 
     /// What is known of the flash is this from now on.
@@ -130,7 +130,8 @@ fn silently<R>(
     while clock::now().since(begin) < LONGEST_WAIT {
         watchdog::check_in(Duty::Console);
         let result = shared.while_silent(|gateway, modbus| {
-            // No other duty can check in meanwhile: this takes less than the shortest of their deadlines, stalls left out.
+            // No other duty can check in meanwhile: this takes less than the shortest of their deadlines, stalls left
+            // out.
             watchdog::check_in(Duty::Storage);
             let result = clock::across_stall(|| work(gateway, modbus));
             watchdog::rest(Duty::Storage);

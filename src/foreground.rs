@@ -1,5 +1,5 @@
-//! The main loop: the console, what the Modbus master has asked for and cannot wait for, and sleep; and the gateway as the
-//! console sees it.
+//! The main loop: the console, what the Modbus master has asked for and cannot wait for, and sleep; and the gateway as
+//! the console sees it.
 
 use core::cell::RefCell;
 use core::convert::Infallible;

@@ -9,12 +9,12 @@
 //! 3. *Modbus* (`modbus`): a software task that answers the Modbus master.
 //! 4. *Main loop* (`foreground`): the console, and sleep.
 //!
-//! Above them all the tick of the watchdog (`watchdog`), which expects every level to check in. After three fast crashes
-//! in a row the bus level does not run, nor do its ports (safe mode, `clino_recovery`).
+//! Above them all the tick of the watchdog (`watchdog`), which expects every level to check in. After three fast
+//! crashes in a row the bus level does not run, nor do its ports (safe mode, `clino_recovery`).
 //!
-//! This file names every interrupt, its priority, and what each level shares with others: RTIC checks the priorities, and
-//! holds off whoever shares a resource while it is locked, and nobody else. No level waits for one below, but for such short
-//! looks: the bus never waits for the console.
+//! This file names every interrupt, its priority, and what each level shares with others: RTIC checks the priorities. A
+//! lock of a resource holds off the tasks that share it, and no task of a higher priority. A level waits for one below
+//! only while that holds a lock: the bus never waits for the console.
 #![no_std]
 #![no_main]
 #![deny(unsafe_op_in_unsafe_fn)]
@@ -47,7 +47,8 @@ mod watchdog;
 /// | 2 | the bus level: above the levels that talk to others, below every character |
 /// | 1 | the Modbus level: above the main loop, which may wait for the console |
 ///
-/// The software tasks borrow two interrupt lines that have nothing connected here; the most urgent task has the last of them.
+/// The software tasks borrow two interrupt lines that have nothing connected here; the most urgent task has the last of
+/// them.
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true, dispatchers = [EXTI1, EXTI0])]
 mod app {
     use core::cell::RefCell;

@@ -1,6 +1,7 @@
-//! The ports of the sensors: which register blocks and pins each of them is made of, and what the bus level asks of them.
+//! The ports of the sensors: which register blocks and pins each of them is made of, and what the bus level asks of
+//! them.
 //!
-//! Each port is a resource of its own (`main.rs`): whoever borrows one holds off the interrupts of its priority and below.
+//! Each port is a resource of its own (`main.rs`): a lock of it holds off the interrupts of its priority and below.
 
 use clino_bus::{DriverEnable, Micros};
 use clino_gateway::{Action, Bus};

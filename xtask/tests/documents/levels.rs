@@ -182,7 +182,7 @@ fn the_table_of_what_they_share_is_true() {
     let mut rows: Vec<(u32, String)> = resources
         .iter()
         .map(|(name, tasks)| {
-            let ceiling = tasks.iter().map(|task| task.priority).max().expect("who shares it");
+            let ceiling = tasks.iter().map(|task| task.priority).max().expect("a task");
             let names: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
             (ceiling, format!("| `{name}` | {ceiling} | {} |\n", names.join(", ")))
         })
