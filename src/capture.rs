@@ -15,7 +15,7 @@ use clino_codec::pwm::Ticks;
 use clino_gateway::Capture;
 use embedded_hal::digital::InputPin;
 use heapless::spsc::Producer;
-use stm32f4xx_hal::pac::{self, tim2};
+use stm32f4xx_hal::pac::tim2;
 
 use crate::clock;
 use crate::params::{CAPTURE_FILTER, PWM_NO_SIGNAL};
@@ -37,19 +37,6 @@ pub struct PwmCapture<T, P> {
     last: Micros,
     /// The next capture did not begin at an edge.
     discard: bool,
-}
-
-/// TIM5 with the registers of TIM2: the same but for the option register, which is not used here (RM0090
-/// section 18.4).
-pub struct Tim5(pub pac::TIM5);
-
-impl Deref for Tim5 {
-    type Target = tim2::RegisterBlock;
-
-    fn deref(&self) -> &tim2::RegisterBlock {
-        // SAFETY: the peripheral is owned and lives for ever; every register used is at the same offset.
-        unsafe { &*pac::TIM5::ptr().cast() }
-    }
 }
 
 /// Bits of TIMx_CCMR1 in input mode (RM0090 section 18.4.7).
@@ -106,8 +93,9 @@ impl<T: Deref<Target = tim2::RegisterBlock>, P: InputPin> PwmCapture<T, P> {
         PwmCapture { timer, input, pin, captures, last: Micros::ZERO, discard: true }
     }
 
-    /// The timer's interrupt: a rising edge.
-    pub fn on_interrupt(&mut self) {
+    /// The timer's interrupt: a rising edge. Returns whether there is something for the bus level.
+    #[must_use]
+    pub fn on_interrupt(&mut self) -> bool {
         let status = self.timer.sr().read();
         let (first, second) = (self.timer.ccr1().read().bits(), self.timer.ccr2().read().bits());
         let (period, high) = match self.input {
@@ -132,9 +120,10 @@ impl<T: Deref<Target = tim2::RegisterBlock>, P: InputPin> PwmCapture<T, P> {
         });
         self.last = clock::now();
         if core::mem::take(&mut self.discard) || came_round {
-            return;
+            return false;
         }
         self.report(if lost { Capture::LostEdge } else { Capture::Cycle(Ticks { period, high }) });
+        true
     }
 
     /// Lets time pass: notices that there is no signal.
@@ -155,6 +144,5 @@ impl<T: Deref<Target = tim2::RegisterBlock>, P: InputPin> PwmCapture<T, P> {
     fn report(&mut self, capture: Capture) {
         // When the bus level is too far behind to fetch it, the next cycle replaces this one.
         _ = self.captures.enqueue(capture);
-        crate::bus::wake();
     }
 }

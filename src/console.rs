@@ -1,6 +1,6 @@
 //! The console's USART: a queue of characters in each direction, moved by its interrupt.
 //!
-//! Writing waits for room, and only the people level writes: nothing else depends on it.
+//! Writing waits for room (`foreground.rs`), and only the main loop writes: nothing else depends on it.
 //!
 //! A terminal is not flow-controlled, and the buses come first: characters that are not fetched in time are lost. A loss keeps
 //! its place: the next character that gets into the queue tells how many were lost before it ([`Received::lost`]), whether
@@ -9,32 +9,23 @@
 //!
 //! Nobody has listened before the start: a first character that follows it at once may be the rest of a line.
 
-use core::cell::{Cell, RefCell};
-use core::convert::Infallible;
-
 use clino_bus::Micros;
 use clino_codec::character::LineErrors;
 use clino_console::Received;
-use clino_recovery::MonitoredTask;
-use critical_section::Mutex;
-use embedded_io::{ErrorType, Write};
 use heapless::spsc::{Consumer, Producer, Queue};
-use stm32f4xx_hal::pac::{self, interrupt};
 
+use crate::board::ConsoleUsart;
 use crate::params::{CONSOLE_LOW_WATER, CONSOLE_START};
-use crate::{clock, shared, uart, watchdog};
+use crate::{clock, shared, uart};
 
 /// Characters that can wait to be sent: more than the longest line on top of the low-water mark.
 pub const OUTGOING: usize = 256;
 const _: () = assert!(OUTGOING > clino_gateway::json::MAX_LINE + CONSOLE_LOW_WATER);
 
-/// Characters that are put into the queue in one critical section: half a microsecond.
-const AT_ONCE: usize = 8;
-
 /// Characters that can wait to be read: two lines pasted at once.
 pub const INCOMING: usize = 192;
 
-/// The queues between the interrupt and the people level.
+/// The queues between the interrupt and the main loop.
 pub struct Queues {
     outgoing: Queue<u8, OUTGOING>,
     incoming: Queue<Received, INCOMING>,
@@ -46,10 +37,11 @@ impl Queues {
     }
 }
 
-struct Port {
-    uart: pac::USART2,
+pub struct Port {
+    uart: ConsoleUsart,
     outgoing: Consumer<'static, u8>,
     incoming: Incoming,
+    lost: u32,
 }
 
 /// The writing end of what is received.
@@ -84,87 +76,39 @@ impl Incoming {
     }
 }
 
-static PORT: Mutex<RefCell<Option<Port>>> = Mutex::new(RefCell::new(None));
-static WRITER: Mutex<RefCell<Option<Producer<'static, u8>>>> = Mutex::new(RefCell::new(None));
-static LOST: Mutex<Cell<u32>> = Mutex::new(Cell::new(0));
-
-/// Takes over a USART whose clock is on. Returns the reading end; the writing end is [`Console`].
-pub fn start(uart: pac::USART2, divider: u16, queues: &'static mut Queues) -> Consumer<'static, Received> {
+/// Takes over a USART whose clock is on. Returns its port, the reading end and the writing end.
+pub fn start(
+    uart: ConsoleUsart,
+    divider: u16,
+    queues: &'static mut Queues,
+) -> (Port, Consumer<'static, Received>, Producer<'static, u8>) {
     uart::set_up(&uart, divider);
     uart.cr1().modify(|_, w| w.re().set_bit().rxneie().set_bit());
     let (writer, outgoing) = queues.outgoing.split();
     let (queue, reader) = queues.incoming.split();
     let incoming = Incoming { queue, lost: 0, started: Some(clock::now()) };
-    critical_section::with(|cs| {
-        PORT.replace(cs, Some(Port { uart, outgoing, incoming }));
-        WRITER.replace(cs, Some(writer));
-    });
-    reader
+    (Port { uart, outgoing, incoming, lost: 0 }, reader, writer)
 }
 
-/// The writing end of the console.
-#[derive(Clone, Copy)]
-pub struct Console;
-
-impl Console {
-    /// Whether the next line may be printed: little is waiting, so it will be out soon.
-    pub fn has_room(self) -> bool {
-        with_writer(|queue| queue.len() < CONSOLE_LOW_WATER)
-    }
-}
-
-impl ErrorType for Console {
-    type Error = Infallible;
-}
-
-impl Write for Console {
-    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
-        loop {
-            // A few at a time: interrupts wait meanwhile.
-            let few = bytes.iter().take(AT_ONCE);
-            let taken = with_writer(|queue| few.take_while(|&&byte| queue.enqueue(byte).is_ok()).count());
-            critical_section::with(|cs| {
-                if let Some(port) = PORT.borrow_ref(cs).as_ref() {
-                    port.uart.cr1().modify(|_, w| w.txeie().set_bit());
-                }
-            });
-            if taken > 0 || bytes.is_empty() {
-                // A long answer is no hang for as long as its characters go out.
-                watchdog::check_in(MonitoredTask::Console);
-                return Ok(taken);
-            }
-            // The next character that goes out ends the sleep.
-            cortex_m::asm::wfi();
-        }
+impl Port {
+    /// There is more to send.
+    pub fn go_on(&mut self) {
+        self.uart.cr1().modify(|_, w| w.txeie().set_bit());
     }
 
-    fn flush(&mut self) -> Result<(), Infallible> {
-        Ok(())
+    /// Received characters that were lost, since reset: overruns, and what found the queue full.
+    pub fn lost(&self) -> u32 {
+        self.lost
     }
-}
 
-/// Received characters that were lost, since reset: overruns, and what found the queue full.
-pub fn lost() -> u32 {
-    critical_section::with(|cs| LOST.borrow(cs).get())
-}
+    /// Whether everything that was written is out, its last stop bit included.
+    pub fn is_drained(&self) -> bool {
+        self.outgoing.is_empty() && self.uart.sr().read().tc().bit_is_set()
+    }
 
-/// Waits until everything that was written is out, its last stop bit included.
-pub fn drain() {
-    while !critical_section::with(|cs| match PORT.borrow_ref(cs).as_ref() {
-        Some(port) => port.outgoing.is_empty() && port.uart.sr().read().tc().bit_is_set(),
-        None => true,
-    }) {}
-}
-
-fn with_writer<R: Default>(work: impl FnOnce(&mut Producer<'static, u8>) -> R) -> R {
-    critical_section::with(|cs| WRITER.borrow_ref_mut(cs).as_mut().map(work)).unwrap_or_default()
-}
-
-#[interrupt]
-fn USART2() {
-    critical_section::with(|cs| {
-        let mut port = PORT.borrow_ref_mut(cs);
-        let Some(Port { uart, outgoing, incoming }) = port.as_mut() else { return };
+    /// The USART's interrupt.
+    pub fn on_interrupt(&mut self) {
+        let Port { uart, outgoing, incoming, lost: all } = self;
         let status = uart.sr().read();
         let (full, overrun) = (status.rxne().bit_is_set(), status.ore().bit_is_set());
         if full || overrun {
@@ -179,7 +123,7 @@ fn USART2() {
                 // The register kept its character; what came behind it is lost.
                 lost += incoming.lose();
             }
-            LOST.borrow(cs).set(LOST.borrow(cs).get().wrapping_add(lost));
+            *all = all.wrapping_add(lost);
             shared::note_work();
         }
         if status.txe().bit_is_set() && uart.cr1().read().txeie().bit_is_set() {
@@ -192,5 +136,5 @@ fn USART2() {
                 shared::note_work();
             }
         }
-    });
+    }
 }

@@ -16,10 +16,8 @@ use core::panic::PanicInfo;
 use core::ptr;
 
 use clino_recovery::{Crash, FaultStatus, Registers};
-use cortex_m::peripheral::SCB;
-use stm32f4xx_hal::pac;
 
-use crate::{start, watchdog};
+use crate::{board, start};
 
 /// What the core puts on the stack when an exception begins (PM0214 section 2.3.7).
 #[repr(C)]
@@ -92,9 +90,8 @@ unsafe extern "C" fn HardFault() -> ! {
 }
 
 extern "C" fn fault(frame: *const Frame) -> ! {
-    // SAFETY: reading the fault registers changes nothing.
-    let scb = unsafe { &*SCB::PTR };
-    let status = FaultStatus::new(scb.cfsr.read(), scb.hfsr.read(), scb.mmfar.read(), scb.bfar.read());
+    let [cfsr, hfsr, mmfar, bfar] = board::fault_status();
+    let status = FaultStatus::new(cfsr, hfsr, mmfar, bfar);
     let registers = Frame::known(frame);
     start::crash(&Crash::fault(status, registers, registers.is_none()))
 }
@@ -111,21 +108,7 @@ unsafe extern "C" fn NonMaskableInt() {
 }
 
 extern "C" fn crystal(frame: *const Frame) {
-    // SAFETY: only this handler uses the register after start, and a write of this bit clears one flag.
-    let rcc = unsafe { &*pac::RCC::ptr() };
-    if rcc.cir().read().cssf().bit_is_set() {
-        rcc.cir().write(|w| w.cssc().set_bit());
+    if board::crystal_has_stopped() {
         start::crash(&Crash::clock_failed(Frame::known(frame)))
     }
-}
-
-/// The watchdog's tick.
-///
-/// # Safety
-/// The core calls it.
-// SAFETY: the name is that of the vector.
-#[unsafe(naked)]
-#[unsafe(no_mangle)]
-unsafe extern "C" fn SysTick() {
-    naked_asm!("mrs r0, msp", "b {tick}", tick = sym watchdog::tick)
 }

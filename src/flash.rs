@@ -12,8 +12,8 @@
 use core::ptr;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
-use stm32f4xx_hal::pac;
 
+use crate::board::FlashRegisters;
 use crate::watchdog;
 
 /// Address of the first sector; offsets count from here.
@@ -55,17 +55,17 @@ impl NorFlashError for Error {
 
 /// The sectors of the configuration, and nothing else of flash.
 pub struct ConfigurationFlash {
-    registers: pac::FLASH,
+    registers: FlashRegisters,
 }
 
 impl ConfigurationFlash {
     /// Takes the flash interface; its wait states and caches stay as they are.
-    pub fn new(registers: pac::FLASH) -> ConfigurationFlash {
+    pub fn new(registers: FlashRegisters) -> ConfigurationFlash {
         ConfigurationFlash { registers }
     }
 
     /// Does this with the control register unlocked.
-    fn unlocked(&mut self, work: impl FnOnce(&pac::FLASH) -> Result<(), Error>) -> Result<(), Error> {
+    fn unlocked(&mut self, work: impl FnOnce(&FlashRegisters) -> Result<(), Error>) -> Result<(), Error> {
         let flash = &self.registers;
         wait(flash);
         // SAFETY: writing ones to flags clears them, whatever they are.
@@ -86,12 +86,12 @@ impl ConfigurationFlash {
 }
 
 /// Waits until the flash is done. The core stands still most of that time.
-fn wait(flash: &pac::FLASH) {
+fn wait(flash: &FlashRegisters) {
     while flash.sr().read().bsy().bit_is_set() {}
 }
 
 /// Waits, and looks at what came of it.
-fn finish(flash: &pac::FLASH) -> Result<(), Error> {
+fn finish(flash: &FlashRegisters) -> Result<(), Error> {
     wait(flash);
     match flash.sr().read().bits() & ERRORS {
         0 => Ok(()),
@@ -106,7 +106,7 @@ fn address(offset: u32, length: usize) -> Result<usize, Error> {
 }
 
 /// Forgets what the data cache holds of flash that was erased (section 3.6.3). A cache is reset when it is off.
-fn flush(flash: &pac::FLASH) {
+fn flush(flash: &FlashRegisters) {
     if flash.acr().read().dcen().bit_is_set() {
         flash.acr().modify(|_, w| w.dcen().clear_bit());
         flash.acr().modify(|_, w| w.dcrst().set_bit());

@@ -1,77 +1,254 @@
 //! clino: reads inclinometers over RS485 and PWM and serves their angles.
 //!
-//! Four levels of work, each interrupting the one below:
+//! Levels of work, each interrupting the one below:
 //!
 //! 1. *Bytes* (`ports`, `uart`, `capture`, `console`, `clock`): interrupt handlers that move bytes and ticks between
 //!    registers and queues, and switch the line driver.
-//! 2. *Bus* (`bus`): a software interrupt that hands events and `now` to the gateway core, sends what it
+//! 2. *Bus* (`bus`): a software task that hands events and `now` to the gateway core, sends what it
 //!    wants sent, publishes what it has read (`shared`), and sets the alarm for the next deadline.
-//! 3. *Modbus* (`modbus`): a software interrupt that answers the Modbus master.
-//! 4. *People* (this loop): the console, and sleep.
+//! 3. *Modbus* (`modbus`): a software task that answers the Modbus master.
+//! 4. *Main loop* (`foreground`): the console, and sleep.
 //!
-//! Above them all the tick of the watchdog (`watchdog`), which expects every level to check in. After three fast crashes
-//! in a row the bus level does not run, nor do its ports (safe mode, `clino_recovery`).
+//! Above them all the tick of the watchdog (`watchdog`), which expects every level to check in. After three fast
+//! crashes in a row the bus level does not run, nor do its ports (safe mode, `clino_recovery`).
 //!
-//! No level waits for one below, but for the short looks into the gateway (`ceiling`): the bus never waits for the console.
+//! This file names every interrupt, its priority, and what each level shares with others: RTIC checks the priorities. A
+//! lock of a resource holds off the tasks that share it, and no task of a higher priority. A level waits for one below
+//! only while that holds a lock: the bus never waits for the console.
 #![no_std]
 #![no_main]
 #![deny(unsafe_op_in_unsafe_fn)]
 
 mod board;
+mod bring_up;
 mod bus;
 mod capture;
-mod ceiling;
 mod clock;
+mod config_store;
 mod console;
 mod faults;
 mod flash;
-mod keeper;
+mod foreground;
 mod log;
 mod modbus;
 mod params;
-mod people;
 mod ports;
 mod shared;
 mod start;
 mod uart;
 mod watchdog;
 
-use clino_console::Shell;
-use clino_recovery::Mode;
-use cortex_m_rt::entry;
-use stm32f4xx_hal::pac;
+/// Priorities: the higher the number, the more urgent. The watchdog's tick is above all of them (`watchdog.rs`).
+///
+/// | priority | |
+/// |---|---|
+/// | 4 | characters and edges, and the clock that stamps them |
+/// | 3 | the characters of the console and of Modbus, which can wait for those of the buses |
+/// | 2 | the bus level: above the levels that talk to others, below every character |
+/// | 1 | the Modbus level: above the main loop, which may wait for the console |
+///
+/// The software tasks borrow two interrupt lines that have nothing connected here; the most urgent task has the last of
+/// them.
+#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true, dispatchers = [EXTI1, EXTI0])]
+mod app {
+    use core::cell::RefCell;
+    use core::mem::MaybeUninit;
 
-use crate::board::{Board, Queues};
-use crate::console::Console;
-use crate::people::Gateway;
+    use clino_console::Received;
+    use clino_gateway::{Gateway, Publisher};
+    use clino_modbus::binding::Wish;
+    use clino_modbus::{Server, Settings};
+    use clino_recovery::{Mode, Start};
+    use heapless::spsc::{Consumer, Producer};
+    use stm32f4xx_hal::pac::Interrupt;
 
-#[entry]
-fn main() -> ! {
-    static mut QUEUES: Queues = Queues::new();
-    let (Some(mut core), Some(peripherals)) = (cortex_m::Peripherals::take(), pac::Peripherals::take())
-    else {
-        panic!("somebody else took the peripherals");
-    };
-    core.DCB.enable_trace();
-    core.DWT.enable_cycle_counter();
-    let Board { mode, keys, keeper } = Board::init(peripherals, &mut core.NVIC, QUEUES);
-    watchdog::begin(core.SYST, &mut core.SCB, mode);
-    serve(mode, Gateway { keeper, keys })
-}
+    use crate::board::{self, Board};
+    use crate::bring_up::{self, Places, Queues};
+    use crate::bus::Inbox;
+    use crate::config_store::{ConfigStore, Kept};
+    use crate::ports::{IsuPort, Pwm1Port, Pwm2Port, T7Port};
+    use crate::{bus, clock, console, foreground, modbus, shared, watchdog};
 
-/// The people level. The console is on its stack for good: 1.4 KB.
-fn serve(mode: Mode, mut host: Gateway) -> ! {
-    let mut shell = Shell::new(Console);
-    loop {
-        if mode != Mode::Normal && clock::now() >= params::SAFE_MODE {
-            start::retry();
+    /// The interrupts of the sensors' ports, which safe mode leaves off.
+    const SENSORS: [Interrupt; 4] = [Interrupt::USART1, Interrupt::USART3, Interrupt::TIM5, Interrupt::TIM2];
+
+    #[shared]
+    struct Shared {
+        t7: T7Port,
+        isu: IsuPort,
+        pwm1: Pwm1Port,
+        pwm2: Pwm2Port,
+        console: console::Port,
+        uplink: modbus::port::Port,
+        timer: clock::Timer,
+        gateway: &'static mut Gateway,
+        /// How the Modbus port runs.
+        settings: Settings,
+        /// How it is to run from now on.
+        new_settings: Option<Settings>,
+        /// Whether a command of the Modbus master is under way.
+        has_command: bool,
+        /// What the main loop is to do for the Modbus master.
+        wish: Option<Wish>,
+        /// Whether it has done it.
+        done: Option<bool>,
+        /// What is known of the stored configuration.
+        kept: Kept,
+    }
+
+    #[local]
+    struct Local {
+        start: &'static Start,
+        start_for_modbus: &'static Start,
+        keys: Consumer<'static, Received>,
+        writer: Producer<'static, u8>,
+        store: &'static mut ConfigStore,
+        inbox: Inbox,
+        snapshot: Publisher<'static>,
+        lines: modbus::Lines,
+        server: &'static mut Server,
+    }
+
+    /// RTIC has let in all interrupts by their numbers, and holds them off until this is over.
+    #[init(local = [
+        queues: Queues = Queues::new(),
+        start_place: MaybeUninit<Start> = MaybeUninit::uninit(),
+        gateway_place: MaybeUninit<Gateway> = MaybeUninit::uninit(),
+        server_place: MaybeUninit<Server> = MaybeUninit::uninit(),
+        store_place: MaybeUninit<ConfigStore> = MaybeUninit::uninit(),
+    ])]
+    fn init(mut cx: init::Context) -> (Shared, Local) {
+        board::count_cycles(&mut cx.core);
+        let places = Places {
+            queues: cx.local.queues,
+            start: cx.local.start_place,
+            gateway: cx.local.gateway_place,
+            server: cx.local.server_place,
+            store: cx.local.store_place,
+        };
+        let parts = bring_up::bring_up(Board::new(cx.device), places);
+        if parts.start.mode == Mode::Normal {
+            _ = bus_level::spawn();
+        } else {
+            SENSORS.into_iter().for_each(board::mask);
         }
-        if let Some(key) = host.keys.dequeue() {
-            shell.input(key, &mut host);
-        } else if let Some(wish) = modbus::wish() {
-            modbus::done(host.fulfil(wish));
-        } else if !(Console.has_room() && shell.poll(&mut host)) {
-            shared::sleep_until_work();
+        _ = modbus_level::spawn();
+        watchdog::begin(cx.core, parts.start.mode);
+        let shared = Shared {
+            t7: parts.t7,
+            isu: parts.isu,
+            pwm1: parts.pwm1,
+            pwm2: parts.pwm2,
+            console: parts.console,
+            uplink: parts.uplink,
+            timer: parts.timer,
+            gateway: parts.gateway,
+            settings: parts.settings,
+            new_settings: None,
+            has_command: false,
+            wish: None,
+            done: None,
+            kept: parts.kept,
+        };
+        let local = Local {
+            start: parts.start,
+            start_for_modbus: parts.start,
+            keys: parts.keys,
+            writer: parts.writer,
+            store: parts.store,
+            inbox: parts.inbox,
+            snapshot: shared::SNAPSHOT.publisher(),
+            lines: parts.lines,
+            server: parts.server,
+        };
+        (shared, local)
+    }
+
+    #[idle(
+        local = [start, keys, writer, store],
+        shared = [t7, isu, console, uplink, gateway, settings, new_settings, has_command, wish, done, kept]
+    )]
+    fn idle(cx: idle::Context) -> ! {
+        foreground::serve(cx.local, cx.shared)
+    }
+
+    #[task(binds = USART1, priority = 4, shared = [t7])]
+    fn t7_port(mut cx: t7_port::Context) {
+        if cx.shared.t7.lock(|port| port.on_interrupt()) {
+            bus_level::waker().wake_by_ref();
+        }
+    }
+
+    #[task(binds = USART3, priority = 4, shared = [isu])]
+    fn isu_port(mut cx: isu_port::Context) {
+        if cx.shared.isu.lock(|port| port.on_interrupt()) {
+            bus_level::waker().wake_by_ref();
+        }
+    }
+
+    #[task(binds = TIM5, priority = 4, shared = [pwm1])]
+    fn pwm1_port(mut cx: pwm1_port::Context) {
+        if cx.shared.pwm1.lock(|port| port.on_interrupt()) {
+            bus_level::waker().wake_by_ref();
+        }
+    }
+
+    #[task(binds = TIM2, priority = 4, shared = [pwm2])]
+    fn pwm2_port(mut cx: pwm2_port::Context) {
+        if cx.shared.pwm2.lock(|port| port.on_interrupt()) {
+            bus_level::waker().wake_by_ref();
+        }
+    }
+
+    #[task(binds = TIM4, priority = 4, shared = [timer])]
+    fn clock_tick(mut cx: clock_tick::Context) {
+        let rung = cx.shared.timer.lock(|timer| timer.on_interrupt());
+        if rung.round {
+            // The main loop looks at the time, too.
+            shared::note_work();
+        }
+        if rung.bus || rung.round {
+            bus_level::waker().wake_by_ref();
+        }
+        if rung.modbus || rung.round {
+            modbus_level::waker().wake_by_ref();
+        }
+    }
+
+    #[task(binds = USART2, priority = 3, shared = [console])]
+    fn console_port(mut cx: console_port::Context) {
+        cx.shared.console.lock(|port| port.on_interrupt());
+    }
+
+    #[task(binds = USART6, priority = 3, shared = [uplink])]
+    fn modbus_port(mut cx: modbus_port::Context) {
+        if cx.shared.uplink.lock(|port| port.on_interrupt()) {
+            modbus_level::waker().wake_by_ref();
+        }
+    }
+
+    #[task(priority = 2, local = [inbox, snapshot], shared = [gateway, t7, isu, pwm1, pwm2, timer])]
+    async fn bus_level(mut cx: bus_level::Context) -> ! {
+        loop {
+            if !bus::run(&mut cx.local, &mut cx.shared) {
+                shared::woken().await;
+            }
+        }
+    }
+
+    #[task(
+        priority = 1,
+        local = [lines, server, start_for_modbus],
+        shared = [gateway, t7, isu, uplink, timer, settings, new_settings, has_command, wish, done, kept]
+    )]
+    async fn modbus_level(cx: modbus_level::Context) -> ! {
+        let shared = RefCell::new(cx.shared);
+        let mut level =
+            modbus::Level::new(cx.local.lines, cx.local.server, cx.local.start_for_modbus, &shared);
+        loop {
+            if !level.run() {
+                shared::woken().await;
+            }
         }
     }
 }

@@ -1,33 +1,29 @@
-//! The Modbus level: a software interrupt in which the Modbus server runs.
+//! The Modbus level: a software task in which the Modbus server runs.
 //!
-//! The port and the clock's second alarm raise it. Each run hands the server what has come in, sends the answer that it
+//! The port and the clock's second alarm wake it. Each run hands the server what has come in, sends the answer that it
 //! has made, and sets the alarm for the next deadline.
 
-use core::cell::Cell;
+use core::cell::RefCell;
 
 use clino_bus::{DriverEnable, Micros};
 use clino_gateway::Gateway;
-use clino_modbus::binding::{Binding, Site, Wish};
-use clino_modbus::{Identification, Refusal, Server, Settings};
+use clino_modbus::binding::{self, Binding, Wish};
+use clino_modbus::{Identification, Refusal, Server};
 use clino_recovery::{MonitoredTask, Start};
-use cortex_m::peripheral::NVIC;
-use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer};
-use stm32f4xx_hal::pac::{Interrupt, interrupt};
+use rtic::Mutex;
 
-use crate::ceiling::Ceiling;
-use crate::clock::Level;
-use crate::ports::priority;
-use crate::{bus, clock, keeper, params, ports, shared, start, watchdog};
+use crate::app::bus_level;
+use crate::app::modbus_level::SharedResources;
+use crate::clock::Alarm;
+use crate::config_store::Kept;
+use crate::{clock, params, ports, shared, watchdog};
 
 pub mod port;
 
 use port::Event;
 
-/// The interrupt line is borrowed from EXTI1, which has nothing connected here; only software raises it.
-pub const INTERRUPT: Interrupt = Interrupt::EXTI1;
-
-const IDENTIFICATION: Identification = Identification([
+pub static IDENTIFICATION: Identification = Identification([
     "clino",
     "clino-f407",
     env!("CARGO_PKG_VERSION"),
@@ -42,78 +38,30 @@ pub struct Lines {
     pub answer: Producer<'static, u8>,
 }
 
-struct ModbusLevel {
-    lines: Lines,
-    server: Server,
-    binding: Binding<'static, Board>,
+/// What the level shares with others. The server's host needs it, too, while the server runs.
+pub type Shared<'a> = RefCell<SharedResources<'a>>;
+
+/// What the level runs with.
+pub struct Level<'a> {
+    pub lines: &'a mut Lines,
+    pub server: &'a mut Server,
+    pub binding: Binding<'static, Site<'a>>,
+    pub shared: &'a Shared<'a>,
 }
 
-/// What the people level is asked for, and whether it has done it.
-static WISH: Mutex<Cell<Option<Wish>>> = Mutex::new(Cell::new(None));
-static DONE: Mutex<Cell<Option<bool>>> = Mutex::new(Cell::new(None));
+impl<'a> Level<'a> {
+    /// The level that answers for the gateway in `shared`.
+    pub fn new(
+        lines: &'a mut Lines,
+        server: &'a mut Server,
+        start: &'static Start,
+        shared: &'a Shared<'a>,
+    ) -> Self {
+        Level { lines, server, binding: Binding::new(Site { shared, start }, &shared::SNAPSHOT), shared }
+    }
 
-/// How the port runs, for those who ask while the level itself is running.
-static SETTINGS: Mutex<Cell<Settings>> = Mutex::new(Cell::new(params::MODBUS));
-
-static LEVEL: Ceiling<ModbusLevel, { priority::MODBUS }> = Ceiling::new();
-
-/// Makes the level ready to run; it does once its interrupt is let in.
-#[inline(never)]
-pub fn start(lines: Lines, settings: Settings) {
-    note(settings);
-    LEVEL.fill(|place| {
-        place.write(ModbusLevel {
-            lines,
-            server: Server::new(settings, &IDENTIFICATION, clock::now()),
-            binding: Binding::new(Board, &shared::SNAPSHOT),
-        })
-    });
-    wake();
-}
-
-/// Runs the level soon: at once if nothing of higher priority is running.
-pub fn wake() {
-    NVIC::pend(INTERRUPT);
-}
-
-/// What the people level is to do for the Modbus master.
-pub fn wish() -> Option<Wish> {
-    critical_section::with(|cs| WISH.borrow(cs).take())
-}
-
-/// The people level has done it, or has failed.
-pub fn done(well: bool) {
-    critical_section::with(|cs| DONE.borrow(cs).set(Some(well)));
-    wake();
-}
-
-/// Whether a command of the master is under way.
-pub fn has_command() -> bool {
-    LEVEL.with(|level| level.binding.has_command()).unwrap_or(false)
-}
-
-/// How the port runs.
-pub fn settings() -> Settings {
-    critical_section::with(|cs| SETTINGS.borrow(cs).get())
-}
-
-fn note(settings: Settings) {
-    critical_section::with(|cs| SETTINGS.borrow(cs).set(settings));
-}
-
-/// Runs the port like this. A request in hand is lost.
-pub fn set(settings: Settings) {
-    LEVEL.with(|level| level.server.set(settings, clock::now()));
-    wake();
-}
-
-#[interrupt]
-fn EXTI1() {
-    LEVEL.with(ModbusLevel::run);
-}
-
-impl ModbusLevel {
-    fn run(&mut self) {
+    /// A run of the level. Returns whether there is something to do already.
+    pub fn run(&mut self) -> bool {
         // What comes in after this look is for the next run.
         let now = clock::now();
         while let Some(event) = self.lines.events.dequeue() {
@@ -122,8 +70,11 @@ impl ModbusLevel {
                 Event::Sent { at } => self.server.sent(at.near(now)),
             }
         }
+        if let Some(settings) = with(self.shared, |shared| shared.new_settings.lock(Option::take)).flatten() {
+            self.server.set(settings, now);
+        }
         self.binding.poll();
-        if let Some(well) = critical_section::with(|cs| DONE.borrow(cs).take()) {
+        if let Some(well) = with(self.shared, |shared| shared.done.lock(Option::take)).flatten() {
             self.binding.done(well);
         }
         if let Some(answer) = self.server.poll(now, &mut self.binding) {
@@ -131,40 +82,58 @@ impl ModbusLevel {
                 // There is room for the longest frame, and the one before is out.
                 _ = self.lines.answer.enqueue(byte);
             }
-            port::send();
+            with(self.shared, |shared| shared.uplink.lock(port::Port::send));
         }
         if let Some(settings) = self.server.reconfigured() {
-            port::run(&settings);
-            note(settings);
+            with(self.shared, |shared| {
+                shared.uplink.lock(|port| port.set_up(&settings));
+                shared.settings.lock(|place| *place = settings);
+            });
         }
+        let has_command = self.binding.has_command();
+        with(self.shared, |shared| shared.has_command.lock(|place| *place = has_command));
         let next = self.server.poll_at();
         if next.is_none_or(|at| at > now) {
             watchdog::check_in(MonitoredTask::Modbus);
         }
-        if let Some(at) = next {
-            clock::wake_at(Level::Modbus, at);
-        }
+        let set = |at| with(self.shared, |shared| shared.timer.lock(|timer| timer.set(Alarm::Modbus, at)));
+        next.and_then(set).unwrap_or(false)
     }
 }
 
-/// The board as the Modbus server sees it: all of it is shared, so there is nothing to hold.
-struct Board;
+/// Looks at what is shared; `None` within such a look.
+fn with<'a, R>(shared: &Shared<'a>, look: impl FnOnce(&mut SharedResources<'a>) -> R) -> Option<R> {
+    shared.try_borrow_mut().ok().map(|mut shared| look(&mut shared))
+}
 
-impl Site for Board {
+/// The board as the Modbus server sees it.
+pub struct Site<'a> {
+    shared: &'a Shared<'a>,
+    start: &'static Start,
+}
+
+impl Site<'_> {
+    fn kept(&self) -> Kept {
+        with(self.shared, |shared| shared.kept.lock(|kept| *kept)).unwrap_or(Kept::UNKNOWN)
+    }
+}
+
+impl binding::Site for Site<'_> {
     fn now(&self) -> Micros {
         clock::now()
     }
 
     fn gateway<R>(&self, look: impl FnOnce(&mut Gateway) -> R) -> Option<R> {
-        bus::with(look)
+        with(self.shared, |shared| shared.gateway.lock(|gateway| look(gateway)))
     }
 
     fn wake(&self) {
-        bus::wake();
+        bus_level::waker().wake_by_ref();
     }
 
     fn driver_enable(&self, bus: clino_gateway::Bus) -> DriverEnable {
-        ports::driver_enable(bus)
+        with(self.shared, |shared| ports::driver_enable(bus, &mut shared.t7, &mut shared.isu))
+            .unwrap_or_default()
     }
 
     fn version(&self) -> (u8, u8, u16) {
@@ -172,20 +141,22 @@ impl Site for Board {
     }
 
     fn start(&self) -> Start {
-        start::start()
+        *self.start
     }
 
     fn ask(&self, wish: Wish) -> Result<(), Refusal> {
-        let before = critical_section::with(|cs| WISH.borrow(cs).replace(Some(wish)));
+        let before = with(self.shared, |shared| shared.wish.lock(|place| place.replace(wish))).flatten();
         shared::note_work();
         if before.is_some() { Err(Refusal::Busy) } else { Ok(()) }
     }
 
     fn is_unsaved(&self) -> bool {
-        keeper::is_unsaved()
+        let fingerprint = binding::Site::gateway(self, |gateway| gateway.fingerprint()).unwrap_or(0);
+        let port = with(self.shared, |shared| shared.settings.lock(|settings| *settings));
+        self.kept().is_unsaved((fingerprint, port.unwrap_or(params::MODBUS)))
     }
 
     fn has_unread(&self) -> bool {
-        keeper::has_unread()
+        self.kept().unread
     }
 }

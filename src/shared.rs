@@ -1,7 +1,9 @@
 //! What the bus level publishes and the levels below read: the snapshot of all slots, and a note that something has
-//! changed.
+//! changed; and how a task waits to be woken.
 
+use core::pin::Pin;
 use core::sync::atomic::{AtomicBool, Ordering};
+use core::task::{Context, Poll};
 
 use clino_gateway::{Bus, Reading, Snapshot};
 use clino_recovery::MonitoredTask;
@@ -36,4 +38,22 @@ pub fn sleep_until_work() {
         }
         WORK.swap(false, Ordering::Relaxed)
     }) {}
+}
+
+/// Ends when the task is woken.
+pub fn woken() -> Woken {
+    Woken { is_over: false }
+}
+
+/// See [`woken`].
+pub struct Woken {
+    is_over: bool,
+}
+
+impl Future for Woken {
+    type Output = ();
+
+    fn poll(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<()> {
+        if core::mem::replace(&mut self.is_over, true) { Poll::Ready(()) } else { Poll::Pending }
+    }
 }

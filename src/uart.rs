@@ -13,12 +13,11 @@ use core::ops::Deref;
 use clino_bus::line::{LineSettings, LineStep, SubmitError};
 use clino_bus::{DriverEnable, Event, Line, Micros, Timing};
 use clino_codec::character::{Character, LineErrors};
-use cortex_m::peripheral::DWT;
 use embedded_hal::digital::OutputPin;
 use heapless::spsc::Producer;
 use stm32f4xx_hal::pac::usart1::{RegisterBlock, sr};
 
-use crate::clock;
+use crate::{board, clock};
 
 /// Bits of one character on the line, 8N1.
 const CHARACTER_BITS: u32 = 10;
@@ -50,7 +49,12 @@ struct DriverWatch {
     figures: DriverEnable,
 }
 
-impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
+/// The registers of a USART.
+pub trait Usart: Deref<Target = RegisterBlock> {}
+
+impl<U: Deref<Target = RegisterBlock>> Usart for U {}
+
+impl<U: Usart, D: OutputPin> Rs485<U, D> {
     /// Takes a USART whose clock runs at `clock_hz` and sets it up: 8N1, receiver and its interrupt on.
     pub fn new(
         uart: U,
@@ -138,8 +142,10 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
         self.watch.figures
     }
 
-    /// The USART's interrupt.
-    pub fn on_interrupt(&mut self) {
+    /// The USART's interrupt; returns whether there is something for the bus level.
+    #[must_use]
+    pub fn on_interrupt(&mut self) -> bool {
+        let mut is_news = false;
         let status = self.uart.sr().read();
         let control = self.uart.cr1().read();
         if control.tcie().bit_is_set() && status.tc().bit_is_set() {
@@ -149,6 +155,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
             if self.line.transmission_complete(now) {
                 self.follow();
                 self.report(Event::Released { at: now });
+                is_news = true;
             }
         }
         if control.txeie().bit_is_set() && status.txe().bit_is_set() {
@@ -160,15 +167,16 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
         let errors = line_errors(&status);
         if status.rxne().bit_is_set() || errors != LineErrors::NONE {
             let byte = self.uart.dr().read().dr().bits() as u8;
-            self.received(byte, errors, status.rxne().bit_is_set());
+            is_news |= self.received(byte, errors, status.rxne().bit_is_set());
         }
+        is_news
     }
 
-    fn received(&mut self, byte: u8, mut errors: LineErrors, fresh: bool) {
+    fn received(&mut self, byte: u8, mut errors: LineErrors, fresh: bool) -> bool {
         if !fresh {
             // The data register was read before the flag came up: the next character carries it.
             self.overrun = true;
-            return;
+            return false;
         }
         if core::mem::take(&mut self.overrun) {
             errors = errors.union(LineErrors::OVERRUN);
@@ -177,13 +185,14 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
         let event = self.line.heard(Character { byte, errors }, at);
         self.follow();
         self.report(event);
+        true
     }
 
     fn begin(&mut self) {
         // Reading the status before writing the data clears the old transmission-complete flag.
         _ = self.uart.sr().read();
         if let Some(byte) = self.line.next_character() {
-            self.watch.first_character = DWT::cycle_count();
+            self.watch.first_character = board::cycles();
             self.write(byte);
         }
         self.uart.cr1().modify(|_, w| w.txeie().set_bit());
@@ -201,7 +210,7 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
     fn follow(&mut self) {
         match (self.line.driving(), self.raised) {
             (true, false) => {
-                self.watch.raised = DWT::cycle_count();
+                self.watch.raised = board::cycles();
                 _ = self.de.set_high();
                 self.raised = true;
             }
@@ -220,7 +229,6 @@ impl<U: Deref<Target = RegisterBlock>, D: OutputPin> Rs485<U, D> {
             self.dropped = self.dropped.wrapping_add(1);
             self.overrun = true;
         }
-        crate::bus::wake();
     }
 }
 
@@ -229,7 +237,7 @@ impl DriverWatch {
     /// instant the first character was written, which is up to one bit before its start bit begins: the figure
     /// can be one bit too large, never too small.
     fn released(&mut self, characters: usize, post_delay: Micros) {
-        let now = DWT::cycle_count();
+        let now = board::cycles();
         let cycles_per_us = (self.core_hz / 1_000_000).max(1);
         let delay = cycles_per_us.wrapping_mul(post_delay.0 as u32);
         let frame = self.cycles_per_character.wrapping_mul(characters as u32);

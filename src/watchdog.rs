@@ -23,15 +23,13 @@
 //!
 //! Source: RM0090 section 21 (IWDG), DS8626 table 40 (erase) and table 41 (LSI: 17, 32, 47 kHz), PM0214 section 4.5 (SysTick).
 
-use cortex_m::peripheral::scb::SystemHandler;
-use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m::peripheral::{DWT, SCB, SYST};
-use stm32f4xx_hal::pac;
+use core::arch::naked_asm;
 
 use clino_recovery::{Crash, Mode, MonitoredTask, TICK_MS, TaskMonitor};
 
+use crate::board::Watchdog;
 use crate::faults::Frame;
-use crate::{params, start};
+use crate::{board, params, start};
 
 /// Cycles of the watchdog's oscillator for each of its counts: prescaler 16.
 const PRESCALER: u32 = 16;
@@ -84,26 +82,29 @@ mod pre_init {
 }
 
 /// Sets the watchdog's time. Until [`begin`] nothing feeds it after that.
-pub fn start(iwdg: &pac::IWDG, dbgmcu: &pac::DBGMCU) {
-    // A core that a probe has stopped is no hang.
-    dbgmcu.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
-    // SAFETY: the keys of the manual. It runs already, unless a debugger has begun elsewhere.
-    iwdg.kr().write(|w| unsafe { w.bits(START) });
+pub fn start(iwdg: &Watchdog) {
+    iwdg.stop_with_core();
+    // It runs already, unless a debugger has begun elsewhere.
+    board::tell_watchdog(START);
     wait_for_update(iwdg);
-    // SAFETY: as above; after this key both settings are taken.
-    iwdg.kr().write(|w| unsafe { w.bits(UNLOCK) });
+    // The counts first, and fed: the divider acts at once, the counts from the next feed on. The other way round, a hang
+    // between the two would last for 4096 counts of the long divider.
+    board::tell_watchdog(UNLOCK);
+    iwdg.rlr().write(|w| w.rl().set((COUNTS - 1) as u16));
+    wait_for_update(iwdg);
+    feed();
+    board::tell_watchdog(UNLOCK);
     // SAFETY: a divider of the manual.
     iwdg.pr().write(|w| unsafe { w.bits(PRESCALER_CODE) });
-    iwdg.rlr().write(|w| w.rl().set((COUNTS - 1) as u16));
     wait_for_update(iwdg);
     feed();
 }
 
 /// Waits until what was set has been taken over, but not for ever: each later feed loads what has been by then.
-fn wait_for_update(iwdg: &pac::IWDG) {
-    let begin = DWT::cycle_count();
+fn wait_for_update(iwdg: &Watchdog) {
+    let begin = board::cycles();
     let limit = params::INTERNAL_HZ / 1_000 * LONGEST_UPDATE_MS;
-    while DWT::cycle_count().wrapping_sub(begin) < limit {
+    while board::cycles().wrapping_sub(begin) < limit {
         let status = iwdg.sr().read();
         if status.pvu().bit_is_clear() && status.rvu().bit_is_clear() {
             return;
@@ -111,9 +112,9 @@ fn wait_for_update(iwdg: &pac::IWDG) {
     }
 }
 
-/// From here on every task that this mode has is expected to check in.
-pub fn begin(mut timer: SYST, scb: &mut SCB, mode: Mode) {
-    let tasks: &[MonitoredTask] = match mode {
+/// From here on every duty that this mode has is expected to check in.
+pub fn begin(core: cortex_m::Peripherals, mode: Mode) {
+    let duties: &[MonitoredTask] = match mode {
         Mode::Normal => &[
             MonitoredTask::T7Bus,
             MonitoredTask::IsuBus,
@@ -123,14 +124,8 @@ pub fn begin(mut timer: SYST, scb: &mut SCB, mode: Mode) {
         ],
         Mode::Safe | Mode::Bare => &[MonitoredTask::Modbus, MonitoredTask::Console],
     };
-    tasks.iter().for_each(|task| check_in(*task));
-    // SAFETY: the tick shares nothing but atomic numbers and the watchdog, and holds nobody off.
-    unsafe { scb.set_priority(SystemHandler::SysTick, 0) };
-    timer.set_clock_source(SystClkSource::Core);
-    timer.set_reload(TICK_CYCLES - 1);
-    timer.clear_current();
-    timer.enable_interrupt();
-    timer.enable_counter();
+    duties.iter().for_each(|duty| check_in(*duty));
+    board::start_tick(core, TICK_CYCLES);
 }
 
 /// The task goes on.
@@ -152,12 +147,22 @@ pub fn look() {
 
 /// The one place that feeds.
 fn feed() {
-    // SAFETY: KR takes keys and nothing else, in one write; nobody else has this register after `start`.
-    unsafe { (*pac::IWDG::ptr()).kr().write(|w| w.bits(FEED)) };
+    board::tell_watchdog(FEED);
+}
+
+/// The watchdog's tick.
+///
+/// # Safety
+/// The core calls it.
+// SAFETY: the name is that of the vector.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn SysTick() {
+    naked_asm!("mrs r0, msp", "b {tick}", tick = sym tick)
 }
 
 /// A tick, above every other level. `frame` is what the core has put on the stack.
-pub extern "C" fn tick(frame: *const Frame) {
+extern "C" fn tick(frame: *const Frame) {
     start::keep_uptime();
     match MONITOR.tick() {
         None => feed(),

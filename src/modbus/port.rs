@@ -3,18 +3,14 @@
 //! The transceiver's receiver is off while its driver is on (one pin is DE and R̅E̅), so nothing of an answer comes back. DE
 //! falls in the transmission-complete interrupt of the last character.
 
-use core::cell::RefCell;
-
 use clino_bus::Micros;
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::settings::{Parity, StopBits};
 use clino_modbus::{MAX_FRAME, Settings};
-use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer, Queue};
-use stm32f4xx_hal::pac::{self, interrupt};
 
 use super::Lines;
-use crate::board::ModbusDe;
+use crate::board::{ModbusDe, ModbusUsart};
 use crate::{clock, uart};
 
 /// Characters that can wait for the Modbus level: 2.7 ms of them at 115200 bit/s.
@@ -59,8 +55,8 @@ impl Queues {
     }
 }
 
-struct Port {
-    uart: pac::USART6,
+pub struct Port {
+    uart: ModbusUsart,
     clock_hz: u32,
     de: ModbusDe,
     events: Producer<'static, Event>,
@@ -69,50 +65,29 @@ struct Port {
     overrun: bool,
 }
 
-static PORT: Mutex<RefCell<Option<Port>>> = Mutex::new(RefCell::new(None));
-
 /// Takes over a USART whose clock runs at `clock_hz`.
 pub fn start(
-    uart: pac::USART6,
+    uart: ModbusUsart,
     de: ModbusDe,
     clock_hz: u32,
     settings: &Settings,
     queues: &'static mut Queues,
-) -> Lines {
+) -> (Port, Lines) {
     let (event_in, events) = queues.events.split();
     let (answer, answer_out) = queues.answer.split();
     let mut port = Port { uart, clock_hz, de, events: event_in, answer: answer_out, overrun: false };
     port.set_up(settings);
-    critical_section::with(|cs| PORT.replace(cs, Some(port)));
-    Lines { events, answer }
-}
-
-/// Sends what is in the queue.
-pub fn send() {
-    with(Port::send);
-}
-
-/// Whether an answer is going out.
-pub fn is_driving() -> bool {
-    critical_section::with(|cs| PORT.borrow_ref(cs).as_ref().is_some_and(|port| port.de.is_set_high()))
-}
-
-/// Runs the port like this. An answer that is going out is cut short.
-pub fn run(settings: &Settings) {
-    with(|port| port.set_up(settings));
-}
-
-fn with(work: impl FnOnce(&mut Port)) {
-    critical_section::with(|cs| PORT.borrow_ref_mut(cs).as_mut().map(work));
-}
-
-#[interrupt]
-fn USART6() {
-    with(Port::on_interrupt);
+    (port, Lines { events, answer })
 }
 
 impl Port {
-    fn set_up(&mut self, settings: &Settings) {
+    /// Whether an answer is going out.
+    pub fn is_driving(&self) -> bool {
+        self.de.is_set_high()
+    }
+
+    /// Runs the port like this. An answer that is going out is cut short.
+    pub fn set_up(&mut self, settings: &Settings) {
         self.de.set_low();
         while self.answer.dequeue().is_some() {}
         let parity = settings.parity != Parity::None;
@@ -128,7 +103,8 @@ impl Port {
         });
     }
 
-    fn send(&mut self) {
+    /// Sends what is in the queue.
+    pub fn send(&mut self) {
         let Some(byte) = self.answer.dequeue() else { return };
         self.de.set_high();
         // Reading the status before writing the data clears the old transmission-complete flag.
@@ -141,13 +117,17 @@ impl Port {
         self.uart.dr().write(|w| w.dr().set(u16::from(byte)));
     }
 
-    fn on_interrupt(&mut self) {
+    /// The USART's interrupt; returns whether there is something for the Modbus level.
+    #[must_use]
+    pub fn on_interrupt(&mut self) -> bool {
+        let mut is_news = false;
         let status = self.uart.sr().read();
         let control = self.uart.cr1().read();
         if control.tcie().bit_is_set() && status.tc().bit_is_set() {
             self.uart.cr1().modify(|_, w| w.tcie().clear_bit());
             self.de.set_low();
             self.report(Event::Sent { at: Moment::now() });
+            is_news = true;
         }
         if control.txeie().bit_is_set() && status.txe().bit_is_set() {
             match self.answer.dequeue() {
@@ -162,15 +142,16 @@ impl Port {
             if !status.rxne().bit_is_set() {
                 // The data register was read before the flag came up.
                 self.overrun = true;
-                return;
+                return is_news;
             }
             let errors = if lost { errors.union(LineErrors::OVERRUN) } else { errors };
             self.report(Event::Heard { character: Character { byte, errors }, at: Moment::now() });
+            is_news = true;
         }
+        is_news
     }
 
     fn report(&mut self, event: Event) {
         self.overrun |= self.events.enqueue(event).is_err();
-        super::wake();
     }
 }

@@ -9,6 +9,10 @@
 #[path = "../../../src/flash.rs"]
 mod flash;
 
+mod board {
+    pub use stm32f4xx_hal::pac::FLASH as FlashRegisters;
+}
+
 mod watchdog {
     /// No watchdog runs here: no check of the tasks before a sector is erased.
     pub fn look() {}

@@ -150,6 +150,18 @@ fn a_hang_at_every_step_of_the_start_is_ended() {
 }
 
 #[test]
+fn a_hang_while_the_watchdogs_time_is_set_is_ended() {
+    // Setting it takes five cycles of the oscillator for each of the two settings: 0.3 ms at 17 kHz.
+    const STEP: u64 = 50_000;
+    let set = |at: &u64| chip(*at).watchdog;
+    let begin = (0..OVER / STEP).map(|n| n * STEP).find(set).expect("it is set");
+    for at in (begin.saturating_sub(MS)..begin + MS).step_by(STEP as usize) {
+        let lasted = lasts(at, 17_000, "").unwrap_or_else(|| panic!("a hang at {at} ns never ends"));
+        assert!(lasted <= LIMIT, "a hang at {at} ns lasts {} ms", lasted / MS);
+    }
+}
+
+#[test]
 fn a_hang_while_a_dead_crystal_is_waited_for_is_ended() {
     let lasted = lasts(15 * MS, 17_000, "crystal = { dead = true }").expect("it ends");
     assert!(lasted <= LIMIT, "{} ms", lasted / MS);

@@ -4,8 +4,10 @@
 //! `UPDATE=1 cargo test -p xtask --test documents` writes the parts that are made from the sources.
 
 mod crates;
+mod files;
 mod glossary;
 mod language;
+mod levels;
 mod links;
 mod names;
 mod page;

@@ -1,0 +1,201 @@
+//! Brings the board up: every role of it gets its driver, and what runs on them is made where it stays.
+
+use core::mem::MaybeUninit;
+
+use clino_bus::Event;
+use clino_codec::pwm;
+use clino_console::Received;
+use clino_gateway::{Bus, Capture, Gateway, Restraint};
+use clino_modbus::{Server, Settings};
+use clino_recovery::{Clock, Mode, Start};
+use heapless::spsc::{Consumer, Producer, Queue};
+
+use crate::board::{self, Board};
+use crate::bus::Inbox;
+use crate::capture::{PwmCapture, TimerInput};
+use crate::config_store::{ConfigStore, Kept};
+use crate::log::log;
+use crate::modbus::Lines;
+use crate::ports::{IsuPort, Pwm1Port, Pwm2Port, T7Port};
+use crate::uart::{self, Rs485};
+use crate::{clock, console, modbus, params, start, watchdog};
+
+/// Events the T7 bus can have in hand before the bus level fetches them: 2.8 ms of characters at 115200 bit/s.
+const T7_EVENTS: usize = 32;
+/// The same for the ISU bus: 17 ms at 9600 bit/s.
+const ISU_EVENTS: usize = 16;
+/// Cycles a PWM input can have in hand.
+const CAPTURES: usize = 4;
+
+/// The queues between interrupts and the levels below them.
+pub struct Queues {
+    t7: Queue<Event, T7_EVENTS>,
+    isu: Queue<Event, ISU_EVENTS>,
+    pwm1: Queue<Capture, CAPTURES>,
+    pwm2: Queue<Capture, CAPTURES>,
+    console: console::Queues,
+    modbus: modbus::port::Queues,
+}
+
+impl Queues {
+    pub const fn new() -> Queues {
+        Queues {
+            t7: Queue::new(),
+            isu: Queue::new(),
+            pwm1: Queue::new(),
+            pwm2: Queue::new(),
+            console: console::Queues::new(),
+            modbus: modbus::port::Queues::new(),
+        }
+    }
+}
+
+/// Where what is big is made: what a function returns would be on the stack first.
+pub struct Places {
+    pub queues: &'static mut Queues,
+    pub start: &'static mut MaybeUninit<Start>,
+    pub gateway: &'static mut MaybeUninit<Gateway>,
+    pub server: &'static mut MaybeUninit<Server>,
+    pub store: &'static mut MaybeUninit<ConfigStore>,
+}
+
+/// Everything, ready to run.
+pub struct Parts {
+    /// How the board has started, and how much of it is to run.
+    pub start: &'static Start,
+    pub timer: clock::Timer,
+    pub gateway: &'static mut Gateway,
+    pub inbox: Inbox,
+    pub t7: T7Port,
+    pub isu: IsuPort,
+    pub pwm1: Pwm1Port,
+    pub pwm2: Pwm2Port,
+    pub server: &'static mut Server,
+    pub uplink: modbus::port::Port,
+    pub lines: Lines,
+    /// How the Modbus port runs.
+    pub settings: Settings,
+    pub console: console::Port,
+    /// What is typed.
+    pub keys: Consumer<'static, Received>,
+    /// What is to be printed.
+    pub writer: Producer<'static, u8>,
+    pub store: &'static mut ConfigStore,
+    pub kept: Kept,
+}
+
+/// Brings the board up, with all interrupts held off. A function of its own: its share of the stack is free again after
+/// it.
+#[inline(never)]
+pub fn bring_up(board: Board, places: Places) -> Parts {
+    watchdog::start(&board.watchdog);
+    let start = start::note(board.reset.cause());
+    let (clock, mut rcc) = board.reset.start_clocks(start.clock);
+    let start: &'static Start = places.start.write(Start { clock, ..start });
+    tell(start);
+    let rcc = &mut rcc;
+    let timer = clock::Timer::start(board.clock, rcc);
+
+    let queues = places.queues;
+    let (t7_producer, t7) = queues.t7.split();
+    let (isu_producer, isu) = queues.isu.split();
+    let (pwm1_producer, pwm1) = queues.pwm1.split();
+    let (pwm2_producer, pwm2) = queues.pwm2.split();
+    let inbox = Inbox { t7, isu, pwm1, pwm2 };
+    let gateway = make_gateway(places.gateway, params::pwm_limits(board::capture_hz(rcc), clock.is_exact()));
+    let ports = board.ports.split(rcc);
+    let mut settings = params::MODBUS;
+    let store = places.store.write(ConfigStore::new(board.flash, gateway));
+    let kept = match start.mode {
+        Mode::Bare => store.leave(),
+        Mode::Normal | Mode::Safe => store.load(gateway, &mut settings),
+    };
+    gateway.restrain(restraint(start.mode, clock));
+    let core_hz = rcc.clocks.hclk().raw();
+
+    let (usart, de, clock_hz) = ports.t7.start(rcc);
+    let t7 = Rs485::new(usart, de, &gateway.bus_settings(Bus::T7).timing, clock_hz, core_hz, t7_producer);
+    let (usart, de, clock_hz) = ports.isu.start(rcc);
+    let isu = Rs485::new(usart, de, &gateway.bus_settings(Bus::Isu).timing, clock_hz, core_hz, isu_producer);
+    let (usart, clock_hz) = ports.console.start(rcc);
+    let divider = uart::divider(clock_hz, params::CONSOLE.baud);
+    let (console, keys, writer) = console::start(usart, divider, &mut queues.console);
+    let (usart, de, clock_hz) = ports.modbus.start(rcc);
+    let (uplink, lines) = modbus::port::start(usart, de, clock_hz, &settings, &mut queues.modbus);
+    let server = places.server.write(Server::new(settings, &modbus::IDENTIFICATION, clock::now()));
+
+    let (capture, pin) = ports.pwm1.start(rcc);
+    let pwm1 = PwmCapture::new(capture, TimerInput::Ti2, pin, pwm1_producer);
+    let (capture, pin) = ports.pwm2.start(rcc);
+    let pwm2 = PwmCapture::new(capture, TimerInput::Ti1, pin, pwm2_producer);
+    Parts {
+        start,
+        timer,
+        gateway,
+        inbox,
+        t7,
+        isu,
+        pwm1,
+        pwm2,
+        server,
+        uplink,
+        lines,
+        settings,
+        console,
+        keys,
+        writer,
+        store,
+        kept,
+    }
+}
+
+/// Logs how the board has started.
+fn tell(start: &Start) {
+    log!(
+        info,
+        "clino {=str}, start {=u32} after {=str}, {=u32} crashes, mode {=str}, clock {=str}",
+        env!("CARGO_PKG_VERSION"),
+        start.boots,
+        start.cause.name(),
+        start.crashes,
+        start.mode.name(),
+        start.clock.name()
+    );
+    if let Some(crash) = start.crash {
+        let at = crash.registers.unwrap_or_default();
+        log!(
+            error,
+            "last crash: {=str} {=u32} {=str} in start {=u32} after {=u32} ms, pc {=u32:#010x}, lr {=u32:#010x}, \
+             level {=u16}, cfsr {=u32:#010x}, address {=u32:#010x}",
+            crash.cause.name(),
+            crash.detail,
+            crash.file().unwrap_or(""),
+            crash.boot,
+            crash.uptime_ms,
+            at.pc,
+            at.lr,
+            at.exception,
+            crash.fault.cfsr,
+            crash.fault.address
+        );
+    }
+}
+
+/// Makes the gateway, with the configuration as delivered.
+#[inline(never)]
+fn make_gateway(place: &'static mut MaybeUninit<Gateway>, limits: pwm::Limits) -> &'static mut Gateway {
+    let gateway = place.write(Gateway::idle(limits));
+    gateway.set_up(&params::SLOTS, &params::T7, &params::ISU);
+    gateway
+}
+
+/// What must not be asked of the gateway.
+fn restraint(mode: Mode, clock: Clock) -> Restraint {
+    if mode != Mode::Normal {
+        Restraint::NoBuses
+    } else if !clock.is_exact() {
+        Restraint::InexactClock
+    } else {
+        Restraint::None
+    }
+}

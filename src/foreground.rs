@@ -1,0 +1,294 @@
+//! The main loop: the console, what the Modbus master has asked for and cannot wait for, and sleep; and the gateway as
+//! the console sees it.
+
+use core::cell::RefCell;
+use core::convert::Infallible;
+
+use clino_bus::{DriverEnable, Micros};
+use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
+use clino_gateway::order::{Order, Refusal};
+use clino_gateway::settings::Named;
+use clino_gateway::settings::console::ConsoleSettings;
+use clino_gateway::summary::Summary;
+use clino_gateway::task::News;
+use clino_gateway::trace::Entry;
+use clino_gateway::{Alarm, AlarmDetail, Asker, Bus, Extremes, Glance, Reading, SlotConfig, SlotCounters};
+use clino_modbus::Settings;
+use clino_modbus::binding::Wish;
+use clino_recovery::{Mode, MonitoredTask, Start};
+use embedded_io::{ErrorType, Write};
+use heapless::spsc::{Consumer, Producer};
+use rtic::Mutex;
+
+use crate::app::idle::{LocalResources, SharedResources};
+use crate::app::{bus_level, modbus_level};
+use crate::config_store::{self, ConfigStore, Kept, Quiet};
+use crate::{board, bus, clock, params, ports, shared, start, watchdog};
+
+/// Runs for ever. The console is on its stack for good: 1.4 KB.
+pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
+    let LocalResources { start, keys, writer, store, .. } = local;
+    let common = Common { shared: RefCell::new(shared), writer: RefCell::new(writer) };
+    let console = Console(&common);
+    let mut host = Gateway { start, store, keys, common: &common };
+    let mut shell = Shell::new(console);
+    loop {
+        if host.start.mode != Mode::Normal && clock::now() >= params::SAFE_MODE {
+            start::retry();
+        }
+        if let Some(key) = host.keys.dequeue() {
+            shell.input(key, &mut host);
+        } else if let Some(wish) = common.with(|shared| shared.wish.lock(Option::take)).flatten() {
+            let well = host.fulfil(wish);
+            common.with(|shared| shared.done.lock(|done| *done = Some(well)));
+            modbus_level::waker().wake_by_ref();
+        } else if !(console.has_room() && shell.poll(&mut host)) {
+            shared::sleep_until_work();
+        }
+    }
+}
+
+/// What the main loop shares with the levels.
+struct Common<'a> {
+    shared: RefCell<SharedResources<'a>>,
+    writer: RefCell<&'a mut Producer<'static, u8>>,
+}
+
+impl<'a> Common<'a> {
+    fn with<R>(&self, work: impl FnOnce(&mut SharedResources<'a>) -> R) -> Option<R> {
+        self.shared.try_borrow_mut().ok().map(|mut shared| work(&mut shared))
+    }
+
+    fn gateway<R>(&self, work: impl FnOnce(&mut clino_gateway::Gateway) -> R) -> Option<R> {
+        self.with(|shared| shared.gateway.lock(|gateway| work(gateway)))
+    }
+
+    fn kept(&self) -> Kept {
+        self.with(|shared| shared.kept.lock(|kept| *kept)).unwrap_or(Kept::UNKNOWN)
+    }
+
+    fn settings(&self) -> Settings {
+        self.with(|shared| shared.settings.lock(|it| *it)).unwrap_or(params::MODBUS)
+    }
+
+    fn has_command(&self) -> bool {
+        self.with(|shared| shared.has_command.lock(|it| *it)).unwrap_or(false)
+    }
+
+    fn is_unsaved(&self) -> bool {
+        let known = self.gateway(|gateway| gateway.fingerprint()).unwrap_or(0);
+        self.kept().is_unsaved((known, self.settings()))
+    }
+
+    fn driver_enable(&self, bus: Bus) -> DriverEnable {
+        self.with(|shared| ports::driver_enable(bus, &mut shared.t7, &mut shared.isu)).unwrap_or_default()
+    }
+
+    fn drain(&self) {
+        while !self.with(|shared| shared.console.lock(|port| port.is_drained())).unwrap_or(true) {}
+    }
+}
+
+impl Quiet for &Common<'_> {
+    fn while_silent<R>(&mut self, work: impl FnOnce(&clino_gateway::Gateway, &Settings) -> R) -> Option<R> {
+        self.with(|shared| {
+            let SharedResources { gateway, settings, t7, isu, uplink, .. } = shared;
+            gateway.lock(|gateway| {
+                let driving = t7.lock(|port| port.is_driving())
+                    || isu.lock(|port| port.is_driving())
+                    || uplink.lock(|port| port.is_driving());
+                (!driving).then(|| settings.lock(|settings| work(gateway, settings)))
+            })
+        })
+        .flatten()
+    }
+
+    fn note(&mut self, kept: Kept) {
+        self.with(|shared| shared.kept.lock(|place| *place = kept));
+    }
+}
+
+/// The writing end of the console.
+#[derive(Clone, Copy)]
+struct Console<'a>(&'a Common<'a>);
+
+impl Console<'_> {
+    /// Whether the next line may be printed: little is waiting, so it will be out soon.
+    fn has_room(self) -> bool {
+        self.0.writer.try_borrow().is_ok_and(|writer| writer.len() < params::CONSOLE_LOW_WATER)
+    }
+}
+
+impl ErrorType for Console<'_> {
+    type Error = Infallible;
+}
+
+impl Write for Console<'_> {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        loop {
+            let taken = self.0.writer.try_borrow_mut().map_or(0, |mut writer| {
+                bytes.iter().take_while(|&&byte| writer.enqueue(byte).is_ok()).count()
+            });
+            self.0.with(|shared| shared.console.lock(|port| port.go_on()));
+            if taken > 0 || bytes.is_empty() {
+                // A long answer is no hang for as long as its characters go out.
+                watchdog::check_in(MonitoredTask::Console);
+                return Ok(taken);
+            }
+            // The next character that goes out ends the sleep.
+            cortex_m::asm::wfi();
+        }
+    }
+
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// The gateway: all of it is shared, but for what stores its configuration, and what is typed.
+pub struct Gateway<'a> {
+    start: &'static Start,
+    store: &'a mut ConfigStore,
+    /// What is typed.
+    keys: &'a mut Consumer<'static, Received>,
+    common: &'a Common<'a>,
+}
+
+impl Gateway<'_> {
+    /// Does what the Modbus level cannot wait for; says whether it was done.
+    pub fn fulfil(&mut self, wish: Wish) -> bool {
+        let mut common = self.common;
+        match wish {
+            Wish::Save => self.store.save(&mut common).is_ok(),
+            Wish::FactoryReset => self.store.factory_reset(&mut common).is_ok(),
+            // The answer to the master comes first.
+            Wish::Reboot if config_store::await_silence(&mut common) => board::reset(),
+            Wish::Reboot => false,
+        }
+    }
+
+    /// What is found in the gateway. In one place, not in an option in an option, which would be copied twice.
+    fn look<R>(&self, find: impl FnOnce(&mut clino_gateway::Gateway) -> Option<R>) -> Option<R> {
+        let mut found = None;
+        self.common.gateway(|gateway| found = find(gateway));
+        found
+    }
+}
+
+impl Host for Gateway<'_> {
+    fn now(&self) -> Micros {
+        clock::now()
+    }
+
+    fn reading(&self, slot: usize) -> Option<Reading> {
+        shared::reading(slot)
+    }
+
+    fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
+        shared::SNAPSHOT.read(|view| view.glance(slot, now))
+    }
+
+    fn summary(&self) -> Summary {
+        let (unsaved, command) = (self.common.is_unsaved(), self.common.has_command());
+        let parts = self.common.gateway(|gateway| clino_modbus::parts(gateway, self.start, unsaved, command));
+        let (parts, now) = (parts.unwrap_or_default(), clock::now());
+        shared::SNAPSHOT.read(|view| Summary::of(|slot| view.standing(slot, now), &parts))
+    }
+
+    fn config(&self, slot: usize) -> Option<SlotConfig> {
+        self.look(|gateway| gateway.config(slot).copied())
+    }
+
+    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
+        self.look(|gateway| gateway.slot_counters(slot).copied())
+    }
+
+    fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail> {
+        let now = clock::now();
+        self.look(|gateway| gateway.alarm(slot, alarm, now))
+    }
+
+    fn extremes(&self, slot: usize) -> Option<Extremes> {
+        self.look(|gateway| gateway.extremes(slot))
+    }
+
+    fn trace(&self, age: usize) -> Option<Entry> {
+        self.look(|gateway| gateway.trace().iter().nth(age).copied())
+    }
+
+    fn bus(&self, bus: Bus) -> Option<BusState> {
+        let driver = self.common.driver_enable(bus);
+        self.common.gateway(|gateway| bus::state(gateway, bus, driver))
+    }
+
+    fn news(&mut self) -> Option<News> {
+        let news = self.look(|gateway| gateway.news(Asker::Console));
+        if news.is_some() {
+            // The task has waited for this.
+            bus_level::waker().wake_by_ref();
+        }
+        news
+    }
+
+    fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal> {
+        let result = self.common.gateway(|gateway| gateway.change(slot, named, Asker::Console));
+        bus_level::waker().wake_by_ref();
+        result.unwrap_or(Err(Refusal::Busy))
+    }
+
+    fn order(&mut self, order: Order) -> Result<(), Refusal> {
+        let result = self.common.gateway(|gateway| gateway.carry_out(order, Asker::Console));
+        bus_level::waker().wake_by_ref();
+        result.unwrap_or(Err(Refusal::Busy))
+    }
+
+    fn flush(&mut self) {
+        self.common.drain();
+    }
+
+    fn received(&mut self) -> Option<Received> {
+        self.keys.dequeue()
+    }
+
+    fn lost_characters(&self) -> u32 {
+        self.common.with(|shared| shared.console.lock(|port| port.lost())).unwrap_or(0)
+    }
+
+    fn version(&self) -> &'static str {
+        env!("CARGO_PKG_VERSION")
+    }
+
+    fn start(&self) -> Start {
+        *self.start
+    }
+
+    fn has_unread(&self) -> bool {
+        self.common.kept().unread
+    }
+
+    fn save(&mut self) -> Result<Saved, StorageError> {
+        self.store.save(&mut { self.common })
+    }
+
+    fn factory_reset(&mut self) -> Result<(), StorageError> {
+        self.store.factory_reset(&mut { self.common })
+    }
+
+    fn reboot(&mut self) {
+        self.common.drain();
+        board::reset()
+    }
+
+    fn console(&self) -> ConsoleSettings {
+        self.common.gateway(|gateway| gateway.console_settings()).unwrap_or(ConsoleSettings::DEFAULT)
+    }
+
+    fn modbus(&self) -> Option<Settings> {
+        Some(self.common.settings())
+    }
+
+    fn set_modbus(&mut self, settings: Settings) {
+        self.common.with(|shared| shared.new_settings.lock(|place| *place = Some(settings)));
+        modbus_level::waker().wake_by_ref();
+    }
+}
