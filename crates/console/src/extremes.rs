@@ -1,7 +1,7 @@
 //! The lowest and the highest angle of each slot since they were cleared.
 
 use clino_gateway::order::Order;
-use clino_gateway::{ExtremeAngle, Extremes, Source};
+use clino_gateway::{ExtremeAngle, Source};
 
 use crate::job::{Job, Outcome, Told};
 use crate::slots::LAST_SLOT;
@@ -40,7 +40,7 @@ fn show(job: &mut Job<'_, '_>, slot: u8, named: bool) {
     let used = job.host.reading(slot.into()).is_some_and(|reading| reading.source != Source::Off);
     let Some(extremes) = job.host.extremes(slot.into()).filter(|_| used || named) else { return };
     let now = job.now;
-    let [low, high] = [Extremes::lowest, Extremes::highest].map(|of| of(&extremes, now));
+    let (low, high) = (extremes.lowest(now), extremes.highest(now));
     let angle = |extreme: Option<ExtremeAngle>| extreme.map(|e| Value::Thousandths(e.mdeg.into())).into();
     let age = |extreme: Option<ExtremeAngle>| extreme.map(|e| e.age.as_millis() / MS_PER_S).into();
     let values = [angle(low), age(low), angle(high), age(high)];
