@@ -2,11 +2,12 @@
 
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
-use std::process::{Child, Command, Stdio};
+use std::path::Path;
+use std::process::{Child, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use clino_testkit::programs::skipped;
+use clino_testkit::programs::{Ser2net, skipped};
 
 use super::port::Port;
 use super::server::Server;
@@ -86,9 +87,9 @@ fn no_server_is_an_error_with_a_next_step() {
 }
 
 /// Ended with the test.
-struct Ser2net(Child);
+struct Running(Child);
 
-impl Drop for Ser2net {
+impl Drop for Running {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
@@ -97,33 +98,30 @@ impl Drop for Ser2net {
 
 #[test]
 fn a_sensor_behind_ser2net() {
-    let ser2net = ["ser2net", "/usr/sbin/ser2net"].into_iter().find(|program| {
-        Command::new(program).arg("-v").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
-    });
-    let Some(program) = ser2net else {
-        skipped("a_sensor_behind_ser2net", "this computer has no ser2net (Debian: apt-get install ser2net)");
-        return;
+    let ser2net = match Ser2net::get(Path::new(env!("CARGO_TARGET_TMPDIR"))) {
+        Ok(ser2net) => ser2net,
+        Err(why) => {
+            let why = format!("no ser2net 4 on this computer, and none to be had with apt-get: {why}");
+            return skipped("a_sensor_behind_ser2net", &why);
+        }
     };
     let server = Server::start("--t7 5,angle=12.345 --pty");
-    let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let device = server.path();
-    // Version 4: a line of YAML on the command line each.
-    let connection = format!(
-        "connection: &c\n  accepter: tcp,127.0.0.1,{free}\n  connector: serialdev,{device},115200n81,local\n  \
-         options:\n    kickolduser: true\n"
+    let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let settings = format!(
+        "connection: &sensors\n  accepter: tcp,127.0.0.1,{free}\n  connector: serialdev,{device},115200n81,local\n"
     );
-    let file = std::env::temp_dir().join(format!("clino-ser2net-{}.yaml", std::process::id()));
-    std::fs::write(&file, connection).unwrap();
-    let child = Command::new(program)
-        .arg("-d")
-        .arg("-c")
-        .arg(&file)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn();
-    let _ser2net = Ser2net(child.unwrap());
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ser2net-{}.yaml", std::process::id()));
+    std::fs::write(&file, settings).unwrap();
+    // In the foreground, without a lock file of its own.
+    let mut command = ser2net.command();
+    command.args(["-n", "-d", "-u", "-c"]).arg(&file);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let running = Running(command.spawn().unwrap());
     let port = format!("tcp://127.0.0.1:{free}");
-    patiently(|| TcpStream::connect(("127.0.0.1", free)).map(drop).map_err(|error| error.to_string()));
     works(&port);
+    let (status, objects) = json(&port, "t7 scan all");
+    assert_eq!((status, &objects[0]["error"]["kind"]), (3, &"fixed_rate".into()), "{objects:?}");
+    drop(running);
     std::fs::remove_file(&file).unwrap();
 }
