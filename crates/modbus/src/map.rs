@@ -14,7 +14,7 @@ mod table;
 use clino_gateway::settings::{self, Setting};
 
 pub use items::{BusItem, CommandItem, DetailItem, GatewayItem, Item, ReadingItem, StartItem};
-pub use table::{BLOCKS, MAGIC, SLOT_BASE, SLOT_STRIDE, TEST_ANGLE, TEST_NUMBER, VERSION};
+pub use table::{BLOCKS, MAGIC, SLOT_BASE, SLOT_STRIDE, SLOTS, TEST_ANGLE, TEST_NUMBER, VERSION};
 
 /// Registers at equal distances.
 #[derive(Clone, Copy, Debug)]

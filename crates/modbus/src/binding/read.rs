@@ -9,10 +9,9 @@ use super::{Binding, Site};
 use crate::bits::slot_bits;
 use crate::command::Progress;
 use crate::exception::Exception;
-use crate::host::SLOTS;
 use crate::map::lookup::{self, Number, Register};
 use crate::map::{
-    BusItem, CommandItem, DetailItem, GatewayItem, Item, MAGIC, ReadingItem, SLOT_BASE, SLOT_STRIDE,
+    BusItem, CommandItem, DetailItem, GatewayItem, Item, MAGIC, ReadingItem, SLOT_BASE, SLOT_STRIDE, SLOTS,
     TEST_ANGLE, TEST_NUMBER, VERSION,
 };
 use crate::number;

@@ -1,14 +1,13 @@
 //! The table. Addresses as on the wire.
 
 use clino_gateway::settings::{self, Setting, slot};
-use clino_gateway::{Bus, BusSettings};
+use clino_gateway::{Bus, BusSettings, MAX_SLOTS};
 use clino_recovery::PLACE;
 
 use super::{
     Block, BusItem as B, CommandItem as C, DetailItem as D, Entry, Form, GatewayItem as G, Item,
     ReadingItem as R, StartItem as T,
 };
-use crate::host::SLOTS;
 
 /// What the first four bytes say: "INCL".
 pub const MAGIC: u32 = 0x494E_434C;
@@ -23,6 +22,8 @@ pub const SLOT_BASE: u16 = 0x0100;
 /// From the block of a slot to that of the next.
 pub const SLOT_STRIDE: u16 = 0x20;
 
+/// Slots of the map.
+pub const SLOTS: usize = MAX_SLOTS;
 const COUNT: u16 = SLOTS as u16;
 const ALL: u8 = SLOTS as u8;
 /// Slots of the first block of angles and ages; the others are in the second.
