@@ -8,7 +8,7 @@ use core::cell::Cell;
 use clino_bus::{DriverEnable, Micros};
 use clino_gateway::Gateway;
 use clino_modbus::binding::{Binding, Site, Wish};
-use clino_modbus::{Identification, Refusal, Server, Settings};
+use clino_modbus::{Counters, Identification, Refusal, Server, Settings};
 use clino_recovery::{Duty, Start};
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
@@ -90,6 +90,11 @@ pub fn done(well: bool) {
 /// Whether a command of the master is under way.
 pub fn has_command() -> bool {
     LEVEL.with(|level| level.binding.has_command()).unwrap_or(false)
+}
+
+/// What happened on the port.
+pub fn counters() -> Option<Counters> {
+    LEVEL.with(|level| *level.server.counters())
 }
 
 /// How the port runs.

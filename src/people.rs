@@ -8,9 +8,9 @@ use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Asker, Bus, Glance, Reading, SlotConfig, SlotCounters};
-use clino_modbus::Settings;
+use clino_gateway::{Asker, Bus, Detail, Glance, Reading, SlotConfig};
 use clino_modbus::binding::Wish;
+use clino_modbus::{Counters, Settings};
 use clino_recovery::Start;
 use cortex_m::peripheral::SCB;
 use heapless::spsc::Consumer;
@@ -69,8 +69,8 @@ impl Host for Gateway {
         look(|gateway| gateway.config(slot).copied())
     }
 
-    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
-        look(|gateway| gateway.slot_counters(slot).copied())
+    fn detail(&self, slot: usize) -> Option<Detail> {
+        look(|gateway| gateway.detail(slot))
     }
 
     fn trace(&self, age: usize) -> Option<Entry> {
@@ -145,6 +145,10 @@ impl Host for Gateway {
 
     fn modbus(&self) -> Option<Settings> {
         Some(modbus::settings())
+    }
+
+    fn modbus_counters(&self) -> Option<Counters> {
+        modbus::counters()
     }
 
     fn set_modbus(&mut self, settings: Settings) {

@@ -9,8 +9,8 @@ use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, BusHealth, BusSettings, Glance, Reading, SlotConfig, SlotCounters};
-use clino_modbus::Settings;
+use clino_gateway::{Bus, BusHealth, BusSettings, Detail, Glance, Reading, SlotConfig};
+use clino_modbus::{Counters as PortCounters, Settings};
 use clino_recovery::Start;
 
 use crate::received::Received;
@@ -34,8 +34,8 @@ pub trait Host {
     /// How a slot is set; `None` beyond the last slot.
     fn config(&self, slot: usize) -> Option<SlotConfig>;
 
-    /// What happened to a slot since it was set; `None` beyond the last slot.
-    fn slot_counters(&self, slot: usize) -> Option<SlotCounters>;
+    /// What is known of a slot besides its value; `None` beyond the last slot.
+    fn detail(&self, slot: usize) -> Option<Detail>;
 
     /// One of the last transactions; 0 is the newest. `None` beyond the oldest that is kept.
     fn trace(&self, age: usize) -> Option<Entry>;
@@ -92,6 +92,9 @@ pub trait Host {
 
     /// How the Modbus port is set; `None` if there is none.
     fn modbus(&self) -> Option<Settings>;
+
+    /// What happened on the Modbus port; `None` if there is none.
+    fn modbus_counters(&self) -> Option<PortCounters>;
 
     /// Sets the Modbus port; it is valid.
     fn set_modbus(&mut self, settings: Settings);

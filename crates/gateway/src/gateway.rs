@@ -172,6 +172,10 @@ impl Gateway {
                 self.console = console;
                 true
             }
+            Order::ClearCounters => {
+                self.clear_counters();
+                true
+            }
             Order::T7(task) => self.t7.accept(&task, asker),
             Order::Isu(task) => self.isu.accept(&task, asker),
             Order::Cancel(bus) => {

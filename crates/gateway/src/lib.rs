@@ -21,6 +21,7 @@ extern crate std;
 
 mod agenda;
 mod bits;
+pub mod command;
 pub mod config;
 mod consequence;
 mod counters;

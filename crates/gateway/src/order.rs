@@ -37,6 +37,8 @@ pub enum Order {
     Isu(task::isu::Task),
     /// The task on this bus shall stop at its next consistent point.
     Cancel(Bus),
+    /// All counters of slots and buses become zero.
+    ClearCounters,
 }
 
 /// Why an order is refused.
@@ -98,7 +100,7 @@ impl Order {
             Order::Console(console) => settings::console::check(console),
             Order::T7(task) => task::t7::Work::check(task).map_err(Refusal::T7),
             Order::Isu(task) => task::isu::Work::check(task).map_err(Refusal::Isu),
-            Order::Cancel(_) => Ok(()),
+            Order::Cancel(_) | Order::ClearCounters => Ok(()),
         }
     }
 }

@@ -46,7 +46,11 @@ const fn writes(order: &Order) -> bool {
     match order {
         Order::T7(task) => !matches!(task, task::t7::Task::Identify(_) | task::t7::Task::Sweep(_)),
         Order::Isu(task) => !matches!(task, task::isu::Task::Identify(_) | task::isu::Task::Reset(_)),
-        Order::Slot { .. } | Order::Bus { .. } | Order::Console(_) | Order::Cancel(_) => false,
+        Order::Slot { .. }
+        | Order::Bus { .. }
+        | Order::Console(_)
+        | Order::Cancel(_)
+        | Order::ClearCounters => false,
     }
 }
 

@@ -13,8 +13,11 @@ mod table;
 
 use clino_gateway::settings::{self, Setting};
 
-pub use items::{BusItem, CommandItem, DetailItem, GatewayItem, Item, ReadingItem, StartItem};
-pub use table::{BLOCKS, MAGIC, SLOT_BASE, SLOT_STRIDE, SLOTS, TEST_ANGLE, TEST_NUMBER, VERSION};
+pub use items::{
+    BusItem, CommandItem, DetailItem, FoundItem, GatewayItem, Item, ReadingItem, ResultItem, StartItem,
+};
+use table::MILLI;
+pub use table::{BLOCKS, FOUND, MAGIC, SLOT_BASE, SLOT_STRIDE, SLOTS, TEST_ANGLE, TEST_NUMBER, VERSION};
 
 /// Registers at equal distances.
 #[derive(Clone, Copy, Debug)]
@@ -182,10 +185,11 @@ impl Entry {
         match self.item {
             Item::Reading(item) => !matches!(item, ReadingItem::Status),
             Item::Gateway(item) => matches!(item, GatewayItem::OldestAge),
-            Item::Detail(item) => matches!(
-                item,
-                DetailItem::Temperature | DetailItem::Raw | DetailItem::Unwrapped | DetailItem::LastError
-            ),
+            Item::Detail(item) => item.is_optional(),
+            Item::Result(item) => {
+                !matches!(item, ResultItem::Sequence | ResultItem::Scan | ResultItem::Found)
+            }
+            Item::Found(item) => !matches!(item, FoundItem::Scan | FoundItem::What),
             Item::Start(item) => !matches!(
                 item,
                 StartItem::Cause

@@ -109,7 +109,7 @@ impl Order {
         let command = command.ok_or(Exception::IllegalDataAddress)?;
         match key {
             ARM_KEY => Ok(Write::Command { command, target, value, armed: true }),
-            0 if !command.takes_key() => Ok(Write::Command { command, target, value, armed: false }),
+            0 if !command.is_confirmed() => Ok(Write::Command { command, target, value, armed: false }),
             _ => Err(Exception::IllegalDataValue),
         }
     }

@@ -96,6 +96,8 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
                 Some(setting(&console::SETTINGS, id, &settings, number.scale))
             }
             Item::Command(item) => Some(self.command(item)),
+            Item::Result(item) => self.binding.results.number(item, index),
+            Item::Found(item) => self.binding.results.found(item, index),
         }
     }
 
@@ -137,11 +139,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
         };
         let Some((reading, detail)) = known else {
             // Nothing is counted of a slot that nothing is known of.
-            let is_none = matches!(
-                item,
-                DetailItem::Temperature | DetailItem::Raw | DetailItem::Unwrapped | DetailItem::LastError
-            );
-            return (!is_none).then_some(0);
+            return (!item.is_optional()).then_some(0);
         };
         let now = self.binding.now;
         let counters = &detail.counters;
@@ -165,6 +163,17 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             DetailItem::Writes => counters.writes.into(),
             DetailItem::ResponseLast => response(counters.response_last()),
             DetailItem::ResponseMax => response(counters.response_max()),
+            DetailItem::Foreign => counters.foreign.into(),
+            DetailItem::Skipped => counters.skipped.into(),
+            DetailItem::Garbled => counters.garbled.into(),
+            DetailItem::Refused => counters.refused.into(),
+            DetailItem::NotSent => counters.not_sent.into(),
+            DetailItem::ResponseMin => response(counters.response_min()),
+            DetailItem::Rate | DetailItem::Turns => {
+                let rate = reading.rate(now)?;
+                let value = if item == DetailItem::Rate { rate } else { reading.turns() };
+                value.cast_unsigned()
+            }
         })
     }
 
@@ -279,6 +288,7 @@ fn setting<T>(table: &[Setting<T>], id: u8, of: &T, scale: u16) -> u32 {
     setting.map_or(0, |setting| setting.scaled(of, scale.into()) as u32)
 }
 
+#[inline(never)]
 fn response(time: Micros) -> u32 {
     (micros(time) / RESPONSE_UNIT).min(LONGEST_RESPONSE)
 }
