@@ -421,7 +421,9 @@ fn sections() -> BTreeMap<&'static str, String> {
             let (times, numbers) = match entry.count {
                 1 => (String::new(), String::new()),
                 // Not one for each slot.
-                count if matches!(entry.item, Item::Start(_) | Item::Result(_)) => (format!(" × {count}"), String::new()),
+                count if matches!(entry.item, Item::Start(_) | Item::Result(_)) => {
+                    (format!(" × {count}"), String::new())
+                }
                 count => (
                     format!(" × {count}"),
                     format!("; slots {} to {}", entry.first, u16::from(entry.first) + u16::from(count) - 1),
