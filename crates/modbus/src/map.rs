@@ -165,6 +165,11 @@ impl Entry {
         Entry { unit, ..self }
     }
 
+    /// Its values are codes that are called like this.
+    const fn words(self, words: &'static [&'static str]) -> Entry {
+        Entry { words, ..self }
+    }
+
     /// With this before its name: another number of the same thing is called like it.
     const fn set(self) -> Entry {
         Entry { prefix: "set_", ..self }

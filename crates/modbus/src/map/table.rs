@@ -494,6 +494,8 @@ const fn result(
     Entry::new(offset, form, Item::Result(item), name, unit, text)
 }
 
+const RANGES: &[&str] = &["bidirectional", "unidirectional"];
+
 const RESULT: &[Entry] = &[
     result(
         0,
@@ -553,8 +555,10 @@ const RESULT: &[Entry] = &[
     ),
     result(18, Form::U16, N::Firmware2, "firmware_2", "", "two more"),
     result(19, Form::U16, N::Damping, "damping", "ms", "T7: time of the damping filter"),
-    result(20, Form::U16, N::Range, "range", "", "T7: 0: −180° to 180°, 1: 0° to 360°"),
-    result(21, Form::U16, N::Direction, "direction", "", "T7: 0 normal, 1 reversed; axes 0 to 2").times(0, 3),
+    result(20, Form::U16, N::Range, "range", "", "T7: range of its angles").words(RANGES),
+    result(21, Form::U16, N::Direction, "direction", "", "T7: sense of rotation of axes 0 to 2")
+        .times(0, 3)
+        .words(&["normal", "reversed"]),
     result(24, Form::I32, N::Offset, "offset", "mdeg", "T7: offset; axes 0 to 2").times(0, 3),
     result(30, Form::I32, N::Before, "before", "mdeg", "*sensor_zero*: the angle before"),
     result(32, Form::I32, N::After, "after", "mdeg", "and afterwards"),
