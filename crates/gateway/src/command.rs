@@ -160,8 +160,8 @@ impl Command {
                 typed: &["reboot"],
                 target: Target::Gateway,
                 value: "",
-                text: "start again; what is not saved is lost; busy while a sensor is being set up",
-                modbus: "It waits until the answer is out",
+                text: "start again",
+                modbus: "What is not saved is lost. Busy while a sensor is being set up; it waits until the answer is out",
             },
             Command::Scan => Description {
                 name: "scan",

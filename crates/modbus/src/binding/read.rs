@@ -102,7 +102,6 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
     }
 
     fn gateway(&mut self, item: GatewayItem, index: usize) -> Option<u32> {
-        let bits = |set: u64| (set >> (index & 63)) as u32;
         Some(match item {
             GatewayItem::Magic => MAGIC,
             GatewayItem::MapVersion => u32::from(VERSION),
@@ -117,19 +116,30 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             }
             GatewayItem::Patch => u32::from(self.binding.site.version().2),
             GatewayItem::Uptime => (self.binding.now.0 / MICROS_PER_SECOND) as u32,
-            GatewayItem::Status => u32::from(self.summary().signals.bits()),
             GatewayItem::Sequence => u32::from(self.binding.view.generation() as u16),
-            GatewayItem::Online => bits(self.summary().online),
-            GatewayItem::Valid => bits(self.summary().valid),
-            GatewayItem::Enabled => u32::from(self.summary().enabled),
-            GatewayItem::Good => self.summary().good(),
-            GatewayItem::OldestAge => return age(Some(self.summary().oldest)),
+            GatewayItem::Status
+            | GatewayItem::Online
+            | GatewayItem::Valid
+            | GatewayItem::Enabled
+            | GatewayItem::Good
+            | GatewayItem::OldestAge => return self.summed_up(item, index),
         })
     }
 
-    fn summary(&mut self) -> Summary {
+    /// Of the summary.
+    #[inline(never)]
+    fn summed_up(&mut self, item: GatewayItem, index: usize) -> Option<u32> {
         let binding = self.binding;
-        *self.summary.get_or_insert_with(|| binding.summary())
+        let summary = self.summary.get_or_insert_with(|| binding.summary());
+        let bits = |set: u64| (set >> (index & 63)) as u32;
+        Some(match item {
+            GatewayItem::Online => bits(summary.online),
+            GatewayItem::Valid => bits(summary.valid),
+            GatewayItem::Enabled => u32::from(summary.enabled),
+            GatewayItem::Good => summary.good(),
+            GatewayItem::OldestAge => return age(Some(summary.oldest)),
+            _ => u32::from(summary.signals.bits()),
+        })
     }
 
     fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
