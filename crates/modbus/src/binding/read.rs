@@ -295,7 +295,12 @@ fn flags(reading: &Reading, detail: &Detail, now: Micros) -> u16 {
 /// A setting in steps of `scale`.
 fn setting<T>(table: &[Setting<T>], id: u8, of: &T, scale: u16) -> u32 {
     let setting = table.iter().find(|setting| setting.id == id);
-    setting.map_or(0, |setting| setting.scaled(of, scale.into()) as u32)
+    in_steps(setting.map_or(0, |setting| (setting.get)(of)), scale)
+}
+
+#[inline(never)]
+fn in_steps(value: i64, scale: u16) -> u32 {
+    value.checked_div(scale.into()).unwrap_or(0) as u32
 }
 
 #[inline(never)]
