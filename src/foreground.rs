@@ -12,9 +12,9 @@ use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Alarm, AlarmDetail, Asker, Bus, Extremes, Glance, Reading, SlotConfig, SlotCounters};
-use clino_modbus::Settings;
+use clino_gateway::{Alarm, AlarmDetail, Asker, Bus, Detail, Extremes, Glance, Reading, SlotConfig};
 use clino_modbus::binding::Wish;
+use clino_modbus::{Counters, Settings};
 use clino_recovery::{Mode, MonitoredTask, Start};
 use embedded_io::{ErrorType, Write};
 use heapless::spsc::{Consumer, Producer};
@@ -199,8 +199,8 @@ impl Host for Gateway<'_> {
         self.look(|gateway| gateway.config(slot).copied())
     }
 
-    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
-        self.look(|gateway| gateway.slot_counters(slot).copied())
+    fn detail(&self, slot: usize) -> Option<Detail> {
+        self.look(|gateway| gateway.detail(slot))
     }
 
     fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail> {
@@ -285,6 +285,10 @@ impl Host for Gateway<'_> {
 
     fn modbus(&self) -> Option<Settings> {
         Some(self.common.settings())
+    }
+
+    fn modbus_counters(&self) -> Option<Counters> {
+        self.common.with(|shared| shared.port_counters.lock(|it| *it))
     }
 
     fn set_modbus(&mut self, settings: Settings) {

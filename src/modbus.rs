@@ -91,7 +91,11 @@ impl<'a> Level<'a> {
             });
         }
         let has_command = self.binding.has_command();
-        with(self.shared, |shared| shared.has_command.lock(|place| *place = has_command));
+        let counters = *self.server.counters();
+        with(self.shared, |shared| {
+            shared.has_command.lock(|place| *place = has_command);
+            shared.port_counters.lock(|place| *place = counters);
+        });
         let next = self.server.poll_at();
         if next.is_none_or(|at| at > now) {
             watchdog::check_in(MonitoredTask::Modbus);

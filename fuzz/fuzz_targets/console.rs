@@ -48,7 +48,11 @@ fn meant(rest: &Rest) -> usize {
     let writes = |order: &&Order| match order {
         Order::T7(task) => !matches!(task, task::t7::Task::Identify(_) | task::t7::Task::Sweep(_)),
         Order::Isu(task) => !matches!(task, task::isu::Task::Identify(_) | task::isu::Task::Reset(_)),
-        Order::Slot { .. } | Order::Bus { .. } | Order::Console(_) | Order::Cancel(_) => false,
+        Order::Slot { .. }
+        | Order::Bus { .. }
+        | Order::Console(_)
+        | Order::Cancel(_)
+        | Order::ClearCounters => false,
     };
     let orders = rest.orders.iter().filter(writes).count();
     orders + rest.done.iter().filter(|done| **done != "save").count()

@@ -43,6 +43,7 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     let slot = job.slot()?;
     job.end()?;
     let Some(reading) = job.host.reading(slot.into()) else { return Ok(()) };
+    let Some(detail) = job.host.detail(slot.into()) else { return Ok(()) };
     let (now, (kind, bus, address)) = (job.now, json::name(&reading.source));
     let status = reading.status(now);
     // Of a value that is not there nothing is known, neither that it is well nor that it is new.
@@ -53,7 +54,7 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     };
     // The first ones are those of the stream.
     let names = "kind bus address status angle_deg age_ms health \
-                 raw_deg rate_deg_s turns temperature_c fresh sequence";
+                 raw_deg rate_deg_s turns temperature_c fresh sequence last_error unconfirmed quarantine";
     let values = [
         kind.into(),
         bus.into(),
@@ -68,6 +69,9 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
         known(reading.temperature().map(|c| Value::Thousandths(i64::from(c).saturating_mul(10))).into()),
         known(Value::Flag(reading.is_fresh())),
         reading.sequence.into(),
+        detail.last_error.map(Status::name).into(),
+        Value::Flag(detail.awaits_confirmation),
+        Value::Flag(detail.is_dead),
     ];
     job.reply.list("slot", slot.into(), names, &values);
     Ok(())

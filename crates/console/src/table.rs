@@ -2,15 +2,15 @@
 
 use core::fmt::{self, Write};
 
-use clino_bus::Micros;
+use clino_bus::{BusCounters, Micros};
 use clino_gateway::config::Name;
-use clino_gateway::json::{self, Topic};
+use clino_gateway::json::{self, DriverEnable, Topic};
 use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusFault, Reading, Source};
 
 use crate::host::{BusState, Host};
 use crate::reply::Reply;
-use crate::value::{DECIMALS, Value};
+use crate::value::{DECIMALS, Label, Value};
 
 /// The head of a table of readings.
 pub fn head(reply: &mut Reply<'_>) {
@@ -77,25 +77,24 @@ pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
         for topic in Topic::ALL {
             _ = json::statistics(reply.out, bus, topic, counters, health, driver);
         }
+        reply.begin_list("counters", bus.name().into());
+        more_counters(reply, counters, driver);
+        reply.end_list();
         return;
     }
-    let names = "requests good no_answer bad_answer late retries writes contention busy forced junk unasked framing \
-                 breaks noise overrun response_us response_max_us de_release_max_ns faults in_vain fault";
+    reply.begin_list("bus", bus.name().into());
+    let names = "requests good no_answer bad_answer late busy forced junk framing noise overrun response_us \
+                 response_max_us de_release_max_ns faults in_vain";
     let counts = [
         counters.requests,
         counters.good,
         counters.no_answer,
         counters.bad_answer,
         counters.late,
-        counters.retries,
-        counters.writes,
-        counters.contention,
         counters.line_busy,
         counters.forced,
         counters.discarded,
-        counters.unasked,
         counters.framing,
-        counters.breaks,
         counters.noise,
         counters.overrun,
         counters.response_last.0 as u32,
@@ -104,7 +103,31 @@ pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
         health.faults,
         health.in_vain,
     ];
-    let mut values = [health.fault.map(BusFault::name).into(); 22];
-    values.iter_mut().zip(counts).for_each(|(value, count)| *value = Value::from(count));
-    reply.list("bus", bus.name().into(), names, &values);
+    reply.counts(names, &counts);
+    reply.entry(Label::plain("fault"), health.fault.map(BusFault::name).into());
+    more_counters(reply, counters, driver);
+    reply.end_list();
+}
+
+/// What the statistics of the stream leave out.
+#[inline(never)]
+fn more_counters(reply: &mut Reply<'_>, counters: &BusCounters, driver: &DriverEnable) {
+    let names = "retries writes first_try checksum length foreign contention unasked breaks echo parity \
+                 response_min_us de_high_max_us";
+    let counts = [
+        counters.retries,
+        counters.writes,
+        counters.first_try,
+        counters.checksum,
+        counters.length,
+        counters.foreign,
+        counters.contention,
+        counters.unasked,
+        counters.breaks,
+        counters.echo,
+        counters.parity,
+        counters.response_min.0 as u32,
+        driver.high_max_us,
+    ];
+    reply.counts(names, &counts);
 }

@@ -128,6 +128,10 @@ impl Gateway {
                 self.console = console;
                 true
             }
+            Order::ClearCounters => {
+                self.clear_counters();
+                true
+            }
             Order::Acknowledge(slot) => {
                 self.acknowledge(slot);
                 true

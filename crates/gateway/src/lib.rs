@@ -22,6 +22,7 @@ extern crate std;
 mod alarm;
 mod bits;
 mod bus_task;
+pub mod command;
 pub mod config;
 mod consequence;
 mod counters;

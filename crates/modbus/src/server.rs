@@ -20,7 +20,7 @@ use clino_codec::character::Character;
 use crate::diagnostics::{Counters, bump};
 use crate::exception::Exception;
 use crate::frame::Frame;
-use crate::functions;
+use crate::functions::{self, Inner};
 use crate::host::Host;
 use crate::identification::Identification;
 use crate::own::Own;
@@ -46,16 +46,6 @@ pub struct Server {
     repeats: Repeats,
     changed: bool,
     inner: Inner,
-}
-
-/// What the functions need of the server.
-#[derive(Debug)]
-pub(crate) struct Inner {
-    pub settings: Settings,
-    pub identification: &'static Identification,
-    pub counters: Counters,
-    /// The port is to run like this as soon as the answer is out.
-    pub next: Option<Settings>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -33,7 +33,7 @@ fn frames_as_they_are_on_the_wire() {
     let answer = bench.raw(&sealed(&[0x11, 0x04, 0x00, 0x0E, 0x00, 0x02]));
     assert_eq!(answer, Some(sealed(&[0x11, 0x04, 0x04, 0x42, 0xF6, 0xE9, 0x79])));
     // An exception.
-    let answer = bench.raw(&sealed(&[0x11, 0x03, 0x0F, 0x00, 0x00, 0x01]));
+    let answer = bench.raw(&sealed(&[0x11, 0x03, 0x16, 0x00, 0x00, 0x01]));
     assert_eq!(answer, Some(sealed(&[0x11, 0x83, 0x02])));
 }
 
@@ -137,7 +137,7 @@ fn halves_cannot_be_written() {
 fn what_cannot_be_written() {
     let mut bench = Bench::new();
     // Header, angles, an unused register, the hole behind the settings of a slot, nothing at all, a result.
-    for address in [0x0000, 0x0020, 0x001F, 0x1012, 0x1019, 0x101F, 0x0F00, 0x1F09] {
+    for address in [0x0000, 0x0020, 0x001F, 0x1012, 0x1019, 0x101F, 0x1600, 0x09C0, 0x0A00, 0x1F09] {
         assert_eq!(bench.write_one(address, 0), Err(2), "{address:04X}");
         assert_eq!(bench.write(address, &[0]), Err(2), "{address:04X}");
     }

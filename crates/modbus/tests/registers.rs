@@ -286,6 +286,12 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "uid_00" => 0x1122_3344,
         "uid_01" => 0x5566_7788,
         "uid_02" => 0x99AA_BBCC,
+        // There was no command and no scan.
+        "result_sequence" | "result_scan" | "result_found" => 0,
+        _ if name.starts_with("result_") => return None,
+        _ if name.starts_with("found") => {
+            return (name.ends_with("_scan") || name.ends_with("_what")).then_some(0);
+        }
         "last_command" | "command_outcome" | "command_sequence" | "command_done" | "command_of"
         | "command_reason" | "command_silenced" => 0,
         _ if name.starts_with("angle_f32") => return degrees(trailing(), host),
@@ -329,6 +335,11 @@ fn slot_number(slot: usize, name: &str, host: &Real) -> Option<u32> {
         "lowest" | "highest" => return extreme(slot, host),
         "lowest_age" | "highest_age" => return extreme(slot, host).map(|_| 0),
         "high_extreme" | "low_extreme" | "rate_extreme" => return None,
+        "foreign" | "garbled" | "refused" | "response_min" => 0,
+        "skipped" => counters.skipped.into(),
+        "not_sent" => counters.not_sent.into(),
+        "rate_now" => return reading.rate(now).map(i32::cast_unsigned),
+        "turns" => return live(slot, host).map(|_| 0),
         "kind" | "set_kind" => match slot {
             3 | 9 => 1,
             7 => 2,
@@ -494,7 +505,7 @@ fn holding_and_input_registers_are_the_same() {
 fn long_reads_are_short_reads() {
     // Every bench begins with the same state, and its first request is answered from that.
     let read = |first: u16, quantity| Bench::new().read(first, quantity);
-    for range in [0x0000..0x00E0_u16, 0x0100..0x0790, 0x0800..0x08C0, 0x0900..0x0980, 0x1000..0x1600] {
+    for range in [0x0000..0x00E0_u16, 0x0100..0x0790, 0x0800..0x08C0, 0x0900..0x0980, 0x09C0..0x1600] {
         let single: Vec<u16> =
             range.clone().map(|address| read(address, 1).expect("a register")[0]).collect();
         for first in range.clone().step_by(7) {
@@ -584,8 +595,7 @@ fn every_other_address() {
         0x0000..0x00E0_u32,
         0x0100..0x0790,
         0x0800..0x08C0,
-        0x0900..0x09C0,
-        0x1000..0x1600,
+        0x0900..0x1600,
         0x1800..0x1820,
         0x1840..0x1860,
         0x1900..0x1C00,

@@ -21,6 +21,7 @@ mod publication;
 mod pwm;
 mod registers;
 mod saving;
+mod scan;
 mod settings;
 mod summary;
 mod throughput;

@@ -20,7 +20,7 @@ use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{Bus, Detail, Reading, SlotConfig};
 use clino_recovery::Start;
 
 use crate::desk::{Desk, Port, Rest};
@@ -94,8 +94,8 @@ impl Host for Notes {
         self.rest.config(slot)
     }
 
-    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
-        self.rest.slot_counters(slot)
+    fn detail(&self, slot: usize) -> Option<Detail> {
+        self.rest.detail(slot)
     }
 
     fn summary(&self) -> clino_gateway::summary::Summary {
@@ -172,6 +172,10 @@ impl Host for Notes {
 
     fn console(&self) -> ConsoleSettings {
         self.rest.console()
+    }
+
+    fn modbus_counters(&self) -> Option<clino_modbus::Counters> {
+        None
     }
 
     fn set_modbus(&mut self, settings: clino_modbus::Settings) {

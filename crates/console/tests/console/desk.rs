@@ -14,7 +14,7 @@ use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::{Standing, Summary};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
+use clino_gateway::{Asker, Bus, Detail, Gateway, Reading, Settings, SlotConfig, Source};
 use clino_recovery::{Start, StartCause, Uid};
 use embedded_io::{ErrorType, Write};
 
@@ -88,8 +88,8 @@ impl Host for Rest {
         self.gateway.config(slot).copied()
     }
 
-    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
-        self.gateway.slot_counters(slot).copied()
+    fn detail(&self, slot: usize) -> Option<Detail> {
+        self.gateway.detail(slot)
     }
 
     fn alarm(&self, slot: usize, alarm: clino_gateway::Alarm) -> Option<clino_gateway::AlarmDetail> {
@@ -186,6 +186,10 @@ impl Host for Rest {
 
     fn modbus(&self) -> Option<clino_modbus::Settings> {
         self.modbus
+    }
+
+    fn modbus_counters(&self) -> Option<clino_modbus::Counters> {
+        Some(clino_modbus::Counters { messages: 12, requests: 9, ..Default::default() })
     }
 
     fn set_modbus(&mut self, settings: clino_modbus::Settings) {

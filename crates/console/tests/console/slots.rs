@@ -100,7 +100,8 @@ fn a_value_is_told_with_all_that_is_known_of_it() {
         desk.type_in("read 2\r"),
         concat!(
             r#"{"slot":2,"kind":"pwm","bus":"pwm1","address":0,"status":"ok","angle_deg":180.000,"age_ms":3,"#,
-            r#""health":[],"raw_deg":180.000,"rate_deg_s":0,"turns":0,"temperature_c":null,"fresh":true,"sequence":2}"#,
+            r#""health":[],"raw_deg":180.000,"rate_deg_s":0,"turns":0,"temperature_c":null,"fresh":true,"sequence":2,"#,
+            r#""last_error":null,"unconfirmed":false,"quarantine":false}"#,
             "\r\n"
         )
     );

@@ -9,10 +9,9 @@ use super::{Binding, Site};
 use crate::bits::slot_bits;
 use crate::command::Progress;
 use crate::exception::Exception;
-use crate::host::SLOTS;
 use crate::map::lookup::{self, Number, Register};
 use crate::map::{
-    BusItem, CommandItem, DetailItem, GatewayItem, Item, MAGIC, ReadingItem, SLOT_BASE, SLOT_STRIDE,
+    BusItem, CommandItem, DetailItem, GatewayItem, Item, MAGIC, ReadingItem, SLOT_BASE, SLOT_STRIDE, SLOTS,
     TEST_ANGLE, TEST_NUMBER, VERSION,
 };
 use crate::number;
@@ -97,11 +96,12 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
                 Some(setting(&console::SETTINGS, id, &settings, number.scale))
             }
             Item::Command(item) => Some(self.command(item)),
+            Item::Result(item) => self.binding.results.number(item, index),
+            Item::Found(item) => self.binding.results.found(item, index),
         }
     }
 
     fn gateway(&mut self, item: GatewayItem, index: usize) -> Option<u32> {
-        let bits = |set: u64| (set >> (index & 63)) as u32;
         Some(match item {
             GatewayItem::Magic => MAGIC,
             GatewayItem::MapVersion => u32::from(VERSION),
@@ -116,20 +116,32 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             }
             GatewayItem::Patch => u32::from(self.binding.site.version().2),
             GatewayItem::Uptime => seconds(self.binding.now),
-            GatewayItem::Status => u32::from(self.summary().signals.bits()),
             GatewayItem::Sequence => u32::from(self.binding.view.generation() as u16),
-            GatewayItem::Online => bits(self.summary().online),
-            GatewayItem::Valid => bits(self.summary().valid),
-            GatewayItem::Enabled => u32::from(self.summary().enabled),
-            GatewayItem::Good => self.summary().good(),
-            GatewayItem::Alarms => bits(self.summary().alarms),
-            GatewayItem::OldestAge => return age(Some(self.summary().oldest)),
+            GatewayItem::Status
+            | GatewayItem::Online
+            | GatewayItem::Valid
+            | GatewayItem::Alarms
+            | GatewayItem::Enabled
+            | GatewayItem::Good
+            | GatewayItem::OldestAge => return self.summed_up(item, index),
         })
     }
 
-    fn summary(&mut self) -> Summary {
+    /// Of the summary.
+    #[inline(never)]
+    fn summed_up(&mut self, item: GatewayItem, index: usize) -> Option<u32> {
         let binding = self.binding;
-        *self.summary.get_or_insert_with(|| binding.summary())
+        let summary = self.summary.get_or_insert_with(|| binding.summary());
+        let bits = |set: u64| (set >> (index & 63)) as u32;
+        Some(match item {
+            GatewayItem::Online => bits(summary.online),
+            GatewayItem::Valid => bits(summary.valid),
+            GatewayItem::Alarms => bits(summary.alarms),
+            GatewayItem::Enabled => u32::from(summary.enabled),
+            GatewayItem::Good => summary.good(),
+            GatewayItem::OldestAge => return age(Some(summary.oldest)),
+            _ => u32::from(summary.signals.bits()),
+        })
     }
 
     fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
@@ -139,20 +151,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
         };
         let Some((reading, detail)) = known else {
             // Nothing is counted of a slot that nothing is known of.
-            let is_none = matches!(
-                item,
-                DetailItem::Temperature
-                    | DetailItem::Raw
-                    | DetailItem::Unwrapped
-                    | DetailItem::LastError
-                    | DetailItem::AlarmAge(_)
-                    | DetailItem::AlarmExtreme(_)
-                    | DetailItem::Lowest
-                    | DetailItem::Highest
-                    | DetailItem::LowestAge
-                    | DetailItem::HighestAge
-            );
-            return (!is_none).then_some(0);
+            return (!item.is_optional()).then_some(0);
         };
         let now = self.binding.now;
         let counters = &detail.counters;
@@ -191,6 +190,17 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             DetailItem::Writes => counters.writes.into(),
             DetailItem::ResponseLast => response(counters.response_last()),
             DetailItem::ResponseMax => response(counters.response_max()),
+            DetailItem::Foreign => counters.foreign.into(),
+            DetailItem::Skipped => counters.skipped.into(),
+            DetailItem::Garbled => counters.garbled.into(),
+            DetailItem::Refused => counters.refused.into(),
+            DetailItem::NotSent => counters.not_sent.into(),
+            DetailItem::ResponseMin => response(counters.response_min()),
+            DetailItem::Rate | DetailItem::Turns => {
+                let rate = reading.rate(now)?;
+                let value = if item == DetailItem::Rate { rate } else { reading.turns() };
+                value.cast_unsigned()
+            }
         })
     }
 
@@ -302,9 +312,15 @@ fn flags(reading: &Reading, detail: &Detail, now: Micros) -> u16 {
 /// A setting in steps of `scale`.
 fn setting<T>(table: &[Setting<T>], id: u8, of: &T, scale: u16) -> u32 {
     let setting = table.iter().find(|setting| setting.id == id);
-    setting.map_or(0, |setting| setting.scaled(of, scale.into()) as u32)
+    in_steps(setting.map_or(0, |setting| (setting.get)(of)), scale)
 }
 
+#[inline(never)]
+fn in_steps(value: i64, scale: u16) -> u32 {
+    value.checked_div(scale.into()).unwrap_or(0) as u32
+}
+
+#[inline(never)]
 fn response(time: Micros) -> u32 {
     (micros(time) / RESPONSE_UNIT).min(LONGEST_RESPONSE)
 }
