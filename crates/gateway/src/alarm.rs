@@ -310,10 +310,18 @@ impl Watch {
         self.alarms != before
     }
 
-    /// Something else is watched now, or otherwise.
-    pub fn reset(&mut self, config: &AlarmConfig) {
-        self.restart(config);
-        self.end(config, Alarm::NoValue);
+    /// Something else is watched now: what is watched as before stays as it is, the rest ends.
+    pub fn change(&mut self, from: &AlarmConfig, to: &AlarmConfig) {
+        let (one, other) = (from.limits, to.limits);
+        let stays = [
+            (Alarm::High, one.has_high() == other.has_high() && from.high == to.high),
+            (Alarm::Low, one.has_low() == other.has_low() && from.low == to.low),
+            (Alarm::Rate, from.rate == to.rate),
+            (Alarm::NoValue, from.no_value == to.no_value),
+        ];
+        for (alarm, _) in stays.into_iter().filter(|(_, stays)| !stays) {
+            self.end(to, alarm);
+        }
     }
 
     /// The sensor's numbers mean something else now.

@@ -6,7 +6,7 @@
 //! {"line":"t7","forced":0,"busy":0,"junk":0,"framing":0,"noise":0,"overrun":0}
 //! {"times":"t7","response_us":2083,"response_max_us":2083,"de_release_max_ns":1279,"de_high_max_us":261}
 //! {"bus_fault":"t7","fault":null,"faults":0,"in_vain":0}
-//! {"alarm":"high","slot":0,"state":"active","age_ms":20,"extreme":12.345,"unit":"deg","angle_deg":12.340}
+//! {"alarm":0,"name":"high","state":"active","age_ms":20,"extreme":12.345,"unit":"deg","angle_deg":12.340}
 //! ```
 //!
 //! `angle_deg` is in degrees with three decimals and is a number only while `status` is `ok`; `age_ms` is the
@@ -66,9 +66,9 @@ pub fn alarm(
     let state = detail.map_or(AlarmState::Quiet, |detail| detail.state).name();
     write!(
         out,
-        "{{\"alarm\":\"{}\",\"slot\":{},\"state\":\"{state}\",\"age_ms\":",
-        alarm.name(),
-        reading.slot
+        "{{\"alarm\":{},\"name\":\"{}\",\"state\":\"{state}\",\"age_ms\":",
+        reading.slot,
+        alarm.name()
     )?;
     match detail {
         Some(AlarmDetail { age, .. }) => write!(out, "{}", age.as_millis())?,

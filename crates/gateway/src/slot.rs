@@ -150,9 +150,13 @@ impl Slot {
             true => (self.counters, Watch::default()),
             false => (SlotCounters::default(), Watch::default()),
         };
-        alarm.reset(&config.alarm);
-        let extremes =
-            if means_the_same(&self.config, &config) { self.extremes } else { Extremes::default() };
+        alarm.change(&self.config.alarm, &config.alarm);
+        let extremes = if means_the_same(&self.config, &config) {
+            self.extremes
+        } else {
+            alarm.restart(&config.alarm);
+            Extremes::default()
+        };
         let sequence = self.sequence.wrapping_add(1);
         *self = Slot { sequence, counters, alarm, extremes, ..Slot::new(config) };
     }

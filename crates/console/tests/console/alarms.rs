@@ -32,9 +32,9 @@ fn desk() -> Desk {
 /// The lines about alarms, without what depends on the angle's rounding.
 fn told(printed: &str) -> Vec<(String, String)> {
     let lines = printed.lines().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
-    let alarms = lines.filter(|line| line.get("alarm").is_some_and(|alarm| alarm.is_string()));
+    let alarms = lines.filter(|line| line.get("alarm").is_some_and(|alarm| alarm.is_number()));
     let text = |value: &serde_json::Value| value.as_str().expect("a word").to_owned();
-    alarms.map(|line| (text(&line["alarm"]), text(&line["state"]))).collect()
+    alarms.map(|line| (text(&line["name"]), text(&line["state"]))).collect()
 }
 
 fn pairs(of: &[(&str, &str)]) -> Vec<(String, String)> {
@@ -50,9 +50,9 @@ fn each_change_is_a_line_of_the_stream() {
     turn_to(&mut desk, 110.0);
     let printed = desk.stream();
     assert_eq!(told(&printed), pairs(&[("high", "active")]));
-    let line = printed.lines().find(|line| line.contains("alarm\":\"high")).expect("the line");
+    let line = printed.lines().find(|line| line.contains("\"name\":\"high\"")).expect("the line");
     let line: serde_json::Value = serde_json::from_str(line).expect("an object");
-    assert_eq!((&line["slot"], &line["age_ms"], &line["unit"]), (&2.into(), &0.into(), &"deg".into()));
+    assert_eq!((&line["alarm"], &line["age_ms"], &line["unit"]), (&2.into(), &0.into(), &"deg".into()));
     assert!((line["extreme"].as_f64().expect("a number") - 110.0).abs() < 0.01, "{line}");
     assert_eq!(line["extreme"], line["angle_deg"]);
     // It ends behind the hysteresis, and waits.

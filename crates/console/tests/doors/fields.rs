@@ -158,8 +158,8 @@ const READS: &[Object] = &[
     (
         "alarm",
         &[
-            ("alarm", "* which one it is"),
-            ("slot", "* the number of the block"),
+            ("alarm", "* the number of the block"),
+            ("name", "* which one it is"),
             ("state", "alarm slot{}_alarms"),
             ("age_ms", "seconds of slot{}_{alarm}_age"),
             ("extreme", "slot{}_{alarm}_extreme"),
@@ -478,11 +478,7 @@ impl Fields {
             }
             _ => about,
         };
-        let kind = object["alarm"].as_str().filter(|_| name == "alarm").unwrap_or("");
-        let about = match kind {
-            "" => about,
-            _ => format!("{:02}", object["slot"].as_u64().expect("a slot")),
-        };
+        let kind = object["name"].as_str().filter(|_| name == "alarm").unwrap_or("");
         for (key, value) in object.as_object().expect("an object") {
             if key == "what"
                 || key == "counters"
@@ -572,7 +568,7 @@ impl Fields {
                 assert_eq!(self.bits(house, name).count_ones(), value.as_u64().unwrap() as u32, "{told}")
             }
             "alarm" => {
-                let bit = ["high", "low", "rate", "no_value"].iter().position(|it| object["alarm"] == **it);
+                let bit = ["high", "low", "rate", "no_value"].iter().position(|it| object["name"] == **it);
                 let bits = self.bits(house, name) >> bit.expect("an alarm") & 0x11;
                 let states = [(0x11, "active"), (0x01, "acknowledged"), (0x10, "unacknowledged")];
                 assert!(states.iter().any(|state| *state == (bits, value.as_str().unwrap_or(""))), "{told}");

@@ -181,6 +181,29 @@ fn other_numbers_end_what_they_raised() {
     assert_eq!(bench.watch.alarms().state(Alarm::High), AlarmState::Unacknowledged);
 }
 
+/// A change of one thing that is watched ends that, and nothing else.
+#[test]
+fn what_is_watched_as_before_stays_as_it_is() {
+    let all = AlarmConfig { rate: 5_000, no_value: 10, ..BOTH };
+    let raised = || {
+        let mut bench = Bench::new(all);
+        bench.take(11_000, 9_000);
+        assert!(bench.watch.miss(&all, Some(Micros(0)), Micros(20_000_000)));
+        bench
+    };
+    let quiet = |to: AlarmConfig| {
+        let mut bench = raised();
+        bench.watch.change(&all, &to);
+        let is_quiet = |alarm: &Alarm| bench.watch.alarms().state(*alarm) == AlarmState::Quiet;
+        [Alarm::High, Alarm::Rate, Alarm::NoValue].into_iter().filter(is_quiet).collect::<Vec<_>>()
+    };
+    assert_eq!(quiet(AlarmConfig { hysteresis: 2_000, delay: 9, latching: true, low: -1, ..all }), []);
+    assert_eq!(quiet(AlarmConfig { high: 10_001, ..all }), [Alarm::High]);
+    assert_eq!(quiet(AlarmConfig { limits: AlarmLimits::Low, ..all }), [Alarm::High]);
+    assert_eq!(quiet(AlarmConfig { rate: 0, ..all }), [Alarm::Rate]);
+    assert_eq!(quiet(AlarmConfig { no_value: 11, ..all }), [Alarm::NoValue]);
+}
+
 proptest! {
     /// Against a model that keeps the whole history: an alarm is active exactly while its condition has held for the delay
     /// and has not ended.

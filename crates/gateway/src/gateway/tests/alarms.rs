@@ -93,8 +93,11 @@ fn other_settings_of_the_slot_do_not_end_what_latches_and_another_sensor_does() 
     let config = *world.gateway.config(0).unwrap();
     let retries = SlotConfig { retries: 5, ..config };
     world.gateway.carry_out(Order::Slot { slot: 0, config: retries }, Asker::Console).unwrap();
+    assert_eq!(world.gateway.reading(0).unwrap().alarms.state(Alarm::High), AlarmState::Active);
+    // Another limit ends it, and what latches waits; if the angle is beyond the new one, it is active again at once.
+    let lower = SlotConfig { alarm: AlarmConfig { high: 9_000, ..config.alarm }, ..config };
+    world.gateway.carry_out(Order::Slot { slot: 0, config: lower }, Asker::Console).unwrap();
     assert_eq!(world.gateway.reading(0).unwrap().alarms.state(Alarm::High), AlarmState::Unacknowledged);
-    // Its condition holds still: it is active again with the first value.
     world.skip(3_500_000);
     assert_eq!(world.gateway.reading(0).unwrap().alarms.state(Alarm::High), AlarmState::Active);
     for other in [
