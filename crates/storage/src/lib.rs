@@ -54,8 +54,10 @@ extern crate std;
 pub mod pages;
 pub mod record;
 mod store;
+pub mod tally;
 mod wait;
 
 pub use pages::FlashError;
 pub use record::Reject;
 pub use store::{LoadError, Loaded, SaveError, SaveOutcome, Store};
+pub use tally::Tally;
