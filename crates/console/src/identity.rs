@@ -31,7 +31,7 @@ pub fn introduce(reply: &mut Reply<'_>, host: &dyn Host) {
 pub const HOW_TO_GET_A_PROMPT: &str = "Enter or Ctrl-C";
 
 /// Names of what [`who`] tells.
-pub const WHO: &str = "version uptime_ms mode clock boots uid";
+pub const WHO: &str = "version uptime_ms mode clock power_ups boots uid";
 
 /// Who this is.
 pub fn who(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
@@ -41,6 +41,7 @@ pub fn who(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
         host.now().as_millis().into(),
         start.mode.name().into(),
         start.clock.name().into(),
+        start.power_ups.into(),
         start.boots.into(),
         Value::Words(&start.uid),
     ];

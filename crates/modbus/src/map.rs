@@ -200,6 +200,7 @@ impl Entry {
                 StartItem::Cause
                     | StartItem::Mode
                     | StartItem::Clock
+                    | StartItem::PowerUps
                     | StartItem::Boots
                     | StartItem::Crashes
                     | StartItem::File

@@ -154,6 +154,7 @@ fn started() -> Start {
     let crash = Crash::fault(fault, Some(registers), false);
     Start {
         cause: StartCause::PowerOn,
+        power_ups: 70_005,
         boots: 70_001,
         crashes: 70_002,
         mode: Mode::Bare,
@@ -268,6 +269,7 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "command" | "command_target" | "command_value" | "arm_key" => 0,
         "start_cause" => 1,
         "start_mode" | "clock_source" => 2,
+        "power_ups" => 70_005,
         "boots" => 70_001,
         "crashes" => 70_002,
         // An access to nothing: no duty, no line, no file.

@@ -242,7 +242,7 @@ fn statistics_are_not_made_up_for() {
 
 #[test]
 fn a_line_check_is_taken_off_and_required_from_then_on() {
-    let answer = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","boots":1,"uid":"000000020000000100000000"}"#;
+    let answer = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","power_ups":0,"boots":1,"uid":"000000020000000100000000"}"#;
     let refused = |length| {
         format!(
             "{{\"error\":{{\"kind\":\"damaged_line\",\"reason\":\"check\",\"characters\":{length}}}}}\r\n"

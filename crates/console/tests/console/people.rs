@@ -14,7 +14,7 @@ fn enter_brings_a_prompt_and_what_is_typed_is_echoed() {
     assert!(desk.type_in("\r").ends_with("clino> "));
     assert_eq!(desk.type_in("vers"), "vers");
     assert!(desk.type_in("\t").contains("ion"), "completion");
-    assert!(desk.type_in("\r").contains("clino: version 9.8.7, uptime_ms 0, mode normal, clock crystal, boots 1, uid 000000020000000100000000\r\n"));
+    assert!(desk.type_in("\r").contains("clino: version 9.8.7, uptime_ms 0, mode normal, clock crystal, power_ups 0, boots 1, uid 000000020000000100000000\r\n"));
 }
 
 /// Tab, below the first word, too: what is typed, and what then stands there.
@@ -155,7 +155,7 @@ fn former_lines_come_back_with_the_arrow() {
 fn json_is_a_mode_without_echo_and_back() {
     let mut desk = Desk::with_person();
     desk.type_in("json on\r");
-    let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","boots":1,"uid":"000000020000000100000000"}"#;
+    let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","power_ups":0,"boots":1,"uid":"000000020000000100000000"}"#;
     assert_eq!(desk.type_in("version\r"), format!("{version}\r\n"));
     assert!(desk.type_in("json off\r").ends_with("clino> "));
 }

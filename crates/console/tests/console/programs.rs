@@ -24,7 +24,7 @@ fn a_program_may_speak_into_the_stream() {
 fn either_line_end_or_both_end_a_command() {
     let mut desk = Desk::new();
     for end in ["\r", "\n", "\r\n"] {
-        let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","boots":1,"uid":"000000020000000100000000"}"#;
+        let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","power_ups":0,"boots":1,"uid":"000000020000000100000000"}"#;
         assert_eq!(desk.type_in(&format!("version{end}")), format!("{version}\r\n"));
     }
 }

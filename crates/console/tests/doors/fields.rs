@@ -252,6 +252,7 @@ const READS: &[Object] = &[
             ("uptime_ms", "seconds uptime"),
             ("mode", "start_mode"),
             ("clock", "clock_source"),
+            ("power_ups", "power_ups"),
             ("boots", "boots"),
             ("uid", "uid uid_00"),
         ],

@@ -253,6 +253,8 @@ pub enum StartItem {
     Mode,
     /// What time is measured with.
     Clock,
+    /// How often power came.
+    PowerUps,
     /// Starts.
     Boots,
     /// Crashes.

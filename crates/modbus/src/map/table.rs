@@ -473,6 +473,7 @@ const START: &[Entry] = &[
     .times(0, FILE),
     start(40, Form::U32, T::Uid, "uid", "", "number of the chip, which no other has: its three words, the lowest first")
         .times(0, 3),
+    start(46, Form::U32, T::PowerUps, "power_ups", "", "how often power came; with *boots* it tells this start from all others; 0: not known"),
 ];
 
 /// Registers for the name of a file.
