@@ -23,7 +23,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use clino_bus::{Micros, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7;
-use clino_gateway::config::{Ask, Direction, Filter, Name};
+use clino_gateway::config::{AlarmConfig, AlarmLimits, Ask, Direction, Filter, Name};
 use clino_gateway::{MAX_SLOTS, Settings, SlotConfig, Source, Span};
 use clino_storage::{Loaded, SaveOutcome, Store};
 use cortex_m::peripheral::DWT;
@@ -136,6 +136,16 @@ fn numbered(n: u32) -> (Settings, clino_modbus::Settings) {
         soft_zero: Angle::from_udeg(n as i32 - LEAST_ZERO),
         name: Name::new("~~~~~~~~~~~~~~~~").unwrap(),
         max_rate: 36_000_000 - n,
+        alarm: AlarmConfig {
+            high: 359_999,
+            low: -360_000,
+            hysteresis: 360_000,
+            rate: 36_000_000,
+            delay: 36_000,
+            no_value: 36_000,
+            limits: AlarmLimits::Both,
+            latching: true,
+        },
     };
     let mut settings = Settings::new(&[slot; MAX_SLOTS], Timing::t7(Serial::T7_DEFAULT), Timing::isu());
     settings.t7.line.pre_delay = Micros(n.into());
