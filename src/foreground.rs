@@ -4,7 +4,7 @@
 use core::cell::RefCell;
 use core::convert::Infallible;
 
-use clino_bus::{DriverEnable, Micros};
+use clino_bus::{DriverEnable, Instant};
 use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
@@ -33,7 +33,7 @@ pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
     let mut host = Gateway { start, store, keys, common: &common };
     let mut shell = Shell::new(console);
     loop {
-        if host.start.mode != Mode::Normal && clock::now() >= params::SAFE_MODE {
+        if host.start.mode != Mode::Normal && clock::now().since(Instant::ZERO) >= params::SAFE_MODE {
             start::retry();
         }
         if let Some(key) = host.keys.dequeue() {
@@ -176,7 +176,7 @@ impl Gateway<'_> {
 }
 
 impl Host for Gateway<'_> {
-    fn now(&self) -> Micros {
+    fn now(&self) -> Instant {
         clock::now()
     }
 
@@ -184,7 +184,7 @@ impl Host for Gateway<'_> {
         shared::reading(slot)
     }
 
-    fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
+    fn glance(&self, slot: usize, now: Instant) -> Option<Glance> {
         shared::SNAPSHOT.read(|view| view.glance(slot, now))
     }
 

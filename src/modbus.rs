@@ -5,7 +5,7 @@
 
 use core::cell::RefCell;
 
-use clino_bus::{DriverEnable, Micros};
+use clino_bus::{DriverEnable, Instant};
 use clino_gateway::Gateway;
 use clino_modbus::binding::{self, Binding, Wish};
 use clino_modbus::{Identification, Refusal, Server};
@@ -66,8 +66,8 @@ impl<'a> Level<'a> {
         let now = clock::now();
         while let Some(event) = self.lines.events.dequeue() {
             match event {
-                Event::Heard { character, at } => self.server.heard(character, at.near(now)),
-                Event::Sent { at } => self.server.sent(at.near(now)),
+                Event::Heard { character, at } => self.server.heard(character, at),
+                Event::Sent { at } => self.server.sent(at),
             }
         }
         if let Some(settings) = with(self.shared, |shared| shared.new_settings.lock(Option::take)).flatten() {
@@ -123,7 +123,7 @@ impl Site<'_> {
 }
 
 impl binding::Site for Site<'_> {
-    fn now(&self) -> Micros {
+    fn now(&self) -> Instant {
         clock::now()
     }
 

@@ -1,6 +1,6 @@
 //! What the console needs of the rest of the gateway.
 
-use clino_bus::{BusCounters, Micros};
+use clino_bus::{BusCounters, Instant};
 use clino_commissioning::TaskProgress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
@@ -20,13 +20,13 @@ use crate::received::Received;
 /// The gateway as the console sees it. Each call is short: one slot, one transaction, one bus.
 pub trait Host {
     /// Time since reset.
-    fn now(&self) -> Micros;
+    fn now(&self) -> Instant;
 
     /// The last reading of a slot; `None` beyond the last slot.
     fn reading(&self, slot: usize) -> Option<Reading>;
 
     /// The least of that, as of `now`: asked of every slot before every line of a stream.
-    fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
+    fn glance(&self, slot: usize, now: Instant) -> Option<Glance> {
         self.reading(slot).map(|reading| reading.glance(now))
     }
 

@@ -1,5 +1,6 @@
 //! What this gateway is: how a person is greeted, how a stream begins.
 
+use clino_bus::Instant;
 use clino_recovery::Mode;
 
 use crate::host::Host;
@@ -38,7 +39,7 @@ pub fn who(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
     let start = host.start();
     let values = [
         host.version().into(),
-        host.now().as_millis().into(),
+        host.now().millis_since(Instant::ZERO).into(),
         start.mode.name().into(),
         start.clock.name().into(),
         start.power_ups.into(),

@@ -1,6 +1,6 @@
 //! What happened: counters and the last transactions.
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 use clino_gateway::order::Order;
 use clino_gateway::trace::{Entry, TRACED};
 
@@ -78,13 +78,13 @@ fn of_slot(job: &mut Job<'_, '_>, slot: u8) {
     job.reply.begin_list("counters", slot.into());
     job.reply.counts(names, &counts);
     // Before the first answer there are no times.
-    let is_known = counters.response_min() > Micros::ZERO;
+    let is_known = counters.response_min() > Duration::ZERO;
     for (name, time) in [
         ("response_us", counters.response_last()),
         ("response_min_us", counters.response_min()),
         ("response_max_us", counters.response_max()),
     ] {
-        job.reply.entry(Label::plain(name), is_known.then_some(time.0).into());
+        job.reply.entry(Label::plain(name), is_known.then_some(time.as_micros()).into());
     }
     job.reply.end_list();
 }
@@ -126,13 +126,20 @@ fn row(reply: &mut Reply<'_>, entry: &Entry) {
     let Entry { at, address, command, purpose, verdict, .. } = *entry;
     let (took, purpose, verdict) = (entry.took(), purpose.name(), verdict.name());
     if reply.is_for_people() {
-        let (at, took) = (at.0, took.0);
+        let (at, took) = (at.as_micros(), took.as_micros());
         _ = writeln!(
             reply.out,
             "{at:>12}  {bus:<3}  {address:>4}  {command:>4}  {took:>7}  {purpose:<12}  {verdict}"
         );
         return;
     }
-    let values = [at.0.into(), address.into(), command.into(), took.0.into(), purpose.into(), verdict.into()];
+    let values = [
+        at.as_micros().into(),
+        address.into(),
+        command.into(),
+        took.as_micros().into(),
+        purpose.into(),
+        verdict.into(),
+    ];
     reply.list("trace", bus.into(), "at_us address code took_us purpose verdict", &values);
 }

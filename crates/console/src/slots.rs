@@ -1,6 +1,5 @@
 //! Slots: what they read, and what they are.
 
-use clino_bus::Micros;
 use clino_gateway::config::{Kind, Name};
 use clino_gateway::order::Order;
 use clino_gateway::settings::slot::{NAMES, SETTINGS, id, setting};
@@ -61,7 +60,7 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
         address.into(),
         status.name().into(),
         reading.angle(now).into(),
-        reading.age(now).map(Micros::as_millis).into(),
+        reading.age_ms(now).into(),
         health,
         reading.raw(now).map(Published::of_sensor).into(),
         reading.rate(now).map(|rate| Value::Thousandths(rate.into())).into(),

@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Write};
 
-use clino_bus::{BusCounters, Micros};
+use clino_bus::{BusCounters, Instant};
 use clino_gateway::config::Name;
 use clino_gateway::json::{self, DriverEnable, Topic};
 use clino_gateway::summary::Summary;
@@ -25,7 +25,7 @@ pub fn name_of(host: &dyn Host, slot: u8) -> Name {
 }
 
 /// A reading, for people with the name of its slot; nothing of an empty slot.
-pub fn row(reply: &mut Reply<'_>, reading: &Reading, name: Name, now: Micros) {
+pub fn row(reply: &mut Reply<'_>, reading: &Reading, name: Name, now: Instant) {
     _ = if reading.source == Source::Off {
         Ok(())
     } else if reply.is_for_people() {
@@ -35,7 +35,7 @@ pub fn row(reply: &mut Reply<'_>, reading: &Reading, name: Name, now: Micros) {
     };
 }
 
-fn columns(out: &mut dyn Write, reading: &Reading, name: Name, now: Micros) -> fmt::Result {
+fn columns(out: &mut dyn Write, reading: &Reading, name: Name, now: Instant) -> fmt::Result {
     let (kind, _, address) = json::name(&reading.source);
     write!(out, "{:>4}  {kind:<4}  ", reading.slot)?;
     match address {
@@ -46,8 +46,8 @@ fn columns(out: &mut dyn Write, reading: &Reading, name: Name, now: Micros) -> f
         Some(angle) => write!(out, "  {:>9}", angle.angle().text(DECIMALS).as_str())?,
         None => out.write_str("          -")?,
     }
-    match reading.age(now) {
-        Some(age) => write!(out, "  {:>5} ms", age.as_millis())?,
+    match reading.age_ms(now) {
+        Some(age_ms) => write!(out, "  {age_ms:>5} ms")?,
         None => out.write_str("  never   ")?,
     }
     write!(out, "  {}", reading.status(now).name())?;
@@ -97,8 +97,8 @@ pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
         counters.framing,
         counters.noise,
         counters.overrun,
-        counters.response_last.0 as u32,
-        counters.response_max.0 as u32,
+        counters.response_last.as_micros(),
+        counters.response_max.as_micros(),
         driver.release_max_ns,
         health.faults,
         health.in_vain,
@@ -126,7 +126,7 @@ fn more_counters(reply: &mut Reply<'_>, counters: &BusCounters, driver: &DriverE
         counters.breaks,
         counters.echo,
         counters.parity,
-        counters.response_min.0 as u32,
+        counters.response_min.as_micros(),
         driver.high_max_us,
     ];
     reply.counts(names, &counts);

@@ -5,7 +5,7 @@
 //! their ids: what they are, the gateway's tables say. What only a level that may wait can do, the site is asked for
 //! ([`Wish`]).
 
-use clino_bus::{DriverEnable, Micros};
+use clino_bus::{DriverEnable, Instant};
 use clino_codec::t7::BaudRate;
 use clino_commissioning::t7::Rates;
 use clino_gateway::order::Order;
@@ -34,7 +34,7 @@ use results::Results;
 /// Where the gateway runs.
 pub trait Site {
     /// Time since reset.
-    fn now(&self) -> Micros;
+    fn now(&self) -> Instant;
 
     /// Lends the gateway; `None` while there is none. The bus level waits meanwhile.
     fn gateway<R>(&self, look: impl FnOnce(&mut Gateway) -> R) -> Option<R>;
@@ -83,7 +83,7 @@ pub struct Binding<'a, S> {
     site: S,
     snapshot: &'a Snapshot,
     view: View<'a>,
-    now: Micros,
+    now: Instant,
     progress: Progress,
     /// Where the last command is under way as a task.
     task: Option<Bus>,
@@ -100,7 +100,7 @@ impl<'a, S: Site> Binding<'a, S> {
             site,
             snapshot,
             view,
-            now: Micros::ZERO,
+            now: Instant::ZERO,
             progress: Progress::default(),
             task: None,
             silenced: 0,

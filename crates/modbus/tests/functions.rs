@@ -2,9 +2,10 @@
 
 mod common;
 
+use clino_bus::Duration;
 use clino_codec::t7::Axis;
 use clino_gateway::config::Kind;
-use clino_gateway::{SlotConfig, Source, Span};
+use clino_gateway::{SlotConfig, Source};
 use clino_modbus::Refusal;
 use clino_modbus::command::Command;
 use common::real::Written;
@@ -167,9 +168,9 @@ fn function_16_is_checked_whole() {
     let expected = SlotConfig {
         enabled: false,
         held_axis: Axis::One,
-        period: Span::from_millis(20),
-        timeout: Span::from_millis(5),
-        stale: Span::from_millis(60),
+        period: Duration::from_millis(20),
+        timeout: Duration::from_millis(5),
+        stale: Duration::from_millis(60),
         retries: 10,
         ..SlotConfig::usual(isu)
     };
@@ -378,7 +379,11 @@ fn identification_in_parts() {
     let mut objects = common::IDENTIFICATION.0;
     [objects[0], objects[1], objects[2]] = [long, long, longest];
     let identification = Box::leak(Box::new(clino_modbus::Identification(objects)));
-    bench.server = clino_modbus::Server::new(common::SETTINGS, identification, clino_bus::Micros(bench.now));
+    bench.server = clino_modbus::Server::new(
+        common::SETTINGS,
+        identification,
+        clino_bus::Instant::from_micros(bench.now),
+    );
     bench.pause(10_000);
     let first = bench.ask(&[43, 14, 1, 0]);
     assert_eq!(first[..7], [43, 14, 1, 0x82, 0xFF, 1, 1]);
@@ -398,8 +403,11 @@ fn empty_objects_are_left_out() {
         (0..6).filter(|object| empty >> object & 1 == 1).for_each(|object| objects[object] = "");
         let identification = Box::leak(Box::new(clino_modbus::Identification(objects)));
         let mut bench = Bench::new();
-        bench.server =
-            clino_modbus::Server::new(common::SETTINGS, identification, clino_bus::Micros(bench.now));
+        bench.server = clino_modbus::Server::new(
+            common::SETTINGS,
+            identification,
+            clino_bus::Instant::from_micros(bench.now),
+        );
         bench.pause(10_000);
         let coded = |numbers: std::ops::Range<usize>| -> Vec<u8> {
             let object = |n: usize| [&[n as u8, objects[n].len() as u8], objects[n].as_bytes()].concat();

@@ -6,13 +6,13 @@ mod common;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use clino_bus::{DriverEnable, Micros};
+use clino_bus::{DriverEnable, Duration, Instant};
 use clino_codec::angle::Angle;
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::t7::Axis;
 use clino_gateway::config::{AlarmConfig, AlarmLimits, Ask, Direction, Filter, Kind, Name};
 use clino_gateway::{
-    Bus, Capture, Gateway, Published, PwmInput, Settings, SlotConfig, Snapshot, Source, Span, Status,
+    Bus, Capture, Gateway, Published, PwmInput, Settings, SlotConfig, Snapshot, Source, Status,
 };
 use clino_modbus::Refusal;
 use clino_modbus::binding::{Binding, Site, Wish};
@@ -100,9 +100,9 @@ fn plant() -> Bench {
     let mut table: Vec<SlotConfig> = (0..48_i32)
         .map(|slot| SlotConfig {
             soft_zero: Angle::from_mdeg(slot * 7_345 - 170_000).unwrap(),
-            period: Span::from_millis(40 + slot as u32),
-            stale: Span::from_millis(2_000 + slot as u32),
-            report_every: Span::from_millis(300 + slot as u32),
+            period: Duration::from_millis(40 + slot as u32),
+            stale: Duration::from_millis(2_000 + slot as u32),
+            report_every: Duration::from_millis(300 + slot as u32),
             tolerance: 500 + slot as u16,
             max_rate: 400_000 + slot as u32,
             direction: if slot == 2 { Direction::Reversed } else { Direction::Normal },
@@ -111,7 +111,7 @@ fn plant() -> Bench {
         })
         .collect();
     let timed =
-        |config| SlotConfig { timeout: Span::from_millis(7), retries: 3, ask: Ask::Everything, ..config };
+        |config| SlotConfig { timeout: Duration::from_millis(7), retries: 3, ask: Ask::Everything, ..config };
     table[1].name = Name::new("Boom 1").unwrap();
     table[3] = timed(SlotConfig::usual(Source::of(Kind::T7, 33, Axis::One)));
     table[4] = SlotConfig { filter: Filter::Median, samples: 5, ..table[4] };
@@ -126,7 +126,7 @@ fn plant() -> Bench {
         latching: true,
     };
     // Stale 40 ms after its last value.
-    (table[5].period, table[5].stale) = (Span::from_millis(10), Span::from_millis(34));
+    (table[5].period, table[5].stale) = (Duration::from_millis(10), Duration::from_millis(34));
     table[7] = SlotConfig::usual(Source::of(Kind::Isu, 3, Axis::Two));
     table[9] = SlotConfig::usual(Source::of(Kind::T7, 0, Axis::Two));
     table[11].enabled = false;
@@ -141,7 +141,7 @@ fn plant() -> Bench {
         bench.host.board.gateway.borrow_mut().pwm(input, cycle, bench.host.board.now.get());
     }
     bench.host.board.gateway.borrow_mut().publish(&mut bench.host.publisher);
-    bench.host.board.now.set(bench.host.board.now.get() + Micros(40_000));
+    bench.host.board.now.set(bench.host.board.now.get() + Duration::from_micros(40_000));
     bench.read(0, 1).expect("a register");
     bench
 }
@@ -246,7 +246,7 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
         "slot_stride" => 32,
         "firmware" => 0x0102,
         "firmware_patch" => 3,
-        "uptime" => (now.0 / 1_000_000) as u32,
+        "uptime" => (now.as_micros() / 1_000_000) as u32,
         // Both buses dead, a fault of the T7 bus, unsaved, safe mode, internal clock, slots without a value.
         "gateway_status" => 0x0001 | 0x0002 | 0x0008 | 0x0020 | 0x0040 | 0x0100 | 0x0400,
         "sequence" => 2,
@@ -313,7 +313,7 @@ fn slot_number(slot: usize, name: &str, host: &Real) -> Option<u32> {
     let gateway = host.board.gateway.borrow();
     let counters = *gateway.slot_counters(slot).expect("a slot");
     let detail = gateway.detail(slot).expect("a slot");
-    let ms = |span: Span| span.as_micros() / 1_000;
+    let ms = |span: Duration| span.as_micros() / 1_000;
     Some(match name {
         "status" => code(status(slot)),
         // Nothing new was read; the nodes are given up after a second.
@@ -480,7 +480,7 @@ fn hundredths(slot: usize, host: &Real) -> Option<u32> {
 /// The only angle there was, of the slots whose PWM input had a cycle; slot 5 had it, too, before it grew stale.
 fn extreme(slot: usize, host: &Real) -> Option<u32> {
     let reading = host.snapshot.view().reading(slot).expect("a slot");
-    let fresh = Micros(host.board.now.get().0 - 40_000);
+    let fresh = host.board.now.get() - Duration::from_micros(40_000);
     reading.angle(fresh).map(|angle| angle.mdeg() as u32).filter(|_| ![3, 7, 9, 11, 40].contains(&slot))
 }
 
@@ -523,8 +523,8 @@ fn long_reads_are_short_reads() {
 struct Nowhere;
 
 impl Site for Nowhere {
-    fn now(&self) -> Micros {
-        Micros(1_000)
+    fn now(&self) -> Instant {
+        Instant::from_micros(1_000)
     }
 
     fn gateway<R>(&self, _: impl FnOnce(&mut Gateway) -> R) -> Option<R> {
@@ -571,7 +571,11 @@ fn one_request_is_one_state() {
             let mut gateway = Gateway::new(&settings, Limits::new(84_000_000));
             let mut publisher = snapshot.publisher();
             for high in (700_000..2_100_000).cycle().step_by(977) {
-                gateway.pwm(PwmInput::Pwm1, Capture::Cycle(Ticks { period: 2_800_000, high }), Micros(1_000));
+                gateway.pwm(
+                    PwmInput::Pwm1,
+                    Capture::Cycle(Ticks { period: 2_800_000, high }),
+                    Instant::from_micros(1_000),
+                );
                 gateway.publish(&mut publisher);
                 if done.load(Ordering::Relaxed) {
                     break;

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use std::env;
 use std::fmt::Write as _;
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::character::LineErrors;
 use clino_console::{BusState, Host, LONGEST_LINE, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
@@ -78,11 +78,11 @@ const SCRIPT: [&str; 42] = [
 struct Notes {
     rest: Rest,
     noted: String,
-    now: Micros,
+    now: Instant,
 }
 
 impl Host for Notes {
-    fn now(&self) -> Micros {
+    fn now(&self) -> Instant {
         self.now
     }
 
@@ -207,7 +207,7 @@ enum Done {
 impl Bench {
     fn new(person: bool, sent: &[String]) -> Bench {
         let port = Port::default();
-        let host = Notes { rest: Desk::new().rest, noted: String::new(), now: Micros::from_millis(10) };
+        let host = Notes { rest: Desk::new().rest, noted: String::new(), now: Instant::from_millis(10) };
         let shell = Shell::new(port.clone());
         let mut bench = Bench { shell, port, host, is_person: person, known: HashMap::new() };
         bench.type_in(if person { "\r" } else { "json on\r" });
@@ -417,7 +417,7 @@ fn run(bench: &mut Bench, way: &[Way], lines: &[String], (person, traceless): (b
     // A person's session begins with a carriage return.
     let mut returned = person;
     for &way in way {
-        bench.host.now = bench.host.now + Micros::from_millis(way.pause_ms);
+        bench.host.now = bench.host.now + Duration::from_millis(way.pause_ms);
         let Received { byte, errors, lost } = way.received;
         let after_return = std::mem::take(&mut returned) && lost == 0 && errors.is_none();
         if !(errors.is_none() && matches!(byte, b'\r' | b'\n')) {

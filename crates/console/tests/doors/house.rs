@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
-use clino_bus::{DriverEnable, Micros, Serial, Timing, earliest};
+use clino_bus::{DriverEnable, Duration, Instant, Serial, Timing, earliest};
 use clino_codec::character::Character;
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::{isu, t7};
@@ -66,7 +66,7 @@ struct Inside {
     gateway: RefCell<Gateway>,
     snapshot: &'static Snapshot,
     publisher: RefCell<Publisher<'static>>,
-    now: Cell<Micros>,
+    now: Cell<Instant>,
     start: Cell<Start>,
     /// What a level that may wait is to do.
     wishes: RefCell<Vec<Wish>>,
@@ -80,7 +80,7 @@ struct Inside {
 struct Doors(Rc<Inside>);
 
 impl Site for Doors {
-    fn now(&self) -> Micros {
+    fn now(&self) -> Instant {
         self.0.now.get()
     }
 
@@ -113,7 +113,7 @@ impl Site for Doors {
 }
 
 impl Host for Doors {
-    fn now(&self) -> Micros {
+    fn now(&self) -> Instant {
         self.0.now.get()
     }
 
@@ -290,7 +290,7 @@ impl House {
             gateway: RefCell::new(gateway),
             snapshot,
             publisher: RefCell::new(snapshot.publisher()),
-            now: Cell::new(Micros::ZERO),
+            now: Cell::new(Instant::ZERO),
             start: Cell::new(Start {
                 cause: StartCause::PowerOn,
                 boots: 1,
@@ -306,7 +306,7 @@ impl House {
         let mut house = House {
             shell: Shell::new(text.clone()),
             text,
-            server: Server::new(clino_modbus::Settings::DEFAULT, IDENTIFICATION, Micros::ZERO),
+            server: Server::new(clino_modbus::Settings::DEFAULT, IDENTIFICATION, Instant::ZERO),
             binding: Binding::new(doors.clone(), snapshot),
             doors,
             lines: [
@@ -335,15 +335,15 @@ impl House {
 
     /// Time passes in the gateway.
     pub fn run(&mut self, micros: u64) {
-        let until = self.doors.0.now.get().0 + micros;
-        while self.doors.0.now.get().0 < until {
-            let at = Micros((self.doors.0.now.get().0 + MS).min(until));
+        let until = self.doors.0.now.get().as_micros() + micros;
+        while self.doors.0.now.get().as_micros() < until {
+            let at = Instant::from_micros((self.doors.0.now.get().as_micros() + MS).min(until));
             for (bus, line) in Bus::ALL.into_iter().zip(&mut self.lines) {
                 serve(&mut self.doors.0.gateway.borrow_mut(), bus, line, at);
             }
             self.doors.0.now.set(at);
-            if at.0 >= self.pwm {
-                self.pwm = at.0 + PERIOD;
+            if at.as_micros() >= self.pwm {
+                self.pwm = at.as_micros() + PERIOD;
                 let period = CLOCK / 30;
                 let cycle = Capture::Cycle(Ticks { period, high: period / 2 });
                 self.doors.0.gateway.borrow_mut().pwm(PwmInput::Pwm1, cycle, at);
@@ -376,7 +376,7 @@ impl House {
 
     /// Waits until nothing is under way.
     pub fn finish(&mut self) {
-        let begun = self.doors.0.now.get().0;
+        let begun = self.doors.0.now.get().as_micros();
         loop {
             let gateway = self.doors.0.gateway.borrow();
             let is_idle = Bus::ALL.iter().all(|&bus| gateway.progress(bus).is_none())
@@ -386,7 +386,7 @@ impl House {
                 return;
             }
             self.run(20 * MS);
-            assert!(self.doors.0.now.get().0 - begun < LONGEST, "it does not end");
+            assert!(self.doors.0.now.get().as_micros() - begun < LONGEST, "it does not end");
         }
     }
 
@@ -397,17 +397,17 @@ impl House {
         frame.extend_from_slice(&crc(&frame).to_le_bytes());
         for byte in frame {
             self.ticks += 600;
-            self.server.heard(Character::clean(byte), Micros(self.ticks));
+            self.server.heard(Character::clean(byte), Instant::from_micros(self.ticks));
         }
         let answer = loop {
             let at = self.server.poll_at().expect("an answer");
-            self.ticks = self.ticks.max(at.0);
-            if let Some(answer) = self.server.poll(Micros(self.ticks), &mut self.binding) {
+            self.ticks = self.ticks.max(at.as_micros());
+            if let Some(answer) = self.server.poll(Instant::from_micros(self.ticks), &mut self.binding) {
                 break answer.to_vec();
             }
         };
         self.ticks += 600 * answer.len() as u64;
-        self.server.sent(Micros(self.ticks));
+        self.server.sent(Instant::from_micros(self.ticks));
         self.ticks += 2_000_000;
         self.doors.0.counters.set(*self.server.counters());
         assert_eq!(crc(&answer), 0);
@@ -475,16 +475,18 @@ impl House {
 }
 
 /// Serves one bus until then.
-fn serve(gateway: &mut Gateway, bus: Bus, line: &mut Port, until: Micros) {
+fn serve(gateway: &mut Gateway, bus: Bus, line: &mut Port, until: Instant) {
     while line.now() < until {
         let now = line.now();
         gateway.poll(bus, now, |action| match action {
-            Action::Send(frame) => line.submit(frame, now + Micros(10_000)).expect("the line is idle"),
+            Action::Send(frame) => {
+                line.submit(frame, now + Duration::from_micros(10_000)).expect("the line is idle")
+            }
             Action::Run(timing, _) => line.set_serial(timing.serial, timing.guard),
         });
         let now = line.now();
         let next = earliest(gateway.poll_at(bus), Some(until)).unwrap_or(until);
-        let at = if next <= now { now + Micros(20) } else { next.min(until) };
+        let at = if next <= now { now + Duration::from_micros(20) } else { next.min(until) };
         if let Some(event) = line.run(at) {
             gateway.line(bus, event);
         }
