@@ -160,7 +160,7 @@ impl ResetControl {
 fn crystal_starts(rcc: &pac::RCC) -> bool {
     rcc.cr().modify(|_, w| w.hseon().set_bit());
     let begin = cycles();
-    let limit = (params::INTERNAL_HZ / 1_000_000).saturating_mul(params::CRYSTAL_START.0 as u32);
+    let limit = (params::INTERNAL_HZ / 1_000_000).saturating_mul(params::CRYSTAL_START.as_micros());
     while cycles().wrapping_sub(begin) < limit {
         if rcc.cr().read().hserdy().bit_is_set() {
             return true;

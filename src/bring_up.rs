@@ -8,12 +8,14 @@ use clino_console::Received;
 use clino_gateway::{Bus, Capture, Gateway, Restraint};
 use clino_modbus::{Server, Settings};
 use clino_recovery::{Clock, Mode, Start};
+use clino_storage::Tally;
 use heapless::spsc::{Consumer, Producer, Queue};
 
-use crate::board::{self, Board};
+use crate::board::{self, Board, FlashRegisters};
 use crate::bus::Inbox;
 use crate::capture::{PwmCapture, TimerInput};
 use crate::config_store::{ConfigStore, Kept};
+use crate::flash::TallyFlash;
 use crate::log::log;
 use crate::modbus::Lines;
 use crate::ports::{IsuPort, Pwm1Port, Pwm2Port, T7Port};
@@ -91,7 +93,8 @@ pub fn bring_up(board: Board, places: Places) -> Parts {
     watchdog::start(&board.watchdog);
     let start = start::note(board.reset.cause());
     let (clock, mut rcc) = board.reset.start_clocks(start.clock);
-    let start: &'static Start = places.start.write(Start { clock, ..start });
+    let (power_ups, flash) = count_power_ups(board.flash, &start);
+    let start: &'static Start = places.start.write(Start { clock, power_ups, ..start });
     tell(start);
     let rcc = &mut rcc;
     let timer = clock::Timer::start(board.clock, rcc);
@@ -105,7 +108,7 @@ pub fn bring_up(board: Board, places: Places) -> Parts {
     let gateway = make_gateway(places.gateway, params::pwm_limits(board::capture_hz(rcc), clock.is_exact()));
     let ports = board.ports.split(rcc);
     let mut settings = params::MODBUS;
-    let store = places.store.write(ConfigStore::new(board.flash, gateway));
+    let store = places.store.write(ConfigStore::new(flash, gateway));
     let kept = match start.mode {
         Mode::Bare => store.leave(),
         Mode::Normal | Mode::Safe => store.load(gateway, &mut settings),
@@ -147,6 +150,14 @@ pub fn bring_up(board: Board, places: Places) -> Parts {
         store,
         kept,
     }
+}
+
+/// How often power came. The first start after that counts it.
+#[inline(never)]
+fn count_power_ups(flash: FlashRegisters, start: &Start) -> (u32, FlashRegisters) {
+    let mut tally = Tally::new(TallyFlash::new(flash));
+    let counted = if start.boots == 1 { tally.add() } else { tally.count() };
+    (counted.unwrap_or(0), tally.into_flash().release())
 }
 
 /// Logs how the board has started.

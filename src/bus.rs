@@ -6,7 +6,7 @@
 //! The levels below give orders and ask for details by locking the gateway, which holds this level off for as long as
 //! it takes: they look at one thing at a time.
 
-use clino_bus::{DriverEnable, Event, Micros, earliest};
+use clino_bus::{DriverEnable, Event, Instant, earliest};
 use clino_console::BusState;
 use clino_gateway::{Asker, Bus, Capture, Gateway, PwmInput};
 use clino_recovery::MonitoredTask;
@@ -32,7 +32,7 @@ impl Inbox {
     }
 
     /// Hands the gateway what has come in.
-    fn empty_into(&mut self, gateway: &mut Gateway, now: Micros) {
+    fn empty_into(&mut self, gateway: &mut Gateway, now: Instant) {
         while let Some(event) = self.t7.dequeue() {
             gateway.line(Bus::T7, event);
         }

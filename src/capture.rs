@@ -10,7 +10,7 @@
 
 use core::ops::Deref;
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::pwm::Ticks;
 use clino_gateway::Capture;
 use embedded_hal::digital::InputPin;
@@ -34,7 +34,7 @@ pub struct PwmCapture<T, P> {
     pin: P,
     captures: Producer<'static, Capture>,
     /// When there was last a cycle, or a report that there is none.
-    last: Micros,
+    last: Instant,
     /// The next capture did not begin at an edge.
     discard: bool,
 }
@@ -90,7 +90,7 @@ impl<T: Deref<Target = tim2::RegisterBlock>, P: InputPin> PwmCapture<T, P> {
         });
         // The update flag marks only a counter that came round, not the reset at each rising edge.
         timer.cr1().write(|w| w.urs().set_bit().cen().set_bit());
-        PwmCapture { timer, input, pin, captures, last: Micros::ZERO, discard: true }
+        PwmCapture { timer, input, pin, captures, last: Instant::ZERO, discard: true }
     }
 
     /// The timer's interrupt: a rising edge. Returns whether there is something for the bus level.
@@ -127,7 +127,7 @@ impl<T: Deref<Target = tim2::RegisterBlock>, P: InputPin> PwmCapture<T, P> {
     }
 
     /// Lets time pass: notices that there is no signal.
-    pub fn poll(&mut self, now: Micros) {
+    pub fn poll(&mut self, now: Instant) {
         if now >= self.poll_at() {
             self.last = now;
             self.discard = true;
@@ -137,7 +137,7 @@ impl<T: Deref<Target = tim2::RegisterBlock>, P: InputPin> PwmCapture<T, P> {
     }
 
     /// When [`PwmCapture::poll`] has something to do.
-    pub fn poll_at(&self) -> Micros {
+    pub fn poll_at(&self) -> Instant {
         self.last + PWM_NO_SIGNAL
     }
 

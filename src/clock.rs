@@ -7,7 +7,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use stm32f4xx_hal::rcc::{BusTimerClock, Rcc};
 
 use crate::board::{self, ClockTimer};
@@ -15,6 +15,7 @@ use crate::params::{CLOCK_HZ, CORE_HZ};
 
 /// Microseconds in one round of the counter.
 const ROUND: u64 = 1 << 16;
+const ROUND_LASTS: Duration = Duration::from_micros(ROUND as u32);
 
 /// The lower half of the count of rounds, which changes with each.
 static ROUNDS: AtomicU32 = AtomicU32::new(0);
@@ -31,7 +32,7 @@ fn count(rounds: u64) {
 }
 
 /// Now.
-pub fn now() -> Micros {
+pub fn now() -> Instant {
     // SAFETY: reading these registers changes nothing.
     let timer = unsafe { &*ClockTimer::ptr() };
     loop {
@@ -47,8 +48,8 @@ pub fn now() -> Micros {
         if ROUNDS.load(Ordering::Relaxed) == rounds {
             let rounds = u64::from(above) << 32 | u64::from(rounds);
             return match overflowed {
-                true => Micros((rounds + 1) * ROUND + u64::from(count_after)),
-                false => Micros(rounds * ROUND + u64::from(count)),
+                true => Instant::from_micros((rounds + 1) * ROUND + u64::from(count_after)),
+                false => Instant::from_micros(rounds * ROUND + u64::from(count)),
             };
         }
     }
@@ -63,7 +64,7 @@ pub fn across_stall<R>(work: impl FnOnce() -> R) -> R {
     let result = work();
     critical_section::with(|_| {
         let passed = u64::from(board::cycles().wrapping_sub(cycles) / (CORE_HZ / CLOCK_HZ));
-        count((passed + ROUND / 2).saturating_sub(now().since(begin).0) / ROUND);
+        count((passed + ROUND / 2).saturating_sub(now().micros_since(begin)) / ROUND);
     });
     result
 }
@@ -114,13 +115,13 @@ impl Timer {
 
     /// Sets an alarm to `at`, or to the end of the round if that comes first: a round wakes both levels anyway. Returns
     /// whether the instant has passed already.
-    pub fn set(&mut self, alarm: Alarm, at: Micros) -> bool {
+    pub fn set(&mut self, alarm: Alarm, at: Instant) -> bool {
         let (timer, channel) = (&self.0, alarm.channel());
-        if at.since(now()).0 >= ROUND {
+        if at.since(now()) >= ROUND_LASTS {
             timer.dier().modify(|_, w| w.ccie(channel).clear_bit());
             return false;
         }
-        timer.ccr(channel.into()).write(|w| w.ccr().set(at.0 as u16));
+        timer.ccr(channel.into()).write(|w| w.ccr().set(at.as_micros() as u16));
         timer.sr().write(|w| w.ccif(channel).clear_bit());
         timer.dier().modify(|_, w| w.ccie(channel).set_bit());
         // The counter may have passed the compare value before the write took effect.

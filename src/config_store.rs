@@ -4,7 +4,7 @@
 //! For the main loop only. Storing stalls the core, interrupts included, for 16 µs a word, and for 250 to 500 ms when a
 //! sector has to be erased (`flash.rs`): what is on the buses then is lost, and asked for again.
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 use clino_console::{Saved, StorageError};
 use clino_gateway::Gateway;
 use clino_modbus::Settings;
@@ -18,7 +18,7 @@ use crate::{clock, params, watchdog};
 
 /// How long a driver that is on is waited for: the longest answer on the Modbus port, 256 characters of 11 bits at
 /// 2400 bit/s, lasts 1.17 s.
-const LONGEST_WAIT: Micros = Micros::from_millis(1_300);
+const LONGEST_WAIT: Duration = Duration::from_millis(1_300);
 
 /// By what a configuration is known: fingerprint of the gateway's settings, and the Modbus port.
 pub type Known = (u32, Settings);

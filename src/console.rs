@@ -9,7 +9,7 @@
 //!
 //! Nobody has listened before the start: a first character that follows it at once may be the rest of a line.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::character::LineErrors;
 use clino_console::Received;
 use heapless::spsc::{Consumer, Producer, Queue};
@@ -50,7 +50,7 @@ struct Incoming {
     /// Characters lost since the last one that got into the queue.
     lost: u8,
     /// When the receiver was switched on, until the first character has come.
-    started: Option<Micros>,
+    started: Option<Instant>,
 }
 
 impl Incoming {

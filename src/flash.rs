@@ -1,4 +1,5 @@
-//! The three sectors of flash that hold the configuration: 1 to 3, 16 KiB each.
+//! The sectors of flash that the firmware writes: 1 to 3, 16 KiB each, for the configuration; 11, 128 KiB, for the tally of
+//! power-ups. No code is in either (`memory.x`).
 //!
 //! Registers, not the HAL: its `NorFlash` erases 128 KiB at once, which is all sectors from 0 to 4, it programs bytes
 //! (four times as long, four times as much to be torn), and it panics if the flash does not unlock.
@@ -24,6 +25,10 @@ const FIRST_SECTOR: u32 = 1;
 const SECTOR: u32 = 16 * 1024;
 /// Bytes of all three.
 const SIZE: u32 = 3 * SECTOR;
+/// Sector 11, which is only ever programmed.
+const TALLY_BASE: usize = 0x080E_0000;
+/// Its bytes.
+const TALLY_SIZE: u32 = 128 * 1024;
 /// Bytes programmed at once, at 2.7 V and more.
 const WORD: usize = 4;
 
@@ -40,7 +45,7 @@ pub enum Error {
     Status(u32),
     /// The control register does not unlock until the next reset.
     Locked,
-    /// Not a whole word, not a whole sector, or outside of the three.
+    /// Not a whole word, not a whole sector, or outside of the sectors.
     Address(u32),
 }
 
@@ -63,25 +68,51 @@ impl ConfigurationFlash {
     pub fn new(registers: FlashRegisters) -> ConfigurationFlash {
         ConfigurationFlash { registers }
     }
+}
 
-    /// Does this with the control register unlocked.
-    fn unlocked(&mut self, work: impl FnOnce(&FlashRegisters) -> Result<(), Error>) -> Result<(), Error> {
-        let flash = &self.registers;
-        wait(flash);
-        // SAFETY: writing ones to flags clears them, whatever they are.
-        flash.sr().write(|w| unsafe { w.bits(ERRORS) });
-        if flash.cr().read().lock().bit_is_set() {
-            for key in KEYS {
-                // SAFETY: the two keys in this order are what the register takes.
-                flash.keyr().write(|w| unsafe { w.key().bits(key) });
-            }
+/// Does this with the control register unlocked.
+fn unlocked(flash: &FlashRegisters, work: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
+    wait(flash);
+    // SAFETY: writing ones to flags clears them, whatever they are.
+    flash.sr().write(|w| unsafe { w.bits(ERRORS) });
+    if flash.cr().read().lock().bit_is_set() {
+        for key in KEYS {
+            // SAFETY: the two keys in this order are what the register takes.
+            flash.keyr().write(|w| unsafe { w.key().bits(key) });
         }
-        if flash.cr().read().lock().bit_is_set() {
-            return Err(Error::Locked);
+    }
+    if flash.cr().read().lock().bit_is_set() {
+        return Err(Error::Locked);
+    }
+    let done = work();
+    flash.cr().write(|w| w.lock().set_bit());
+    done
+}
+
+/// Programs whole words from this address on, which is in one of the sectors of this file.
+fn program(flash: &FlashRegisters, to: usize, bytes: &[u8]) -> Result<(), Error> {
+    let (words, rest) = bytes.as_chunks::<WORD>();
+    if !to.is_multiple_of(WORD) || !rest.is_empty() {
+        return Err(Error::Address(to as u32));
+    }
+    unlocked(flash, || {
+        flash.cr().write(|w| w.psize().psize32().pg().set_bit().lock().clear_bit());
+        for (word, at) in words.iter().zip((to..).step_by(WORD)) {
+            // SAFETY: aligned, and in a sector of this file, which is no Rust object. The controller takes it, and sets
+            // an error flag if it does not.
+            unsafe { ptr::write_volatile(at as *mut u32, u32::from_le_bytes(*word)) };
+            finish(flash)?;
         }
-        let done = work(flash);
-        flash.cr().write(|w| w.lock().set_bit());
-        done
+        Ok(())
+    })
+}
+
+/// Reads from this address on, which is in one of the sectors of this file.
+fn read(from: usize, bytes: &mut [u8]) {
+    for (byte, at) in bytes.iter_mut().zip(from..) {
+        // SAFETY: the sectors are always readable and no Rust object. Volatile, because programming changes them behind
+        // the compiler's back.
+        *byte = unsafe { ptr::read_volatile(at as *const u8) };
     }
 }
 
@@ -99,10 +130,10 @@ fn finish(flash: &FlashRegisters) -> Result<(), Error> {
     }
 }
 
-/// The address of so many bytes at this offset, if they are within the three sectors.
-fn address(offset: u32, length: usize) -> Result<usize, Error> {
-    let fits = u32::try_from(length).is_ok_and(|length| length <= SIZE.saturating_sub(offset));
-    if fits { Ok(BASE.saturating_add(offset as usize)) } else { Err(Error::Address(offset)) }
+/// The address of these bytes at an offset, if they are within `size` bytes from `base` on.
+fn address(base: usize, size: u32, offset: u32, length: usize) -> Result<usize, Error> {
+    let fits = u32::try_from(length).is_ok_and(|length| length <= size.saturating_sub(offset));
+    if fits { Ok(base.saturating_add(offset as usize)) } else { Err(Error::Address(offset)) }
 }
 
 /// Forgets what the data cache holds of flash that was erased (section 3.6.3). A cache is reset when it is off.
@@ -123,12 +154,7 @@ impl ReadNorFlash for ConfigurationFlash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
-        let from = address(offset, bytes.len())?;
-        for (byte, at) in bytes.iter_mut().zip(from..) {
-            // SAFETY: the address is in the three sectors, which are always readable and no Rust object. Volatile,
-            // because programming changes them behind the compiler's back.
-            *byte = unsafe { ptr::read_volatile(at as *const u8) };
-        }
+        read(address(BASE, SIZE, offset, bytes.len())?, bytes);
         Ok(())
     }
 
@@ -146,7 +172,8 @@ impl NorFlash for ConfigurationFlash {
             return Err(Error::Address(from));
         }
         let sectors = from / SECTOR..to / SECTOR;
-        self.unlocked(|flash| {
+        let flash = &self.registers;
+        unlocked(flash, || {
             for sector in sectors {
                 let number = FIRST_SECTOR.saturating_add(sector) as u8;
                 // SAFETY: the number is 1 to 3, see above: sectors without code.
@@ -165,20 +192,53 @@ impl NorFlash for ConfigurationFlash {
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
-        let to = address(offset, bytes.len())?;
-        let (words, rest) = bytes.as_chunks::<WORD>();
-        if !to.is_multiple_of(WORD) || !rest.is_empty() {
-            return Err(Error::Address(offset));
-        }
-        self.unlocked(|flash| {
-            flash.cr().write(|w| w.psize().psize32().pg().set_bit().lock().clear_bit());
-            for (word, at) in words.iter().zip((to..).step_by(WORD)) {
-                // SAFETY: aligned, and in the three sectors, which are no Rust object. The controller takes it, and sets
-                // an error flag if it does not.
-                unsafe { ptr::write_volatile(at as *mut u32, u32::from_le_bytes(*word)) };
-                finish(flash)?;
-            }
-            Ok(())
-        })
+        program(&self.registers, address(BASE, SIZE, offset, bytes.len())?, bytes)
+    }
+}
+
+/// The sector of the tally of power-ups. It is never erased.
+pub struct TallyFlash {
+    registers: FlashRegisters,
+}
+
+impl TallyFlash {
+    /// Takes the flash interface for a while.
+    pub fn new(registers: FlashRegisters) -> TallyFlash {
+        TallyFlash { registers }
+    }
+
+    /// Gives it back.
+    pub fn release(self) -> FlashRegisters {
+        self.registers
+    }
+}
+
+impl ErrorType for TallyFlash {
+    type Error = Error;
+}
+
+impl ReadNorFlash for TallyFlash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        read(address(TALLY_BASE, TALLY_SIZE, offset, bytes.len())?, bytes);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        TALLY_SIZE as usize
+    }
+}
+
+impl NorFlash for TallyFlash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = TALLY_SIZE as usize;
+
+    fn erase(&mut self, from: u32, _: u32) -> Result<(), Error> {
+        Err(Error::Address(from))
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
+        program(&self.registers, address(TALLY_BASE, TALLY_SIZE, offset, bytes.len())?, bytes)
     }
 }

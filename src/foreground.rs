@@ -4,7 +4,7 @@
 use core::cell::RefCell;
 use core::convert::Infallible;
 
-use clino_bus::{DriverEnable, Micros};
+use clino_bus::{DriverEnable, Instant};
 use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
@@ -12,9 +12,9 @@ use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Alarm, AlarmDetail, Asker, Bus, Extremes, Glance, Reading, SlotConfig, SlotCounters};
-use clino_modbus::Settings;
+use clino_gateway::{Alarm, AlarmDetail, Asker, Bus, Detail, Extremes, Glance, Reading, SlotConfig};
 use clino_modbus::binding::Wish;
+use clino_modbus::{Counters, Settings};
 use clino_recovery::{Mode, MonitoredTask, Start};
 use embedded_io::{ErrorType, Write};
 use heapless::spsc::{Consumer, Producer};
@@ -33,7 +33,7 @@ pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
     let mut host = Gateway { start, store, keys, common: &common };
     let mut shell = Shell::new(console);
     loop {
-        if host.start.mode != Mode::Normal && clock::now() >= params::SAFE_MODE {
+        if host.start.mode != Mode::Normal && clock::now().since(Instant::ZERO) >= params::SAFE_MODE {
             start::retry();
         }
         if let Some(key) = host.keys.dequeue() {
@@ -176,7 +176,7 @@ impl Gateway<'_> {
 }
 
 impl Host for Gateway<'_> {
-    fn now(&self) -> Micros {
+    fn now(&self) -> Instant {
         clock::now()
     }
 
@@ -184,7 +184,7 @@ impl Host for Gateway<'_> {
         shared::reading(slot)
     }
 
-    fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
+    fn glance(&self, slot: usize, now: Instant) -> Option<Glance> {
         shared::SNAPSHOT.read(|view| view.glance(slot, now))
     }
 
@@ -199,8 +199,8 @@ impl Host for Gateway<'_> {
         self.look(|gateway| gateway.config(slot).copied())
     }
 
-    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
-        self.look(|gateway| gateway.slot_counters(slot).copied())
+    fn detail(&self, slot: usize) -> Option<Detail> {
+        self.look(|gateway| gateway.detail(slot))
     }
 
     fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail> {
@@ -285,6 +285,10 @@ impl Host for Gateway<'_> {
 
     fn modbus(&self) -> Option<Settings> {
         Some(self.common.settings())
+    }
+
+    fn modbus_counters(&self) -> Option<Counters> {
+        self.common.with(|shared| shared.port_counters.lock(|it| *it))
     }
 
     fn set_modbus(&mut self, settings: Settings) {

@@ -57,7 +57,7 @@ mod app {
     use clino_console::Received;
     use clino_gateway::{Gateway, Publisher};
     use clino_modbus::binding::Wish;
-    use clino_modbus::{Server, Settings};
+    use clino_modbus::{Counters, Server, Settings};
     use clino_recovery::{Mode, Start};
     use heapless::spsc::{Consumer, Producer};
     use stm32f4xx_hal::pac::Interrupt;
@@ -88,6 +88,8 @@ mod app {
         new_settings: Option<Settings>,
         /// Whether a command of the Modbus master is under way.
         has_command: bool,
+        /// What happened on the Modbus port.
+        port_counters: Counters,
         /// What the main loop is to do for the Modbus master.
         wish: Option<Wish>,
         /// Whether it has done it.
@@ -146,6 +148,7 @@ mod app {
             settings: parts.settings,
             new_settings: None,
             has_command: false,
+            port_counters: Counters::default(),
             wish: None,
             done: None,
             kept: parts.kept,
@@ -166,7 +169,7 @@ mod app {
 
     #[idle(
         local = [start, keys, writer, store],
-        shared = [t7, isu, console, uplink, gateway, settings, new_settings, has_command, wish, done, kept]
+        shared = [t7, isu, console, uplink, gateway, settings, new_settings, has_command, port_counters, wish, done, kept]
     )]
     fn idle(cx: idle::Context) -> ! {
         foreground::serve(cx.local, cx.shared)
@@ -239,7 +242,7 @@ mod app {
     #[task(
         priority = 1,
         local = [lines, server, start_for_modbus],
-        shared = [gateway, t7, isu, uplink, timer, settings, new_settings, has_command, wish, done, kept]
+        shared = [gateway, t7, isu, uplink, timer, settings, new_settings, has_command, port_counters, wish, done, kept]
     )]
     async fn modbus_level(cx: modbus_level::Context) -> ! {
         let shared = RefCell::new(cx.shared);

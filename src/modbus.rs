@@ -5,7 +5,7 @@
 
 use core::cell::RefCell;
 
-use clino_bus::{DriverEnable, Micros};
+use clino_bus::{DriverEnable, Instant};
 use clino_gateway::Gateway;
 use clino_modbus::binding::{self, Binding, Wish};
 use clino_modbus::{Identification, Refusal, Server};
@@ -66,8 +66,8 @@ impl<'a> Level<'a> {
         let now = clock::now();
         while let Some(event) = self.lines.events.dequeue() {
             match event {
-                Event::Heard { character, at } => self.server.heard(character, at.near(now)),
-                Event::Sent { at } => self.server.sent(at.near(now)),
+                Event::Heard { character, at } => self.server.heard(character, at),
+                Event::Sent { at } => self.server.sent(at),
             }
         }
         if let Some(settings) = with(self.shared, |shared| shared.new_settings.lock(Option::take)).flatten() {
@@ -91,7 +91,11 @@ impl<'a> Level<'a> {
             });
         }
         let has_command = self.binding.has_command();
-        with(self.shared, |shared| shared.has_command.lock(|place| *place = has_command));
+        let counters = *self.server.counters();
+        with(self.shared, |shared| {
+            shared.has_command.lock(|place| *place = has_command);
+            shared.port_counters.lock(|place| *place = counters);
+        });
         let next = self.server.poll_at();
         if next.is_none_or(|at| at > now) {
             watchdog::check_in(MonitoredTask::Modbus);
@@ -119,7 +123,7 @@ impl Site<'_> {
 }
 
 impl binding::Site for Site<'_> {
-    fn now(&self) -> Micros {
+    fn now(&self) -> Instant {
         clock::now()
     }
 

@@ -3,7 +3,7 @@
 //! Pins are in `board.rs`. What a sensor needs is in the codec and bus crates; what each kind of slot begins with (periods,
 //! stale limits, rates) is in the gateway's `config.rs`; sizes of queues and waits of one driver are in its file.
 
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Duration, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
 use clino_gateway::config::PWM_PERIOD;
 use clino_gateway::{BusSettings, INTERNAL_OSCILLATOR_PPM, PwmInput, SlotConfig, Source};
@@ -19,10 +19,10 @@ pub const INTERNAL_HZ: u32 = 16_000_000;
 
 /// How long a crystal may take to start before the internal oscillator is used. DS8626 table 37 gives 2 ms
 /// typical; bad weather and age get the rest.
-pub const CRYSTAL_START: Micros = Micros(20_000);
+pub const CRYSTAL_START: Duration = Duration::from_micros(20_000);
 
 /// How long safe mode lasts.
-pub const SAFE_MODE: Micros = Micros::from_millis(clino_recovery::SAFE_MODE_MS);
+pub const SAFE_MODE: Duration = Duration::from_millis(clino_recovery::SAFE_MODE_MS);
 
 /// The microsecond clock: ticks per second.
 pub const CLOCK_HZ: u32 = 1_000_000;
@@ -61,11 +61,11 @@ pub const CONSOLE_LOW_WATER: usize = 16;
 
 /// A character that comes so soon after the start may belong to a line that began before it: three times the pause that a USB
 /// adapter makes between two frames of 1 ms.
-pub const CONSOLE_START: Micros = Micros::from_millis(3);
+pub const CONSOLE_START: Duration = Duration::from_millis(3);
 
 /// A PWM input without a cycle for this long has no signal: two and a half nominal periods, so that one lost
 /// cycle is not yet a fault.
-pub const PWM_NO_SIGNAL: Micros = Micros(PWM_PERIOD.as_micros() as u64 * 5 / 2);
+pub const PWM_NO_SIGNAL: Duration = Duration::from_micros(PWM_PERIOD.as_micros() * 5 / 2);
 
 /// Input filter of the capture timers: TIMx_CCMR1.ICxF = 15, eight equal samples at f_DTS/32, which is 3.0 µs at
 /// 84 MHz (RM0090 section 18.4.7). Both edges are delayed alike, so the duty cycle is not.

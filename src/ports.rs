@@ -3,7 +3,7 @@
 //!
 //! Each port is a resource of its own (`main.rs`): a lock of it holds off the interrupts of its priority and below.
 
-use clino_bus::{DriverEnable, Micros};
+use clino_bus::{DriverEnable, Instant};
 use clino_gateway::{Action, Bus};
 use embedded_hal::digital::OutputPin;
 use rtic::Mutex;
@@ -32,7 +32,7 @@ pub fn act<U: Usart, D: OutputPin>(port: &mut impl Mutex<T = Rs485<U, D>>, actio
 }
 
 /// Lets time pass in a bus's port; returns when it wants it again.
-pub fn poll<U: Usart, D: OutputPin>(port: &mut impl Mutex<T = Rs485<U, D>>) -> Option<Micros> {
+pub fn poll<U: Usart, D: OutputPin>(port: &mut impl Mutex<T = Rs485<U, D>>) -> Option<Instant> {
     // The port looks at the clock itself: how long a driver may be on counts from the instant it is switched on.
     port.lock(|port| {
         port.poll();

@@ -11,7 +11,7 @@
 use core::ops::Deref;
 
 use clino_bus::line::{LineSettings, LineStep, SubmitError};
-use clino_bus::{DriverEnable, Event, Line, Micros, Timing};
+use clino_bus::{DriverEnable, Duration, Event, Instant, Line, Timing};
 use clino_codec::character::{Character, LineErrors};
 use embedded_hal::digital::OutputPin;
 use heapless::spsc::Producer;
@@ -31,7 +31,7 @@ pub struct Rs485<U, D> {
     raised: bool,
     line: Line,
     /// Longest wait for the line to fall silent.
-    line_busy: Micros,
+    line_busy: Duration,
     events: Producer<'static, Event>,
     watch: DriverWatch,
     /// Events the bus level did not fetch in time.
@@ -128,7 +128,7 @@ impl<U: Usart, D: OutputPin> Rs485<U, D> {
     }
 
     /// When [`Rs485::poll`] has something to do, if ever.
-    pub fn poll_at(&self) -> Option<Micros> {
+    pub fn poll_at(&self) -> Option<Instant> {
         self.line.poll_at()
     }
 
@@ -236,16 +236,18 @@ impl DriverWatch {
     /// DE has just fallen after a frame of `characters`. The end of the last stop bit is computed from the
     /// instant the first character was written, which is up to one bit before its start bit begins: the figure
     /// can be one bit too large, never too small.
-    fn released(&mut self, characters: usize, post_delay: Micros) {
+    fn released(&mut self, characters: usize, post_delay: Duration) {
         let now = board::cycles();
         let cycles_per_us = (self.core_hz / 1_000_000).max(1);
-        let delay = cycles_per_us.wrapping_mul(post_delay.0 as u32);
+        let delay = cycles_per_us.wrapping_mul(post_delay.as_micros());
         let frame = self.cycles_per_character.wrapping_mul(characters as u32);
         let since_stop_bit = now.wrapping_sub(self.first_character).saturating_sub(frame.wrapping_add(delay));
         let high = now.wrapping_sub(self.raised);
-        let release_ns = u64::from(since_stop_bit) * 1_000 / u64::from(cycles_per_us);
+        // Whole microseconds and their rest apart: 32 bits are enough then.
+        let (us, rest) = (since_stop_bit / cycles_per_us, since_stop_bit % cycles_per_us);
+        let release_ns = us.saturating_mul(1_000).saturating_add(rest * 1_000 / cycles_per_us);
         let figures = &mut self.figures;
-        figures.release_max_ns = figures.release_max_ns.max(u32::try_from(release_ns).unwrap_or(u32::MAX));
+        figures.release_max_ns = figures.release_max_ns.max(release_ns);
         figures.high_max_us = figures.high_max_us.max(high / cycles_per_us);
     }
 }

@@ -8,7 +8,7 @@
 #[path = "../../crates/console/tests/console/desk.rs"]
 mod desk;
 
-use clino_bus::{Event, Micros};
+use clino_bus::{Duration, Event};
 use clino_gateway::order::Order;
 use clino_gateway::{Action, Bus, task};
 use desk::{Desk, Rest};
@@ -48,7 +48,13 @@ fn meant(rest: &Rest) -> usize {
     let writes = |order: &&Order| match order {
         Order::T7(task) => !matches!(task, task::t7::Task::Identify(_) | task::t7::Task::Sweep(_)),
         Order::Isu(task) => !matches!(task, task::isu::Task::Identify(_) | task::isu::Task::Reset(_)),
-        Order::Slot { .. } | Order::Bus { .. } | Order::Console(_) | Order::Cancel(_) => false,
+        Order::Slot { .. }
+        | Order::Bus { .. }
+        | Order::Console(_)
+        | Order::Cancel(_)
+        | Order::Acknowledge(_)
+        | Order::ClearExtremes(_)
+        | Order::ClearCounters => false,
     };
     let orders = rest.orders.iter().filter(writes).count();
     orders + rest.done.iter().filter(|done| **done != "save").count()
@@ -56,8 +62,8 @@ fn meant(rest: &Rest) -> usize {
 
 /// Time passes, up to 16 s; the sensors are silent.
 fn later(rest: &mut Rest, byte: u8) {
-    let step = u64::from(byte & 0x7F);
-    rest.now = rest.now + Micros(step * step * 1_000);
+    let step = u32::from(byte & 0x7F);
+    rest.now = rest.now + Duration::from_millis(step * step);
     for bus in [Bus::T7, Bus::Isu] {
         let mut sent = false;
         rest.gateway.poll(bus, rest.now, |action| sent |= matches!(action, Action::Send(_)));

@@ -4,7 +4,7 @@
 //! Input: what happens, step by step. A frame that the gateway sends is out at once.
 #![no_main]
 
-use clino_bus::{Event, Micros, Serial, Timing};
+use clino_bus::{Duration, Event, Instant, Serial, Timing};
 use clino_codec::character::{Character, LineErrors};
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::{isu, t7};
@@ -34,7 +34,7 @@ fuzz_target!(|input: &[u8]| {
 
 struct World {
     gateway: Gateway,
-    now: Micros,
+    now: Instant,
     wires: [Wire; 2],
     /// PWM cycles that were handed in.
     cycles: [bool; 2],
@@ -78,7 +78,7 @@ impl World {
         let table = [(1, 0), (1, 5), (2, 0), (2, 1), (3, 0)].map(|(k, a)| SlotConfig::usual(source(k, a)));
         let settings = Settings::new(&table, Timing::t7(Serial::T7_DEFAULT), Timing::isu());
         let gateway = Gateway::new(&settings, Limits::new(CLOCK));
-        World { gateway, now: Micros::ZERO, wires: Default::default(), cycles: [false; 2] }
+        World { gateway, now: Instant::ZERO, wires: Default::default(), cycles: [false; 2] }
     }
 
     fn step(&mut self, input: &mut Unstructured<'_>) -> Result<()> {
@@ -90,7 +90,7 @@ impl World {
             // To where something is due.
             2 | 3 => {
                 if let Some(at) = self.gateway.poll_at(BUSES[bus]) {
-                    self.pass(at.since(self.now).0);
+                    self.pass(at.micros_since(self.now));
                 }
             }
             4 => self.hears(bus, &[input.arbitrary()?], true),
@@ -112,7 +112,7 @@ impl World {
 
     fn pass(&mut self, micros: u64) {
         // A day at most: what waits for longer, waits.
-        self.now = self.now + Micros(micros.min(86_400_000_000));
+        self.now = Instant::from_micros(self.now.as_micros().saturating_add(micros.min(86_400_000_000)));
     }
 
     fn hears(&mut self, bus: usize, bytes: &[u8], clean: bool) {
@@ -198,7 +198,7 @@ impl World {
             3 => {
                 let change = BusChange {
                     baud: [None, Some(9_600), Some(57_600), Some(1)][usize::from(a & 3)],
-                    guard: (b & 2 != 0).then_some(Micros(c.into())),
+                    guard: (b & 2 != 0).then_some(Duration::from_micros(c.into())),
                     ..BusChange::NONE
                 };
                 Order::Bus { bus: BUSES[usize::from(b & 1)], change }

@@ -8,12 +8,14 @@
 #[path = "../../crates/modbus/tests/common/mod.rs"]
 mod common;
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::character::LineErrors;
 use clino_gateway::{Bus, Publisher, Snapshot};
 use clino_modbus::binding::Binding;
 use common::board::Board;
-use common::traffic::{BETWEEN, BROKEN, CHARACTER, Heard, WITHIN, check, frames, is_for_us, may_be_echo, play};
+use common::traffic::{
+    BETWEEN, BROKEN, CHARACTER, Heard, WITHIN, check, frames, is_for_us, may_be_echo, play,
+};
 use common::{ADDRESS, Bench, SETTINGS, sealed};
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
@@ -91,7 +93,7 @@ fn flags(code: u8) -> LineErrors {
 
 /// The rest of the gateway runs.
 fn meanwhile(board: &Board, now: u64, publisher: &mut Publisher<'_>) {
-    board.now.set(board.now.get().max(Micros(now)));
+    board.now.set(board.now.get().max(Instant::from_micros(now)));
     board.cycle(publisher, 500_000);
     let mut gateway = board.gateway.borrow_mut();
     for bus in [Bus::T7, Bus::Isu] {

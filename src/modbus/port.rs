@@ -3,7 +3,7 @@
 //! The transceiver's receiver is off while its driver is on (one pin is DE and R̅E̅), so nothing of an answer comes back. DE
 //! falls in the transmission-complete interrupt of the last character.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::settings::{Parity, StopBits};
 use clino_modbus::{MAX_FRAME, Settings};
@@ -22,25 +22,9 @@ const ANSWER: usize = MAX_FRAME + 1;
 #[derive(Clone, Copy)]
 pub enum Event {
     /// A character has come in; this was the centre of its stop bit.
-    Heard { character: Character, at: Moment },
+    Heard { character: Character, at: Instant },
     /// The last stop bit of the answer is out.
-    Sent { at: Moment },
-}
-
-/// A time not long ago: the lower half of the microseconds.
-#[derive(Clone, Copy)]
-pub struct Moment(u32);
-
-impl Moment {
-    fn now() -> Moment {
-        Moment(clock::now().0 as u32)
-    }
-
-    /// The time itself, next to `now`: a character may come in after somebody has looked at the clock.
-    pub fn near(self, now: Micros) -> Micros {
-        let ahead = self.0.wrapping_sub(now.0 as u32).cast_signed();
-        Micros(now.0.saturating_add_signed(ahead.into()))
-    }
+    Sent { at: Instant },
 }
 
 /// The queues between the interrupt and the Modbus level.
@@ -126,7 +110,7 @@ impl Port {
         if control.tcie().bit_is_set() && status.tc().bit_is_set() {
             self.uart.cr1().modify(|_, w| w.tcie().clear_bit());
             self.de.set_low();
-            self.report(Event::Sent { at: Moment::now() });
+            self.report(Event::Sent { at: clock::now() });
             is_news = true;
         }
         if control.txeie().bit_is_set() && status.txe().bit_is_set() {
@@ -145,7 +129,7 @@ impl Port {
                 return is_news;
             }
             let errors = if lost { errors.union(LineErrors::OVERRUN) } else { errors };
-            self.report(Event::Heard { character: Character { byte, errors }, at: Moment::now() });
+            self.report(Event::Heard { character: Character { byte, errors }, at: clock::now() });
             is_news = true;
         }
         is_news

@@ -23,9 +23,6 @@ use serde::Deserialize;
 use crate::command::{self, Failure, Outcome};
 use graph::Graph;
 
-/// Packages that still have circles. One that has none any more must be taken off this list.
-const STILL_WITH_CIRCLES: [&str; 1] = ["clino-modbus"];
-
 /// A package of the workspace.
 struct Package {
     name: String,
@@ -55,11 +52,7 @@ impl Package {
     /// What is wrong with it, if anything is.
     fn fault(&self) -> Option<String> {
         let (name, found) = (&self.name, self.circles());
-        match (found.is_empty(), STILL_WITH_CIRCLES.contains(&name.as_str())) {
-            (true, true) => Some(format!("{name} has no circle any more: take it off STILL_WITH_CIRCLES")),
-            (true, false) | (false, true) => None,
-            (false, false) => Some(format!("{name} has source files in a circle:\n{found}")),
-        }
+        (!found.is_empty()).then(|| format!("{name} has source files in a circle:\n{found}"))
     }
 }
 

@@ -3,7 +3,7 @@
 use clino_codec::character::{Character, LineErrors};
 use clino_codec::checks::Check;
 
-use crate::Micros;
+use crate::Duration;
 
 /// Counts per bus, one for each kind of fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,11 +56,11 @@ pub struct BusCounters {
     pub parity: u32,
     /// From our last stop bit to the end of the first character of the last good answer (here and below, answers with
     /// stray characters before them are left out).
-    pub response_last: Micros,
+    pub response_last: Duration,
     /// The shortest of these; zero while there was none.
-    pub response_min: Micros,
+    pub response_min: Duration,
     /// The longest of these.
-    pub response_max: Micros,
+    pub response_max: Duration,
 }
 
 /// How the line driver behaved, as the hardware measured it.
@@ -98,8 +98,8 @@ impl BusCounters {
         }
     }
 
-    pub(crate) fn response(&mut self, time: Micros) {
-        if self.response_min == Micros::ZERO || time < self.response_min {
+    pub(crate) fn response(&mut self, time: Duration) {
+        if self.response_min == Duration::ZERO || time < self.response_min {
             self.response_min = time;
         }
         self.response_last = time;

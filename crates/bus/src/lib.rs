@@ -3,7 +3,7 @@
 //! Everything here is sans-IO. [`Line`] takes the events of a UART (transmit register empty,
 //! transmission complete, character received) and decides when the driver is on; [`Master`] turns a request
 //! into a frame, the characters that come back into a typed [`ExchangeOutcome`], and silence into an error after a
-//! deadline derived from the vendor's figures. Neither reads a clock: the caller passes time as [`Micros`], and
+//! deadline derived from the vendor's figures. Neither reads a clock: the caller passes time as [`Instant`], and
 //! `poll_at` returns the next deadline.
 //!
 //! The same code runs in the firmware's interrupts, in host tests and on the virtual board.
@@ -38,5 +38,5 @@ pub use master::{Blame, Event, ExchangeOutcome, Fault, Master};
 pub use protocol::{FailedCheck, Isu, Protocol, T7};
 pub use retry::Retry;
 pub use serial::Serial;
-pub use time::{Micros, earliest};
+pub use time::{Duration, Instant, earliest};
 pub use timing::Timing;

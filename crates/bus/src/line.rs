@@ -24,7 +24,7 @@
 use clino_codec::character::Character;
 use heapless::Vec;
 
-use crate::{Micros, Serial};
+use crate::{Duration, Instant, Serial};
 
 mod echo;
 mod event;
@@ -40,20 +40,20 @@ pub const MAX_FRAME: usize = 40;
 
 /// The driver may be on for the frame's own time plus this part of it (numerator, denominator), at least one
 /// character: an interrupt held off that long is a fault, not jitter.
-pub const HOLD_MARGIN: (u64, u64) = (1, 4);
+pub const HOLD_MARGIN: (u32, u32) = (1, 4);
 
 /// For this many bits after our last stop bit, a received character is still our own late echo: half a character,
 /// in which no node can have sent a whole one.
-const ECHO_BITS: u64 = 5;
+const ECHO_BITS: u32 = 5;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Listening,
-    Turnaround { give_up: Micros },
-    PreDelay { until: Micros, release_by: Micros },
-    Sending { next: usize, release_by: Micros },
-    Draining { release_by: Micros },
-    PostDelay { until: Micros },
+    Turnaround { give_up: Instant },
+    PreDelay { until: Instant, release_by: Instant },
+    Sending { next: usize, release_by: Instant },
+    Draining { release_by: Instant },
+    PostDelay { until: Instant },
 }
 
 /// A half-duplex line. See the module documentation.
@@ -61,20 +61,20 @@ enum State {
 pub struct Line {
     settings: LineSettings,
     /// Half a bit: a division that is not done for each character that comes in.
-    half_bit: Micros,
+    half_bit: Duration,
     state: State,
     frame: Vec<u8, MAX_FRAME>,
     /// No DE before this instant: the end of the last thing heard or sent, plus the guard.
-    clear_at: Micros,
+    clear_at: Instant,
     echo: EchoTracker,
     /// Until then a character heard may be our own.
-    echo_until: Micros,
+    echo_until: Instant,
 }
 
 impl Line {
     /// A listening line. A UART whose transmitter was switched on at `started` first sends one idle character
     /// without being told (RM0090 section 30.3.2); DE must not rise before its end.
-    pub fn new(settings: LineSettings, started: Micros) -> Line {
+    pub fn new(settings: LineSettings, started: Instant) -> Line {
         let clear_at = started + settings.guard.max(settings.serial.characters(1));
         Line {
             settings,
@@ -83,7 +83,7 @@ impl Line {
             frame: Vec::new(),
             clear_at,
             echo: EchoTracker::new(settings.echo),
-            echo_until: Micros::ZERO,
+            echo_until: Instant::ZERO,
         }
     }
 
@@ -91,7 +91,7 @@ impl Line {
     ///
     /// # Errors
     /// [`SubmitError::Busy`]; nothing has changed then.
-    pub fn set(&mut self, settings: LineSettings, now: Micros) -> Result<(), SubmitError> {
+    pub fn set(&mut self, settings: LineSettings, now: Instant) -> Result<(), SubmitError> {
         if self.state != State::Listening {
             return Err(SubmitError::Busy);
         }
@@ -120,7 +120,7 @@ impl Line {
     ///
     /// # Errors
     /// [`SubmitError`]; the frame will not be sent then.
-    pub fn submit(&mut self, bytes: &[u8], give_up: Micros) -> Result<(), SubmitError> {
+    pub fn submit(&mut self, bytes: &[u8], give_up: Instant) -> Result<(), SubmitError> {
         if self.state != State::Listening {
             return Err(SubmitError::Busy);
         }
@@ -135,13 +135,13 @@ impl Line {
     }
 
     /// Lets time pass. Call it until it returns `None`; DE may have changed even then.
-    pub fn poll(&mut self, now: Micros) -> Option<LineStep> {
+    pub fn poll(&mut self, now: Instant) -> Option<LineStep> {
         match self.state {
             State::Turnaround { .. } if now >= self.clear_at => {
                 self.echo.begin();
-                self.echo_until = Micros(u64::MAX);
+                self.echo_until = Instant::NEVER;
                 let release_by = now + self.longest_drive();
-                if self.settings.pre_delay == Micros::ZERO {
+                if self.settings.pre_delay == Duration::ZERO {
                     self.state = State::Sending { next: 0, release_by };
                     return Some(LineStep::Begin);
                 }
@@ -180,7 +180,7 @@ impl Line {
     }
 
     /// When [`Line::poll`] has something to do, if ever.
-    pub fn poll_at(&self) -> Option<Micros> {
+    pub fn poll_at(&self) -> Option<Instant> {
         let state = match self.state {
             State::Listening => None,
             State::Turnaround { give_up } => Some(self.clear_at.min(give_up)),
@@ -188,7 +188,8 @@ impl Line {
             State::Sending { release_by, .. } | State::Draining { release_by } => Some(release_by),
             State::PostDelay { until } => Some(until),
         };
-        let echo = (self.echo.is_missed() && self.frame_is_out()).then_some(self.echo_until + Micros(1));
+        let echo = (self.echo.is_missed() && self.frame_is_out())
+            .then_some(self.echo_until + Duration::from_micros(1));
         crate::earliest(state, echo)
     }
 
@@ -211,20 +212,20 @@ impl Line {
     /// Transmission complete. `true` when this was the end of the frame, to be reported as [`Event::Released`].
     /// `false` when it was not ours to act on (the transmitter ran dry in the middle of a frame, or a stale flag).
     #[must_use]
-    pub fn transmission_complete(&mut self, now: Micros) -> bool {
+    pub fn transmission_complete(&mut self, now: Instant) -> bool {
         if !matches!(self.state, State::Draining { .. }) {
             return false;
         }
         self.echo_until = now + self.settings.serial.bits(ECHO_BITS);
         match self.settings.post_delay {
-            Micros::ZERO => self.listen(now),
+            Duration::ZERO => self.listen(now),
             delay => self.state = State::PostDelay { until: now + delay },
         }
         true
     }
 
     /// A character was received; `at` is the centre of its stop bit. Whose it is, is in the event.
-    pub fn heard(&mut self, character: Character, at: Micros) -> Event {
+    pub fn heard(&mut self, character: Character, at: Instant) -> Event {
         let end_of_stop_bit = at + self.half_bit;
         self.clear_at = self.clear_at.max(end_of_stop_bit + self.settings.guard);
         let sent = match self.state {
@@ -260,7 +261,7 @@ impl Line {
     }
 
     /// The longest time for which the driver may be on for the frame in hand.
-    pub fn longest_hold(&self) -> Micros {
+    pub fn longest_hold(&self) -> Duration {
         self.longest_drive() + self.settings.post_delay
     }
 
@@ -268,17 +269,18 @@ impl Line {
         matches!(self.state, State::Listening | State::PostDelay { .. } | State::Turnaround { .. })
     }
 
-    fn listen(&mut self, now: Micros) {
+    fn listen(&mut self, now: Instant) {
         self.state = State::Listening;
         self.clear_at = self.clear_at.max(now + self.settings.guard);
     }
 
     /// From DE high to the latest transmission complete.
-    fn longest_drive(&self) -> Micros {
+    fn longest_drive(&self) -> Duration {
         let serial: Serial = self.settings.serial;
-        let frame = serial.characters(self.frame.len() as u64);
+        let frame = serial.characters(self.frame.len() as u32);
         let (numerator, denominator) = HOLD_MARGIN;
-        let margin = Micros(frame.times(numerator).0.checked_div(denominator).unwrap_or(0));
+        let margin =
+            Duration::from_micros(frame.times(numerator).as_micros().checked_div(denominator).unwrap_or(0));
         self.settings.pre_delay + frame + margin.max(serial.characters(1))
     }
 }

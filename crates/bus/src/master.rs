@@ -25,7 +25,7 @@ use clino_codec::DecodeProgress;
 use crate::counters::{BusCounters, bump};
 pub use crate::line::Event;
 use crate::protocol::Protocol;
-use crate::{Micros, Timing};
+use crate::{Duration, Instant, Timing};
 
 mod adaptive;
 mod begin;
@@ -44,7 +44,7 @@ use late::OutstandingReplies;
 
 /// No wait is stretched by more than this many characters, or by twice the answer, if that is more. It is twice the
 /// T7's 34-byte answer, so that a frame still arrives whole after as many stray characters.
-pub const LONGEST_ANSWER: u64 = 68;
+pub const LONGEST_ANSWER: u32 = 68;
 
 /// How an exchange ended.
 #[derive(Debug)]
@@ -52,7 +52,7 @@ pub struct ExchangeOutcome<P: Protocol> {
     /// The answer, or why there is none.
     pub result: Result<P::Answer, Fault<P::DecodeError>>,
     /// When it ended: the stop bit of the answer's last character, or the deadline.
-    pub at: Micros,
+    pub at: Instant,
 }
 
 /// Where the exchange in hand is.
@@ -60,18 +60,18 @@ pub struct ExchangeOutcome<P: Protocol> {
 enum State {
     Idle,
     Sending {
-        give_up: Micros,
+        give_up: Instant,
     },
     Waiting {
-        deadline: Micros,
-        give_up: Micros,
+        deadline: Instant,
+        give_up: Instant,
     },
     Quiet {
         /// No request before this.
-        clear: Micros,
-        give_up: Micros,
+        clear: Instant,
+        give_up: Instant,
         /// A late answer may begin until then; `None` when there is none to come.
-        outstanding: Option<Micros>,
+        outstanding: Option<Instant>,
     },
 }
 
@@ -79,7 +79,7 @@ enum State {
 pub struct Master<P: Protocol> {
     timing: Timing,
     /// One character: a division that is not done for each one that comes in.
-    character: Micros,
+    character: Duration,
     state: State,
     /// The exchange in hand, or the last one: it is taken up again for the next, which is cheaper than a new one.
     exchange: Option<Exchange<P>>,
@@ -165,7 +165,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// Lets time pass. To be called again while it returns an outcome.
-    pub fn poll(&mut self, now: Micros) -> Option<ExchangeOutcome<P>> {
+    pub fn poll(&mut self, now: Instant) -> Option<ExchangeOutcome<P>> {
         match self.state {
             State::Sending { give_up } if now >= give_up => self.fail(Fault::NotSent, now),
             State::Waiting { deadline, .. } if now >= deadline => {
@@ -193,7 +193,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// When [`Master::poll`] has something to do, if ever.
-    pub fn poll_at(&self) -> Option<Micros> {
+    pub fn poll_at(&self) -> Option<Instant> {
         match self.state {
             State::Idle => None,
             State::Sending { give_up } => Some(give_up),

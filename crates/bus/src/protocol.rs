@@ -4,7 +4,7 @@ use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::checks::Check;
 
-use crate::{Micros, Timing};
+use crate::{Duration, Timing};
 
 mod isu;
 mod t7;
@@ -44,7 +44,7 @@ pub trait Protocol {
     fn size(expected: &Self::Expected) -> usize;
 
     /// Longest time from our last stop bit to the answer's first start bit.
-    fn latency(request: &Self::Request, timing: &Timing) -> Micros;
+    fn latency(request: &Self::Request, timing: &Timing) -> Duration;
 
     /// Whether the request changes the sensor's non-volatile memory.
     fn writes(request: &Self::Request) -> bool;

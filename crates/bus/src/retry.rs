@@ -5,7 +5,7 @@
 //! only if it certainly was not heard. Anything more (reading back, then writing what differs) is for callers that know
 //! what they want to write.
 
-use crate::{Fault, Micros, Protocol};
+use crate::{Duration, Fault, Instant, Protocol};
 
 /// How often and how soon to repeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,16 +15,16 @@ pub struct Retry {
     pub times: u8,
     /// Least time from a failure to the next try. The master's own wait for a late answer
     /// ([`Master::ask_at`](crate::Master::ask_at)) comes on top, if it is longer.
-    pub pause: Micros,
+    pub pause: Duration,
 }
 
 impl Retry {
     /// No second try.
-    pub const NEVER: Retry = Retry { times: 0, pause: Micros::ZERO };
+    pub const NEVER: Retry = Retry { times: 0, pause: Duration::ZERO };
 
     /// This many further tries, each as soon as the master allows.
     pub const fn times(times: u8) -> Retry {
-        Retry { times, pause: Micros::ZERO }
+        Retry { times, pause: Duration::ZERO }
     }
 
     /// The last of `tried` tries failed with `fault` at `at`: from when on to
@@ -34,8 +34,8 @@ impl Retry {
         tried: u8,
         request: &P::Request,
         fault: &Fault<P::DecodeError>,
-        at: Micros,
-    ) -> Option<Micros> {
+        at: Instant,
+    ) -> Option<Instant> {
         let harmless = !P::writes(request) || fault.request_unheard();
         let again = harmless && tried <= self.times && !matches!(fault, Fault::Over { .. });
         again.then(|| at + self.pause)

@@ -1,59 +1,155 @@
-//! Time as a count of microseconds since reset, or as a span of them.
+//! Time: an [`Instant`] says when, a [`Duration`] says how long.
 //!
-//! 64 bits at 1 MHz last 584 000 years. Arithmetic saturates: a span computed from two instants in the wrong
-//! order is zero, which is the safe answer for "how long ago" and "how long until". (The `fugit` crate was
-//! considered: its operators panic on overflow, and no panic may be linked into this crate.)
+//! An [`Instant`] has 64 bits at 1 MHz, which last 584 000 years. A [`Duration`] has 32 bits, which hold 71.58 minutes.
+//! The longest waits of the settings are an hour (stale limit, report interval, alarm delay) and 20 minutes (period), so
+//! every wait on a bus fits. A Cortex-M4 compares and divides 32 bits in one instruction; it divides 64 bits in a loop.
+//!
+//! An age has no limit. [`Instant::micros_since`] and [`Instant::millis_since`] return it in 64 bits.
+//!
+//! Arithmetic saturates. The time between two instants in the wrong order is zero, which is the safe answer to "how long
+//! ago" and "how long until". `docs/decisions.md` (*Own types of time*) says why this is not the `fugit` crate.
 
 use core::ops::{Add, Sub};
 
-/// An instant (microseconds since reset) or a span (microseconds).
+const MICROS_PER_MILLI: u32 = 1_000;
+/// The same, for ages.
+const MICROS_PER_MILLI_64: u64 = 1_000;
+
+/// An instant, in microseconds since reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Micros(pub u64);
+pub struct Instant(u64);
 
-impl Micros {
-    /// The reset instant, and the empty span.
-    pub const ZERO: Micros = Micros(0);
+/// A length of time, in microseconds, of at most 71.58 minutes ([`Duration::MAX`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Duration(u32);
 
-    /// A span of whole milliseconds.
-    pub const fn from_millis(ms: u32) -> Micros {
-        Micros((ms as u64).saturating_mul(1_000))
+impl Instant {
+    /// The reset of the chip.
+    pub const ZERO: Instant = Instant(0);
+    /// The last instant, later than any that is reached.
+    pub const NEVER: Instant = Instant(u64::MAX);
+
+    /// `us` microseconds after reset.
+    pub const fn from_micros(us: u64) -> Instant {
+        Instant(us)
     }
 
-    /// Whole milliseconds, rounded down.
-    pub const fn as_millis(self) -> u64 {
-        self.0 / 1_000
+    /// `ms` milliseconds after reset.
+    pub const fn from_millis(ms: u32) -> Instant {
+        Instant((ms as u64).saturating_mul(MICROS_PER_MILLI_64))
     }
 
-    /// How far `self` lies after `earlier`; zero when it does not.
-    pub const fn since(self, earlier: Micros) -> Micros {
-        Micros(self.0.saturating_sub(earlier.0))
+    /// Microseconds since reset.
+    pub const fn as_micros(self) -> u64 {
+        self.0
     }
 
-    /// `self` repeated `n` times.
-    pub const fn times(self, n: u64) -> Micros {
-        Micros(self.0.saturating_mul(n))
+    /// Time from `earlier` to `self`: zero in the wrong order, [`Duration::MAX`] for that much and more. For comparison
+    /// with a limit below that; an age that is reported is [`Instant::millis_since`].
+    pub const fn since(self, earlier: Instant) -> Duration {
+        let us = self.micros_since(earlier);
+        if us > u32::MAX as u64 { Duration::MAX } else { Duration(us as u32) }
+    }
+
+    /// Microseconds from `earlier` to `self`, without a limit; zero in the wrong order.
+    pub const fn micros_since(self, earlier: Instant) -> u64 {
+        self.0.saturating_sub(earlier.0)
+    }
+
+    /// Milliseconds from `earlier` to `self`, rounded down, without a limit; zero in the wrong order.
+    pub const fn millis_since(self, earlier: Instant) -> u64 {
+        let us = self.micros_since(earlier);
+        // Ages of more than 71 minutes are rare: the others are divided in one instruction.
+        if us > u32::MAX as u64 { us / MICROS_PER_MILLI_64 } else { (us as u32 / MICROS_PER_MILLI) as u64 }
     }
 }
 
-impl Add for Micros {
-    type Output = Micros;
-    fn add(self, span: Micros) -> Micros {
-        Micros(self.0.saturating_add(span.0))
+impl Duration {
+    /// No time at all.
+    pub const ZERO: Duration = Duration(0);
+    /// The longest: 4294.967295 s.
+    pub const MAX: Duration = Duration(u32::MAX);
+
+    /// `us` microseconds.
+    pub const fn from_micros(us: u32) -> Duration {
+        Duration(us)
+    }
+
+    /// `ms` milliseconds; at most [`Duration::MAX`].
+    pub const fn from_millis(ms: u32) -> Duration {
+        Duration(ms.saturating_mul(MICROS_PER_MILLI))
+    }
+
+    /// Microseconds.
+    pub const fn as_micros(self) -> u32 {
+        self.0
+    }
+
+    /// Milliseconds, rounded down.
+    pub const fn as_millis(self) -> u32 {
+        self.0 / MICROS_PER_MILLI
+    }
+
+    /// `n` times as long; at most [`Duration::MAX`].
+    #[must_use]
+    pub const fn times(self, n: u32) -> Duration {
+        Duration(self.0.saturating_mul(n))
+    }
+
+    /// The sum, as `+` is, for constants; at most [`Duration::MAX`].
+    #[must_use]
+    pub const fn plus(self, other: Duration) -> Duration {
+        Duration(self.0.saturating_add(other.0))
+    }
+
+    /// The longer of two, as `max` is, for constants.
+    #[must_use]
+    pub const fn longer(self, other: Duration) -> Duration {
+        if self.0 < other.0 { other } else { self }
     }
 }
 
-impl Sub for Micros {
-    type Output = Micros;
-    fn sub(self, span: Micros) -> Micros {
-        self.since(span)
+/// Saturates at [`Instant::NEVER`].
+impl Add<Duration> for Instant {
+    type Output = Instant;
+    fn add(self, duration: Duration) -> Instant {
+        Instant(self.0.saturating_add(duration.0.into()))
+    }
+}
+
+/// Saturates at [`Instant::ZERO`].
+impl Sub<Duration> for Instant {
+    type Output = Instant;
+    fn sub(self, duration: Duration) -> Instant {
+        Instant(self.0.saturating_sub(duration.0.into()))
+    }
+}
+
+/// Saturates at [`Duration::MAX`].
+impl Add for Duration {
+    type Output = Duration;
+    fn add(self, other: Duration) -> Duration {
+        self.plus(other)
+    }
+}
+
+/// Saturates at [`Duration::ZERO`].
+impl Sub for Duration {
+    type Output = Duration;
+    fn sub(self, other: Duration) -> Duration {
+        Duration(self.0.saturating_sub(other.0))
     }
 }
 
 /// The earlier of two deadlines, where `None` means "never".
-pub fn earliest(a: Option<Micros>, b: Option<Micros>) -> Option<Micros> {
+pub fn earliest(a: Option<Instant>, b: Option<Instant>) -> Option<Instant> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.min(b)),
         (a, b) => a.or(b),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,11 +1,11 @@
 //! Durations on the line, and the waits derived from them.
 
-use crate::{Micros, Serial, line};
+use crate::{Duration, Serial, line};
 
 /// Characters for which a T7 line may be busy at most: twice the longest answer of 34.
-const T7_BUSY: u64 = 68;
+const T7_BUSY: u32 = 68;
 /// The same for the ISU: the longest answer that its length byte can announce.
-const ISU_BUSY: u64 = 257;
+const ISU_BUSY: u32 = 257;
 
 /// The waits of one master on one line. All spans in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,27 +15,27 @@ pub struct Timing {
     pub serial: Serial,
     /// Silence kept between the end of anything heard and our next driver-enable: the sensor's own driver
     /// needs time to release the line.
-    pub guard: Micros,
+    pub guard: Duration,
     /// Longest time from our last stop bit to the first start bit of the answer of a reading request.
-    pub get_latency: Micros,
+    pub get_latency: Duration,
     /// The same for a request that writes non-volatile memory.
-    pub set_latency: Micros,
+    pub set_latency: Duration,
     /// Allowance for our own clock, interrupt latency and the sensor's oscillator, on top of the latency.
-    pub margin: Micros,
+    pub margin: Duration,
     /// Longest pause between two characters of one answer before it counts as cut off.
-    pub gap: Micros,
+    pub gap: Duration,
     /// Silence kept after a failed exchange, before the next request. A late or garbled answer that begins in it
     /// is heard to its end (until there is a `gap`) before the next request.
-    pub quiet: Micros,
+    pub quiet: Duration,
     /// The same after a node that has answered the last time it was asked missed its deadline: it may be slow.
-    pub patience: Micros,
+    pub patience: Duration,
     /// How long after its deadline an answer may still begin. Within this, no answer that may be the late one is taken
     /// for the answer to a later request.
-    pub late: Micros,
+    pub late: Duration,
     /// The latencies are prolonged by up to this much for sensors that were seen to need it.
-    pub extension: Micros,
+    pub extension: Duration,
     /// Longest wait for the line to fall silent before a request; then it is dropped. As long as any answer.
-    pub line_busy: Micros,
+    pub line_busy: Duration,
 }
 
 impl Timing {
@@ -45,16 +45,16 @@ impl Timing {
         Timing {
             serial,
             guard: serial.characters(1),
-            get_latency: Micros(2_000),
-            set_latency: Micros(25_000),
+            get_latency: Duration::from_micros(2_000),
+            set_latency: Duration::from_micros(25_000),
             margin: serial.characters(1),
             gap: serial.characters(4),
             quiet: serial.characters(1),
             // Our choice: four times the documented latency, together with it.
-            patience: Micros(6_000),
+            patience: Duration::from_micros(6_000),
             // As long as a Set may take: a device that was busy with its flash may be that late.
-            late: Micros(25_000),
-            extension: Micros(2_000),
+            late: Duration::from_micros(25_000),
+            extension: Duration::from_micros(2_000),
             line_busy: serial.characters(T7_BUSY),
         }
     }
@@ -67,17 +67,17 @@ impl Timing {
         Timing {
             serial,
             guard: serial.characters(1),
-            get_latency: Micros(51_000),
-            set_latency: Micros(401_000),
+            get_latency: Duration::from_micros(51_000),
+            set_latency: Duration::from_micros(401_000),
             margin: serial.characters(1),
             gap: serial.characters(10),
             quiet: serial.characters(2),
-            patience: Micros(50_000),
+            patience: Duration::from_micros(50_000),
             // The message timeout is the only limit that the document knows (AN #201 section 4, Command Timeout). A
             // module that has lost step is silent, and takes all we send for the rest of a message, until there were
             // 400 ms in which we sent nothing: this is the wait for that, too.
-            late: Micros(400_000),
-            extension: Micros(50_000),
+            late: Duration::from_micros(400_000),
+            extension: Duration::from_micros(50_000),
             line_busy: serial.characters(ISU_BUSY),
         }
     }
@@ -89,7 +89,7 @@ impl Timing {
 
     /// From the end of our last stop bit to the instant by which the first character of the answer must have
     /// been received whole.
-    pub const fn first_character(&self, latency: Micros) -> Micros {
-        Micros(latency.0.saturating_add(self.serial.characters(1).0).saturating_add(self.margin.0))
+    pub const fn first_character(&self, latency: Duration) -> Duration {
+        latency.plus(self.serial.characters(1)).plus(self.margin)
     }
 }

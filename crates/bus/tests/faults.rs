@@ -106,7 +106,7 @@ where
             let mut heard = self.answer();
             let lost = heard.remove(offset);
             if let Some(next) = heard.get_mut(offset) {
-                next.pause += lost.pause + self.timing.serial.characters(1).0;
+                next.pause += lost.pause + u64::from(self.timing.serial.characters(1).as_micros());
             }
             self.hear(&heard);
         }
@@ -133,11 +133,18 @@ where
     /// A pause in front of every byte, from nothing to longer than any late answer.
     fn delayed_bytes(&mut self) {
         let Timing { gap, late, get_latency, set_latency, .. } = self.timing;
-        let pauses = [gap.0 / 2, gap.0 * 2, get_latency.0, set_latency.0, late.0 / 2, late.0 - gap.0];
+        let pauses = [
+            gap.as_micros() / 2,
+            gap.as_micros() * 2,
+            get_latency.as_micros(),
+            set_latency.as_micros(),
+            late.as_micros() / 2,
+            late.as_micros() - gap.as_micros(),
+        ];
         for offset in 0..self.transaction.first.len() {
             for pause in pauses {
                 let mut heard = self.answer();
-                heard[offset].pause += pause;
+                heard[offset].pause += u64::from(pause);
                 self.hear(&heard);
             }
         }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use clino_bus::line::{self, EchoMode};
-use clino_bus::{Fault, Isu, Micros, Serial, T7, Timing};
+use clino_bus::{Duration, Fault, Instant, Isu, Serial, T7, Timing};
 use clino_codec::t7::{Axis, Request, Response};
 use clino_codec::{isu, t7};
 use clino_segment::chance::Chance;
@@ -112,7 +112,7 @@ fn a_t7_that_has_just_died_costs_six_milliseconds_more_once() {
         assert!(bench.ask(node(5), &ANGLE).result.is_err());
         assert!(bench.ask(node(6), &ANGLE).result.is_ok());
         let now = bench.port.now();
-        bench.run_until(now + Micros(25_000));
+        bench.run_until(now + Duration::from_micros(25_000));
     }
     // Every second request is to the dead node; from it to the next one.
     let requests = requests(&bench);
@@ -130,9 +130,13 @@ fn an_answer_at_once_is_not_lost_whatever_the_delays() {
             (true, EchoMode::Expected),
             (true, EchoMode::Detect),
         ] {
-            let post_delay = Micros(post_delay);
-            let line =
-                line::LineSettings { post_delay, pre_delay: Micros(20), echo: mode, ..timing().line() };
+            let post_delay = Duration::from_micros(post_delay);
+            let line = line::LineSettings {
+                post_delay,
+                pre_delay: Duration::from_micros(20),
+                echo: mode,
+                ..timing().line()
+            };
             // 170 µs after our last stop bit.
             let t7 = turning(5, 170 * US);
             let mut bench = bench(line, echo, &[&t7]);
@@ -140,7 +144,7 @@ fn an_answer_at_once_is_not_lost_whatever_the_delays() {
             // A driver that is still on fights the first character: nothing can be heard then, except where the
             // receiver is always on, which hears the end of it and lets go.
             let fought = contentions(&bench) > 0;
-            assert_eq!(fought, post_delay.0 > 170, "{post_delay:?}");
+            assert_eq!(fought, post_delay.as_micros() > 170, "{post_delay:?}");
             if !fought {
                 assert!(results.iter().all(Result::is_ok), "{post_delay:?} {mode:?}: {results:?}");
                 let counters = bench.master.counters();
@@ -154,7 +158,7 @@ fn an_answer_at_once_is_not_lost_whatever_the_delays() {
 #[test]
 fn the_driver_is_on_for_the_frame_and_its_delays() {
     for (pre, post) in [(0, 0), (30, 0), (0, 70), (30, 70)] {
-        let (pre_delay, post_delay) = (Micros(pre), Micros(post));
+        let (pre_delay, post_delay) = (Duration::from_micros(pre as u32), Duration::from_micros(post as u32));
         let line = line::LineSettings { pre_delay, post_delay, ..timing().line() };
         let t7 = turning(5, 2 * MS);
         let mut bench = bench(line, false, &[&t7]);
@@ -178,7 +182,7 @@ fn a_node_transmitting_during_our_frame_is_contention() {
     let line = line::LineSettings { echo: EchoMode::Expected, ..timing().line() };
     let mut bench = Bench::<T7>::with_line(timing(), line, wire(true), vec![station(&t7), stranger]);
     let mut contended = 0;
-    while bench.port.now() < Micros(190_000) {
+    while bench.port.now() < Instant::from_micros(190_000) {
         if bench.ask(node(5), &ANGLE).result == Err(Fault::Contention) {
             contended += 1;
         }
@@ -186,14 +190,14 @@ fn a_node_transmitting_during_our_frame_is_contention() {
     assert!(contended > 0, "{:?}", bench.master.counters());
     assert!(bench.master.counters().contention >= contended);
     // A node that took a piece of all this for the beginning of a command is deaf for half a second.
-    bench.run_until(Micros(800_000));
+    bench.run_until(Instant::from_micros(800_000));
     assert!(bench.ask(node(5), &ANGLE).result.is_ok());
 }
 
 /// The angle of the answer is one that the sensor had between our request and the end of the answer.
-fn check_fresh(node: &Shared, answer: &t7::Answer, asked: Micros, at: Micros) {
+fn check_fresh(node: &Shared, answer: &t7::Answer, asked: Instant, at: Instant) {
     let Response::GetAngle { angle, .. } = answer.response else { panic!("{answer:?}") };
-    let truth = |at: Micros| node.lock().unwrap().angle_at(2, at.0 * US);
+    let truth = |at: Instant| node.lock().unwrap().angle_at(2, at.as_micros() * US);
     assert!((truth(asked)..=truth(at)).contains(&angle.0), "{angle:?} between {asked:?} and {at:?}");
 }
 
@@ -259,7 +263,7 @@ fn the_bit_rate_changes_live() {
     assert_eq!(answer.response.status().map(|status| status.get()), Some(0));
     // The device follows 10 ms after its answer.
     let now = bench.port.now();
-    bench.run_until(now + Micros(11_000));
+    bench.run_until(now + Duration::from_micros(11_000));
     let slow = Timing::t7(Serial { baud: 9_600 });
     bench.master.set_timing(slow);
     bench.port.set_serial(slow.serial, slow.guard);
@@ -271,7 +275,7 @@ fn the_bit_rate_changes_live() {
         bench.port.set_serial(timing.serial, timing.guard);
         // A device that heard half a command at the wrong rate forgets it within 500 ms.
         let now = bench.port.now();
-        bench.run_until(now + Micros(600_000));
+        bench.run_until(now + Duration::from_micros(600_000));
         assert_eq!(bench.ask(node(5), &ANGLE).result.is_ok(), there);
     }
 }
@@ -290,7 +294,7 @@ fn a_slow_eeprom_write_is_waited_for() {
     assert!(outcome.result.is_ok(), "{:?}", outcome.result);
     let counters = bench.master.counters();
     assert_eq!((counters.writes, counters.good), (1, 1));
-    assert!(counters.response_last > Micros(361_000));
+    assert!(counters.response_last > Duration::from_micros(361_000));
 }
 
 #[test]
@@ -299,12 +303,14 @@ fn all_nodes_on_the_bus_are_collected() {
     let nodes = [turning(1, 200 * US), turning(50, 1_000 * US), turning(100, 1_900 * US)];
     let mut bench = bench(timing().line(), false, &[&nodes[0], &nodes[1], &nodes[2]]);
     let now = bench.port.now();
-    let frame =
-        bench.master.begin_collecting(t7::Address::ALL, &ANGLE, Micros(5_000), now).expect("a request");
-    bench.port.submit(frame.as_ref(), now + Micros(5_900)).unwrap();
+    let frame = bench
+        .master
+        .begin_collecting(t7::Address::ALL, &ANGLE, Duration::from_micros(5_000), now)
+        .expect("a request");
+    bench.port.submit(frame.as_ref(), now + Duration::from_micros(5_900)).unwrap();
     let mut senders = Vec::new();
     let sum = loop {
-        match bench.run_until(Micros(100_000)).expect("it ends").result {
+        match bench.run_until(Instant::from_micros(100_000)).expect("it ends").result {
             Ok(answer) => senders.push(answer.address.get()),
             Err(fault) => break fault,
         }

@@ -27,10 +27,11 @@ mod stop;
 mod timing;
 
 use std::io;
-use std::time::Duration;
 
 use clino_bus::line::{EchoMode, LineSettings, SubmitError};
-use clino_bus::{BusCounters, Event, ExchangeOutcome, Fault, Line, Master, Micros, Protocol, Serial, Timing};
+use clino_bus::{
+    BusCounters, Duration, Event, ExchangeOutcome, Fault, Instant, Line, Master, Protocol, Serial, Timing,
+};
 use clino_codec::character::Character;
 use clino_commissioning::{Commissionable, Operation, Runner, RunnerAction, TaskProgress};
 
@@ -42,7 +43,7 @@ use echo::{Echo, Whose};
 pub use stop::Stop;
 
 /// The longest wait without a look at whether the user wants to stop. A signal ends a wait at once on most systems.
-const LOOK: Micros = Micros::from_millis(50);
+const LOOK: Duration = Duration::from_millis(50);
 
 /// Waits of a protocol at a bit rate.
 pub type TimingAt = fn(Serial) -> Timing;
@@ -85,9 +86,9 @@ pub struct Bus<P: Protocol> {
     clock: Clock,
     timing_at: TimingAt,
     /// How much later than on the pair a character is read.
-    latency: Micros,
+    latency: Duration,
     /// The frame on its way, until its last stop bit.
-    draining: Option<Micros>,
+    draining: Option<Instant>,
     echo: Echo,
     heard: Vec<Character>,
     /// Characters heard, and those that came back although they should not.
@@ -100,10 +101,10 @@ impl<P: Protocol + Commissionable> Bus<P> {
         port: Box<dyn Port>,
         serial: Serial,
         timing_at: TimingAt,
-        latency: Duration,
+        latency: std::time::Duration,
         echo: EchoMode,
     ) -> Self {
-        let (clock, latency) = (Clock::start(), timing::micros(latency));
+        let (clock, latency) = (Clock::start(), timing::of_system(latency));
         let timing = timing::widened(timing_at(serial), latency);
         let line = Line::new(LineSettings { echo, ..timing.line() }, clock.now());
         Self {
@@ -201,7 +202,7 @@ impl<P: Protocol + Commissionable> Bus<P> {
     ///
     /// # Errors
     /// The port failed.
-    pub fn rest(&mut self, span: Micros, stop: &Stop) -> Result<(), PortError> {
+    pub fn rest(&mut self, span: Duration, stop: &Stop) -> Result<(), PortError> {
         let until = self.clock.now() + span;
         let mut outcomes = Vec::new();
         while self.clock.now() < until && !stop.is_asked() {
@@ -228,16 +229,16 @@ impl<P: Protocol + Commissionable> Bus<P> {
     /// Waits until something is to be done, at most until `until`; does it.
     fn step(
         &mut self,
-        until: Option<Micros>,
+        until: Option<Instant>,
         outcomes: &mut Vec<ExchangeOutcome<P>>,
     ) -> Result<(), PortError> {
         let now = self.clock.now();
         let at = [until, self.master.poll_at(), self.line_at(), self.draining].into_iter().flatten().min();
         let at = at.unwrap_or(now + LOOK).min(now + LOOK);
-        self.port.receive(timing::duration(at.since(now)), &mut self.heard)?;
+        self.port.receive(timing::to_system(at.since(now)), &mut self.heard)?;
         // What comes from here on is later than `now`; what came before is in `heard`.
         let now = self.clock.now();
-        self.port.receive(Duration::ZERO, &mut self.heard)?;
+        self.port.receive(std::time::Duration::ZERO, &mut self.heard)?;
         for character in std::mem::take(&mut self.heard) {
             self.hear(character, now, outcomes)?;
         }
@@ -260,7 +261,7 @@ impl<P: Protocol + Commissionable> Bus<P> {
     }
 
     /// When the line has something to do; an echo that is still on its way through the adapter is not lost.
-    fn line_at(&self) -> Option<Micros> {
+    fn line_at(&self) -> Option<Instant> {
         match self.echo.until() {
             Some(until) => self.line.poll_at().map(|at| at.max(until)),
             None if self.draining.is_some() => None,
@@ -268,7 +269,7 @@ impl<P: Protocol + Commissionable> Bus<P> {
         }
     }
 
-    fn poll_line(&mut self, now: Micros, outcomes: &mut Vec<ExchangeOutcome<P>>) -> Result<(), PortError> {
+    fn poll_line(&mut self, now: Instant, outcomes: &mut Vec<ExchangeOutcome<P>>) -> Result<(), PortError> {
         if self.draining.is_some() || self.echo.until().is_some_and(|until| now < until) {
             return Ok(());
         }
@@ -292,7 +293,7 @@ impl<P: Protocol + Commissionable> Bus<P> {
         // Not before the port has it, however long that took.
         let began = self.clock.now();
         let serial = self.serial();
-        let out = began + serial.characters(frame.len() as u64);
+        let out = began + serial.characters(frame.len() as u32);
         self.draining = Some(out);
         let late = out + self.latency + serial.characters(1);
         self.seen.sent(&frame);
@@ -305,7 +306,7 @@ impl<P: Protocol + Commissionable> Bus<P> {
     }
 
     /// The frame is out.
-    fn release(&mut self, now: Micros, outcomes: &mut Vec<ExchangeOutcome<P>>) -> Result<(), PortError> {
+    fn release(&mut self, now: Instant, outcomes: &mut Vec<ExchangeOutcome<P>>) -> Result<(), PortError> {
         let Some(out) = self.draining.take() else { return Ok(()) };
         self.port.sent()?;
         let at = out.min(now);
@@ -319,7 +320,7 @@ impl<P: Protocol + Commissionable> Bus<P> {
     fn hear(
         &mut self,
         character: Character,
-        now: Micros,
+        now: Instant,
         outcomes: &mut Vec<ExchangeOutcome<P>>,
     ) -> Result<(), PortError> {
         self.seen.heard(character);
@@ -348,7 +349,7 @@ impl<P: Protocol + Commissionable> Bus<P> {
     fn foreign(
         &mut self,
         character: Character,
-        now: Micros,
+        now: Instant,
         outcomes: &mut Vec<ExchangeOutcome<P>>,
     ) -> Result<(), PortError> {
         self.release(now, outcomes)?;

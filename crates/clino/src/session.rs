@@ -2,11 +2,10 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _};
-use std::time::Duration;
 
 use clap::Args;
 use clino_bus::line::EchoMode;
-use clino_bus::{Micros, Protocol, Serial};
+use clino_bus::{Duration, Protocol, Serial};
 use clino_commissioning::{Commissionable, Operation};
 use clino_gateway::task::News;
 
@@ -81,7 +80,7 @@ impl PortOptions {
             Ok(port) => port,
             Err(error) => return Err(port_failed(&mut say, &error)?),
         };
-        let latency = self.latency.map_or_else(|| port.latency(), Duration::from_millis);
+        let latency = self.latency.map_or_else(|| port.latency(), std::time::Duration::from_millis);
         let bus = Bus::new(port, serial, timing_at, latency, self.echo);
         Ok(Session { bus, stop, say, make })
     }
@@ -147,7 +146,7 @@ impl<P: Protocol + Commissionable> Session<P> {
     ///
     /// # Errors
     /// [`Failure::Told`].
-    pub fn rest(&mut self, span: Micros) -> Result<bool, Failure> {
+    pub fn rest(&mut self, span: Duration) -> Result<bool, Failure> {
         if self.bus.counters().good > 0 || self.stop.is_asked() {
             return Ok(false);
         }

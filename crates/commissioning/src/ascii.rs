@@ -15,7 +15,7 @@
 
 use core::fmt;
 
-use clino_bus::{Micros, Serial};
+use clino_bus::{Duration, Instant, Serial};
 use clino_codec::DecodeProgress as Decoding;
 use clino_codec::ascii::{Centidegrees, LINE_LENGTH, LineDecoder, LineFault};
 use clino_codec::character::Character;
@@ -23,18 +23,18 @@ use clino_codec::character::Character;
 use crate::isu::{BOOT_LIMIT, NEW_ANGLE};
 
 /// How long RX is held low for one line: "at least 100msec", a fifth more for either clock.
-pub const LOW_PULSE: Micros = Micros::from_millis(120);
+pub const LOW_PULSE: Duration = Duration::from_millis(120);
 
 /// How long RESET is held low. The document does not say; the 68HC05 in the module needs a few of its clock cycles, and a
 /// long wire with a filter a millisecond.
-pub const RESET_PULSE: Micros = Micros::from_millis(10);
+pub const RESET_PULSE: Duration = Duration::from_millis(10);
 
 /// A line has to come within this from the falling edge: the 533 ms that lines are apart at least, the 100 ms of the
 /// pulse, the line itself, and some.
-const LINE_LIMIT: Micros = Micros::from_millis(800);
+const LINE_LIMIT: Duration = Duration::from_millis(800);
 
 /// In continuous output a line may be missed; two in a row, and it has stopped.
-const SILENCE_LIMIT: Micros = NEW_ANGLE.times(3);
+const SILENCE_LIMIT: Duration = NEW_ANGLE.times(3);
 
 /// The module's pins, as far as the gateway drives them.
 pub trait Pins {
@@ -73,7 +73,7 @@ pub enum Step<R> {
     /// Nothing before that instant, except to hear characters; ask again after each line.
     Wait {
         /// When to ask again.
-        until: Micros,
+        until: Instant,
     },
     /// The end, with RX and RESET released. Asking again gives the same.
     Done(Result<R, NoLine>),
@@ -86,7 +86,7 @@ pub enum NoLine {
     /// Nothing at all.
     Silent {
         /// How long it was waited for.
-        waited: Micros,
+        waited: Duration,
         /// Good lines before that.
         lines: u32,
     },
@@ -107,8 +107,8 @@ pub struct OneLine {
 #[derive(Clone, Copy, Debug)]
 enum Once {
     Fall,
-    Low { fell: Micros },
-    High { fell: Micros },
+    Low { fell: Instant },
+    High { fell: Instant },
     Ended(Result<Centidegrees, NoLine>),
 }
 
@@ -119,7 +119,7 @@ impl OneLine {
     }
 
     /// What to do next.
-    pub fn next(&mut self, now: Micros) -> Step<Centidegrees> {
+    pub fn next(&mut self, now: Instant) -> Step<Centidegrees> {
         match self.state {
             Once::Fall => {
                 self.state = Once::Low { fell: now };
@@ -168,7 +168,7 @@ impl OneLine {
             Once::Fall => self.state = Once::Ended(Err(NoLine::Cancelled)),
             // Enough of the pulse has been seen.
             Once::Low { .. } => {
-                self.state = Once::Low { fell: Micros::ZERO };
+                self.state = Once::Low { fell: Instant::ZERO };
                 self.heard = Some(Err(NoLine::Cancelled));
             }
             Once::High { .. } => self.heard = Some(Err(NoLine::Cancelled)),
@@ -201,8 +201,8 @@ pub struct Lines {
 enum Continuous {
     HoldRx,
     PullReset,
-    Reset { until: Micros },
-    Listen { since: Micros, until: Micros },
+    Reset { until: Instant },
+    Listen { since: Instant, until: Instant },
     Ended(Result<u32, NoLine>),
 }
 
@@ -213,7 +213,7 @@ impl Lines {
     }
 
     /// What to do next. The report is the number of good lines.
-    pub fn next(&mut self, now: Micros) -> Step<u32> {
+    pub fn next(&mut self, now: Instant) -> Step<u32> {
         let (pin, state) = match self.state {
             Continuous::HoldRx if self.cancelled => {
                 self.state = Continuous::Ended(Ok(0));
@@ -243,7 +243,7 @@ impl Lines {
     }
 
     /// A character has come from the module at `at`: a line, or what is wrong with one, when it is complete.
-    pub fn hear(&mut self, character: Character, at: Micros) -> Option<Result<Centidegrees, LineFault>> {
+    pub fn hear(&mut self, character: Character, at: Instant) -> Option<Result<Centidegrees, LineFault>> {
         let Continuous::Listen { .. } = self.state else { return None };
         match self.decoder.push(character) {
             Decoding::More => None,
@@ -284,6 +284,6 @@ impl core::error::Error for NoLine {}
 
 // A pulse, the pause between lines and a line with its lead fit into the limit (AN #201 sections 2 and 4).
 const _: () = {
-    let line = Serial::ISU.characters(LINE_LENGTH as u64).0;
-    assert!(LOW_PULSE.0 + 533_334 + 1_000 + line < LINE_LIMIT.0);
+    let line = Serial::ISU.characters(LINE_LENGTH as u32).as_micros();
+    assert!(LOW_PULSE.as_micros() + 533_334 + 1_000 + line < LINE_LIMIT.as_micros());
 };

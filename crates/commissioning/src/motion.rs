@@ -4,7 +4,7 @@
 //! cannot succeed: it wears the memory for nothing. So the angle is watched for at least as long before, and nothing is
 //! written unless all readings are within the tolerance of each other.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 
 const MICROS_PER_SECOND: u64 = 1_000_000;
 
@@ -14,20 +14,20 @@ pub(crate) struct Motion<const TURN: i32> {
     last: i32,
     /// From the first reading to the last one, turns included.
     moved: i32,
-    lowest: (i32, Micros),
-    highest: (i32, Micros),
+    lowest: (i32, Instant),
+    highest: (i32, Instant),
     readings: u8,
 }
 
 impl<const TURN: i32> Motion<TURN> {
     /// No reading yet.
     pub const fn new() -> Self {
-        let first = (0, Micros::ZERO);
+        let first = (0, Instant::ZERO);
         Motion { last: 0, moved: 0, lowest: first, highest: first, readings: 0 }
     }
 
     /// Takes a reading. Between two of them the sensor has turned by less than half a turn.
-    pub fn take(&mut self, angle: i32, at: Micros) {
+    pub fn take(&mut self, angle: i32, at: Instant) {
         if self.readings == 0 {
             (self.lowest, self.highest) = ((0, at), (0, at));
         } else {
@@ -54,15 +54,15 @@ impl<const TURN: i32> Motion<TURN> {
     }
 
     /// Between which instants the angle has gone from one to the other.
-    pub const fn span(&self) -> Micros {
+    pub const fn span(&self) -> Duration {
         let (low, high) = (self.lowest.1, self.highest.1);
-        if low.0 < high.0 { high.since(low) } else { low.since(high) }
+        if low.as_micros() < high.as_micros() { high.since(low) } else { low.since(high) }
     }
 
     /// The spread in units a second, had it taken this long.
-    pub const fn rate(&self, span: Micros) -> u32 {
+    pub const fn rate(&self, span: Duration) -> u32 {
         let scaled = (self.spread() as u64).saturating_mul(MICROS_PER_SECOND);
-        match scaled.checked_div(span.0) {
+        match scaled.checked_div(span.as_micros() as u64) {
             Some(rate) if rate <= u32::MAX as u64 => rate as u32,
             _ => u32::MAX,
         }
@@ -84,7 +84,7 @@ mod tests {
 
     fn watch(readings: &[(i32, u64)]) -> Motion<360_000> {
         let mut motion = Motion::new();
-        readings.iter().for_each(|&(angle, ms)| motion.take(angle, Micros(ms * 1_000)));
+        readings.iter().for_each(|&(angle, ms)| motion.take(angle, Instant::from_micros(ms * 1_000)));
         motion
     }
 

@@ -1,6 +1,6 @@
 //! The interface of all operations.
 
-use clino_bus::{ExchangeOutcome, Micros, Protocol, Serial};
+use clino_bus::{Duration, ExchangeOutcome, Instant, Protocol, Serial};
 
 /// What an operation wants next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,12 +21,12 @@ pub enum Step<A, Q, R, E> {
         /// What is asked.
         request: Q,
         /// How long answers may begin after the request's last stop bit.
-        window: Micros,
+        window: Duration,
     },
     /// Nothing before that instant.
     Wait {
         /// When to ask again.
-        until: Micros,
+        until: Instant,
     },
     /// The line runs at this bit rate from now on.
     Serial(Serial),
@@ -71,7 +71,7 @@ pub trait Operation {
 
     /// What to do next. May be asked any number of times, except that a [`Step::Serial`] is said once and taken as
     /// done: otherwise only time and [`on`](Self::on) move it.
-    fn next(&mut self, now: Micros) -> StepOf<Self>;
+    fn next(&mut self, now: Instant) -> StepOf<Self>;
 
     /// An exchange asked for has ended; one answer, when collecting.
     fn on(&mut self, outcome: &ExchangeOutcome<Self::Protocol>) -> Option<Self::Event>;

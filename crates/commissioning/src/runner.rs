@@ -1,6 +1,6 @@
 //! Runs an operation on a master, one step at a time.
 
-use clino_bus::{ExchangeOutcome, Fault, Isu, Master, Micros, Protocol, Serial, T7};
+use clino_bus::{ExchangeOutcome, Fault, Instant, Isu, Master, Protocol, Serial, T7};
 use clino_codec::isu::{DeviceError, Response};
 
 use crate::operation::{Operation, Step, StepOf, TaskProgress};
@@ -64,7 +64,7 @@ pub type ActionOf<O> = RunnerAction<
 /// and all of it while the operation waits.
 ///
 /// ```
-/// use clino_bus::{Master, Micros, Serial, T7, Timing};
+/// use clino_bus::{Instant, Master, Serial, T7, Timing};
 /// use clino_codec::t7::Address;
 /// use clino_commissioning::t7::{Device, Set, DeviceSetting};
 /// use clino_commissioning::{RunnerAction, Runner};
@@ -72,7 +72,7 @@ pub type ActionOf<O> = RunnerAction<
 /// let mut master = Master::<T7>::new(Timing::t7(Serial::T7_DEFAULT));
 /// let device = Device::at(Address::new(5).unwrap()).unwrap();
 /// let mut runner = Runner::new(Set::new(device, DeviceSetting::Damping(500)).unwrap());
-/// let now = Micros(1_000);
+/// let now = Instant::from_micros(1_000);
 ///
 /// let RunnerAction::Send(frame) = runner.poll(&mut master, now) else { panic!() };
 /// assert_eq!(frame.as_bytes(), [0x05, 0x01, 0x8A]); // Get Damping, to the line
@@ -87,7 +87,7 @@ pub struct Runner<O> {
     operation: O,
     asking: Asking,
     tries_left: Option<u8>,
-    wait: Option<Micros>,
+    wait: Option<Instant>,
 }
 
 /// Which exchange the next outcomes of the master belong to.
@@ -108,7 +108,7 @@ where
     }
 
     /// The next thing to do. [`RunnerAction::Idle`] while an exchange is in hand, this operation's or another.
-    pub fn poll(&mut self, master: &mut Master<O::Protocol>, now: Micros) -> ActionOf<O> {
+    pub fn poll(&mut self, master: &mut Master<O::Protocol>, now: Instant) -> ActionOf<O> {
         if self.is_asking() || master.is_asking() {
             return RunnerAction::Idle;
         }
@@ -153,7 +153,7 @@ where
 
     /// A function of its own, so that what it takes on the stack is given back before an exchange begins.
     #[inline(never)]
-    fn next(&mut self, now: Micros) -> StepOf<O> {
+    fn next(&mut self, now: Instant) -> StepOf<O> {
         self.operation.next(now)
     }
 
@@ -192,10 +192,10 @@ where
         self.is_asking() || self.operation.is_exclusive()
     }
 
-    /// When [`Runner::poll`] has something to do, once the master has no exchange in hand: [`Micros::ZERO`] for at once,
+    /// When [`Runner::poll`] has something to do, once the master has no exchange in hand: [`Instant::ZERO`] for at once,
     /// `None` while an exchange of the operation is under way.
-    pub fn poll_at(&self) -> Option<Micros> {
-        if self.is_asking() { None } else { Some(self.wait.unwrap_or(Micros::ZERO)) }
+    pub fn poll_at(&self) -> Option<Instant> {
+        if self.is_asking() { None } else { Some(self.wait.unwrap_or(Instant::ZERO)) }
     }
 
     /// How far the operation is.

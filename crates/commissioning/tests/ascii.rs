@@ -1,6 +1,6 @@
 //! ASCII mode: the pins of a simulated module, and the lines it sends.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::ascii::Centidegrees;
 use clino_codec::character::Character;
 use clino_commissioning::ascii::{Lines, NoLine, OneLine, PinStep, Pins, Step};
@@ -53,13 +53,13 @@ impl Board {
         }
     }
 
-    fn now(&self) -> Micros {
-        Micros(self.now / US)
+    fn now(&self) -> Instant {
+        Instant::from_micros(self.now / US)
     }
 
     /// Runs until a character is complete, at most until `until`.
-    fn run(&mut self, until: Micros) -> Option<Character> {
-        let until = until.0 * US;
+    fn run(&mut self, until: Instant) -> Option<Character> {
+        let until = until.as_micros() * US;
         loop {
             let heard = self.under_way.first().map(|&(at, _)| at);
             let acts = self.module.next_event();
@@ -84,7 +84,7 @@ impl Board {
 }
 
 /// Leads one line to its end.
-fn one_line(board: &mut Board, cancel_after: Option<Micros>) -> Result<Centidegrees, NoLine> {
+fn one_line(board: &mut Board, cancel_after: Option<Duration>) -> Result<Centidegrees, NoLine> {
     let mut operation = OneLine::new();
     let begun = board.now();
     loop {
@@ -125,30 +125,31 @@ fn no_line_is_an_error_after_a_bounded_time() {
     board.mute = true;
     let begun = board.now();
     let Err(NoLine::Silent { waited, lines: 0 }) = one_line(&mut board, None) else { panic!() };
-    assert_eq!(waited, Micros(800_000));
-    assert_eq!(board.now().since(begun), Micros(800_000));
+    assert_eq!(waited, Duration::from_micros(800_000));
+    assert_eq!(board.now().since(begun), Duration::from_micros(800_000));
     assert!(!board.rx_low);
 }
 
 #[test]
 fn a_bad_line_is_told() {
     let mut operation = OneLine::new();
-    assert_eq!(operation.next(Micros(0)), Step::Pin(PinStep::RxLow(true)));
-    assert_eq!(operation.next(Micros(120_000)), Step::Pin(PinStep::RxLow(false)));
+    assert_eq!(operation.next(Instant::from_micros(0)), Step::Pin(PinStep::RxLow(true)));
+    assert_eq!(operation.next(Instant::from_micros(120_000)), Step::Pin(PinStep::RxLow(false)));
     for &byte in b"+ 12x45\r\n" {
         operation.hear(Character::clean(byte));
     }
-    assert!(matches!(operation.next(Micros(130_000)), Step::Wait { until: Micros(800_000) }));
-    assert!(matches!(operation.next(Micros(800_000)), Step::Done(Err(NoLine::Bad(_)))));
+    let waiting = Step::Wait { until: Instant::from_micros(800_000) };
+    assert_eq!(operation.next(Instant::from_micros(130_000)), waiting);
+    assert!(matches!(operation.next(Instant::from_micros(800_000)), Step::Done(Err(NoLine::Bad(_)))));
 }
 
 #[test]
 fn a_cancelled_pulse_is_released() {
-    for after in [Micros(1_000), Micros(50_000), Micros(119_000)] {
+    for after in [1, 50, 119].map(Duration::from_millis) {
         let mut board = Board::new(0);
         assert_eq!(one_line(&mut board, Some(after)), Err(NoLine::Cancelled));
         assert_eq!(board.edges.iter().filter(|edge| edge.0 == "rx").count(), 2);
-        assert!(!board.rx_low && board.now() <= Micros(1_121_000));
+        assert!(!board.rx_low && board.now() <= Instant::from_micros(1_121_000));
     }
 }
 
@@ -196,7 +197,7 @@ fn lines_that_stop_are_an_error_and_the_pins_are_released() {
     board.mute = true;
     let (heard, result) = lines(&mut board, 1);
     assert!(heard.is_empty());
-    assert_eq!(result, Err(NoLine::Silent { waited: Micros(5_000_000), lines: 0 }));
+    assert_eq!(result, Err(NoLine::Silent { waited: Duration::from_micros(5_000_000), lines: 0 }));
     assert!(!board.rx_low && !board.reset_low);
 }
 
@@ -204,20 +205,20 @@ fn lines_that_stop_are_an_error_and_the_pins_are_released() {
 fn a_cancel_before_anything_touches_nothing() {
     let mut operation = Lines::new();
     operation.cancel();
-    assert_eq!(operation.next(Micros(5)), Step::Done(Ok(0)));
+    assert_eq!(operation.next(Instant::from_micros(5)), Step::Done(Ok(0)));
     let mut operation = OneLine::new();
     operation.cancel();
-    assert_eq!(operation.next(Micros(5)), Step::Done(Err(NoLine::Cancelled)));
+    assert_eq!(operation.next(Instant::from_micros(5)), Step::Done(Err(NoLine::Cancelled)));
 }
 
 #[test]
 fn a_cancel_in_the_reset_ends_the_reset_first() {
     let mut operation = Lines::new();
-    assert_eq!(operation.next(Micros(0)), Step::Pin(PinStep::RxLow(true)));
-    assert_eq!(operation.next(Micros(0)), Step::Pin(PinStep::ResetLow(true)));
+    assert_eq!(operation.next(Instant::from_micros(0)), Step::Pin(PinStep::RxLow(true)));
+    assert_eq!(operation.next(Instant::from_micros(0)), Step::Pin(PinStep::ResetLow(true)));
     operation.cancel();
-    assert_eq!(operation.next(Micros(1)), Step::Wait { until: Micros(10_000) });
-    assert_eq!(operation.next(Micros(10_000)), Step::Pin(PinStep::ResetLow(false)));
-    assert_eq!(operation.next(Micros(10_000)), Step::Pin(PinStep::RxLow(false)));
-    assert_eq!(operation.next(Micros(10_000)), Step::Done(Ok(0)));
+    assert_eq!(operation.next(Instant::from_micros(1)), Step::Wait { until: Instant::from_micros(10_000) });
+    assert_eq!(operation.next(Instant::from_micros(10_000)), Step::Pin(PinStep::ResetLow(false)));
+    assert_eq!(operation.next(Instant::from_micros(10_000)), Step::Pin(PinStep::RxLow(false)));
+    assert_eq!(operation.next(Instant::from_micros(10_000)), Step::Done(Ok(0)));
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use clino_bus::{Isu, Micros};
+use clino_bus::{Duration, Instant, Isu};
 use clino_codec::isu::eeprom::{Change, ShutoffBit};
 use clino_commissioning::SingleDevice;
 use clino_commissioning::isu::{Module, Program, Repair, ResetNull};
@@ -95,7 +95,7 @@ fn cut(task: &Task, scope: ChecksumScope, options: &Options, at: Ns, off: Ns, ta
         assert!((task.is_done)(&eeprom(&sensor)) && eeprom(&sensor).is_sound(), "{}", how());
     }
     // Power is back, and the module up.
-    let back = Micros((at + off) / 1_000 + 1_000_000);
+    let back = Instant::from_micros((at + off) / 1_000 + 1_000_000);
     let now = bench.port.now();
     idle_for(&mut bench, back.since(now));
     if !eeprom(&sensor).is_sound() || sensor.lock().unwrap().mode() != Mode::Normal {
@@ -124,7 +124,7 @@ fn times(task: &Task, scope: ChecksumScope, options: &Options) -> (Ns, Ns) {
     let sensor = with(FROM, scope, options.clone());
     let mut bench = bench::<Isu>(&[&sensor]);
     (task.lead)(&mut bench, module(FROM)).unwrap();
-    (first_write(&bench), bench.port.now().0 * 1_000)
+    (first_write(&bench), bench.port.now().as_micros() * 1_000)
 }
 
 /// Beginning of the first command that writes: Write EEPROM, function 5, or Reset Null Position, function 6.
@@ -253,17 +253,17 @@ fn repair_cut_everywhere(scope: ChecksumScope, off: Ns, step: usize) {
         let before = words(&sensor);
         // Off for the first 10 ms, so that it comes up in its Hard Error state.
         let mut bench = unplugged::<Isu>(&sensor, vec![(0, 10 * MS), (at, at + off)]);
-        idle_for(&mut bench, Micros(100_000));
+        idle_for(&mut bench, Duration::from_micros(100_000));
         let repair = || Repair::after_address_change(module(FROM), module(TO));
         let first = run(&mut bench, repair());
-        let back = Micros((at + off) / 1_000 + 1_000_000);
+        let back = Instant::from_micros((at + off) / 1_000 + 1_000_000);
         let now = bench.port.now();
         idle_for(&mut bench, back.since(now));
         let again = run(&mut bench, repair());
         assert!(again.result.is_ok(), "{at}, {off}: {:?}, then {:?}", first.result, again.result);
         assert_well(&sensor, "repaired");
         assert_upper_bits(&before, &words(&sensor));
-        first.took.0 * 1_000
+        u64::from(first.took.as_micros()) * 1_000
     };
     let end = 100 * MS + cut_at(3_600 * SECOND, 0);
     let cuts: Vec<Ns> = (100 * MS..end).step_by(CHARACTER as usize * step).collect();
@@ -294,7 +294,7 @@ fn a_third_address_that_no_module_may_have() {
             }
             reached = true;
             assert!(result.unwrap_err().repair);
-            let back = Micros((at + LONG) / 1_000 + 1_000_000);
+            let back = Instant::from_micros((at + LONG) / 1_000 + 1_000_000);
             let now = bench.port.now();
             idle_for(&mut bench, back.since(now));
             let single = Module::single(SingleDevice::i_have_attached_one_sensor_only());

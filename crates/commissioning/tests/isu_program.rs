@@ -4,7 +4,7 @@ mod common;
 
 use std::sync::Arc;
 
-use clino_bus::{Isu, Micros};
+use clino_bus::{Instant, Isu};
 use clino_codec::isu::Address;
 use clino_codec::isu::eeprom::{Change as Eeprom, ChecksumReading, ShutoffBit};
 use clino_commissioning::isu::{Cause, Module, Program, Repair, ResetNull};
@@ -268,7 +268,7 @@ fn noise_of_any_strength() {
         // On a quiet line a repair sets right what is wrong, if anything is.
         repaired += u32::from(!stored.is_sound());
         let now = bench.port.now();
-        idle_for(&mut bench, Micros(41_000_000).since(now));
+        idle_for(&mut bench, Instant::from_micros(41_000_000).since(now));
         run(&mut bench, Repair::after_address_change(module(5), module(10))).result.unwrap();
         assert_eq!((eeprom(&sensor).is_sound(), mode(&sensor)), (true, Mode::Normal), "seed {seed}");
         assert_upper_bits(&before, &words(&sensor));

@@ -4,7 +4,7 @@ mod common;
 
 use std::sync::{Arc, Mutex};
 
-use clino_bus::{Isu, Micros, T7};
+use clino_bus::{Duration, Isu, T7};
 use clino_codec::t7::{Axis, Millidegrees};
 use clino_commissioning::isu::{self, ResetNull};
 use clino_commissioning::t7::{Cause, SetZero, Zeroed};
@@ -74,7 +74,7 @@ fn a_t7_that_has_come_to_rest_is_zeroed() {
     let points = vec![(0, 0), (SECOND, 20_000_000)];
     let sensor = t7(Motion::Table(points), OutputRange::Bidirectional, Damping::Averaged, 800);
     let mut bench: Bench<T7> = common::t7::bench(&[&sensor]);
-    common::idle_for(&mut bench, Micros(1_500_000));
+    common::idle_for(&mut bench, Duration::from_micros(1_500_000));
     // The average has not settled yet when it is asked, and has when it is read.
     let zeroed = run(&mut bench, SetZero::new(device(5), Axis::Two)).result.unwrap();
     assert_eq!((zeroed.before, zeroed.after, zeroed.writes), (Millidegrees(20_000), Millidegrees(0), 1));

@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::HashMap;
 
-use clino_bus::{Micros, T7, earliest};
+use clino_bus::{Duration, Instant, T7, earliest};
 use clino_codec::t7::{Axis, Millidegrees, Request, Response};
 use clino_commissioning::t7::{ChangeBaud, DeviceSetting, Identify, Set, SetZero};
 use clino_commissioning::{Operation, Runner, RunnerAction};
@@ -29,7 +29,7 @@ where
     let mut poll_next = true;
     loop {
         let now = bench.port.now();
-        assert!(now < Micros(10_000_000), "it does not end");
+        assert!(now < Instant::from_micros(10_000_000), "it does not end");
         let mut outcome = bench.master.poll(now);
         if outcome.is_none() && !bench.master.is_asking() && !runner.is_asking() {
             let request = Request::GetAngle(Axis::Two);
@@ -40,12 +40,12 @@ where
                 gateway.polls += 1;
                 gateway.turns.push('p');
                 let frame = bench.master.begin(address(9), &request, now).unwrap();
-                bench.port.submit(frame.as_bytes(), now + Micros(10_000)).unwrap();
+                bench.port.submit(frame.as_bytes(), now + Duration::from_micros(10_000)).unwrap();
             } else {
                 match runner.poll(&mut bench.master, now) {
                     RunnerAction::Send(frame) => {
                         gateway.turns.push('o');
-                        bench.port.submit(frame.as_bytes(), now + Micros(10_000)).unwrap();
+                        bench.port.submit(frame.as_bytes(), now + Duration::from_micros(10_000)).unwrap();
                     }
                     RunnerAction::Serial(serial) => {
                         let timing = clino_bus::Timing::t7(serial);
@@ -60,9 +60,13 @@ where
         }
         if outcome.is_none() {
             let wake = runner.poll_at().filter(|&at| at > now && !poll_next);
-            let at =
-                earliest(bench.master.poll_at(), wake).unwrap_or(now + Micros(100)).min(now + Micros(100));
-            outcome = bench.port.run(at.max(now + Micros(1))).and_then(|event| bench.master.on(event));
+            let at = earliest(bench.master.poll_at(), wake)
+                .unwrap_or(now + Duration::from_micros(100))
+                .min(now + Duration::from_micros(100));
+            outcome = bench
+                .port
+                .run(at.max(now + Duration::from_micros(1)))
+                .and_then(|event| bench.master.on(event));
         }
         if let Some(outcome) = outcome {
             if polling {
@@ -122,12 +126,12 @@ fn while_it_asks_it_has_nothing_else_to_do() {
     let sensor = at(5);
     let mut bench = bench(&[&sensor]);
     let mut runner = Runner::new(Set::new(device(5), DeviceSetting::Damping(9)).unwrap());
-    assert_eq!(runner.poll_at(), Some(Micros::ZERO));
-    assert!(matches!(runner.poll(&mut bench.master, Micros::ZERO), RunnerAction::Send(_)));
+    assert_eq!(runner.poll_at(), Some(Instant::ZERO));
+    assert!(matches!(runner.poll(&mut bench.master, Instant::ZERO), RunnerAction::Send(_)));
     assert!(runner.is_asking() && runner.is_exclusive());
     assert_eq!(runner.poll_at(), None);
     for now in 0..3 {
-        assert!(matches!(runner.poll(&mut bench.master, Micros(now)), RunnerAction::Idle));
+        assert!(matches!(runner.poll(&mut bench.master, Instant::from_micros(now)), RunnerAction::Idle));
     }
     assert_eq!(bench.master.counters().requests, 1);
 }

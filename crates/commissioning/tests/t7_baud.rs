@@ -10,7 +10,7 @@ use clino_sim::fault::AnswerFault as SimFault;
 use clino_testkit::rig::Bench;
 use common::spoil::{Fault as Spoilt, Spoil};
 use common::t7::{Shared, address, at, bench, device, spoilt, store, unplugged};
-use common::{MS, SECOND, run, run_and};
+use common::{MS, run, run_and};
 
 fn change(to: BaudRate) -> ChangeBaud {
     ChangeBaud::new(device(5), BaudRate::B115200, to).unwrap()
@@ -133,7 +133,7 @@ fn a_power_cut_at_any_time_ends_at_a_rate_that_is_answered_or_at_the_old_one() {
             Err(failure) => {
                 ends[1] += 1;
                 assert_eq!((failure.writes, index(&sensor)), (0, 0), "cut at {cut}: {failure}");
-                common::idle_for(&mut bench, clino_bus::Micros(SECOND / 1_000));
+                common::idle_for(&mut bench, clino_bus::Duration::from_millis(1_000));
                 assert!(answers(&mut bench), "cut at {cut}");
             }
         }

@@ -5,7 +5,7 @@ mod common;
 
 use std::fmt::Debug;
 
-use clino_bus::{Micros, Serial, T7};
+use clino_bus::{Duration, Serial, T7};
 use clino_codec::angle::Range;
 use clino_codec::t7::{Axis, BaudRate, Direction, Millidegrees};
 use clino_commissioning::Operation;
@@ -164,7 +164,7 @@ fn the_same_again_succeeds() {
             let sensor = at(5);
             let mut bench = unplugged(&sensor, vec![(cut, cut + 400 * MS)]);
             if !task(&mut bench) {
-                idle_for(&mut bench, Micros(1_500_000));
+                idle_for(&mut bench, Duration::from_micros(1_500_000));
                 // One that has moved is not found where it was.
                 let moved = matches!(name, "address" | "baud") && store(&sensor) != store(&at(5));
                 let is_done = task(&mut bench);

@@ -4,7 +4,7 @@ mod common;
 
 use std::sync::{Arc, Mutex};
 
-use clino_bus::{Micros, Serial};
+use clino_bus::{Duration, Serial};
 use clino_codec::t7::{Axis, BaudRate, EncodeError, Opcode, Request, Response};
 use clino_commissioning::t7::{AskAll, Cause, Found, Heard, Rates, Sweep, Swept};
 use clino_segment::{Noise, Probability};
@@ -53,7 +53,7 @@ fn a_sweep_of_all_rates_finds_all_devices_and_returns() {
     let answer = bench.ask(address(3), &Request::GetDamping).result.unwrap();
     assert!(matches!(answer.response, Response::GetDamping { damping_ms: 50 }));
     println!("five rates took {} ms, {} suspects", run.took.as_millis(), swept.suspects);
-    assert!(run.took < Micros(7_000_000), "{:?}", run.took);
+    assert!(run.took < Duration::from_micros(7_000_000), "{:?}", run.took);
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn an_empty_line_gives_no_answers() {
 
 #[test]
 fn only_short_readings_go_to_all() {
-    let window = Micros(1_000);
+    let window = Duration::from_micros(1_000);
     let refused = AskAll::new(Request::GetAllAngles, window).unwrap_err();
     let too_long = EncodeError::NotForAll { opcode: Opcode::GetAllAngles, response_length: 16 };
     assert_eq!(refused, Cause::Refused(too_long));

@@ -32,8 +32,8 @@ fn show(job: &mut Job<'_, '_>, alarm: Alarm, detail: &AlarmDetail, reading: &Rea
         _ = json::alarm(job.reply.out, alarm, Some(*detail), reading, job.now);
         return;
     }
-    let AlarmDetail { state, age, extreme } = *detail;
-    let (slot, name, state, seconds) = (reading.slot, alarm.name(), state.name(), age.as_millis() / 1_000);
+    let AlarmDetail { state, age_ms, extreme } = *detail;
+    let (slot, name, state, seconds) = (reading.slot, alarm.name(), state.name(), age_ms / 1_000);
     _ = write!(job.reply.out, "slot {slot:>2}  {name:<8}  {state:<14}  {seconds} s");
     if let Some(extreme) = extreme {
         let unit = if alarm == Alarm::Rate { "deg/s" } else { "deg" };

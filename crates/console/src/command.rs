@@ -1,5 +1,7 @@
 //! The command language: what can be typed, how, and what `help` says of it.
 
+use clino_gateway::command::Command as Shared;
+
 use crate::reply::Reply;
 use crate::settings;
 
@@ -47,6 +49,11 @@ const fn command(verb: Verb, name: &'static str, usage: &'static str, help: &'st
     Command { verb, name, usage, help }
 }
 
+/// What a Modbus master can have done, too: its sentence is in the list of both.
+const fn shared(verb: Verb, name: &'static str, usage: &'static str, command: Shared) -> Command {
+    Command { verb, name, usage, help: command.description().text }
+}
+
 /// Everything that can be typed.
 static COMMANDS: [Command; 26] = [
     command(Verb::List, "list", "", "the last value of every slot in use"),
@@ -66,7 +73,7 @@ static COMMANDS: [Command; 26] = [
         "SLOT|t7|isu|modbus|console SETTING VALUE ...",
         "change settings, up to five at once",
     ),
-    command(Verb::Zero, "zero", "SLOT", "the slot reads zero as it stands; nothing is written to the sensor"),
+    shared(Verb::Zero, "zero", "SLOT", Shared::SoftZero),
     command(
         Verb::Bus,
         "bus",
@@ -86,33 +93,23 @@ static COMMANDS: [Command; 26] = [
         "info A | reset A | zero A | null A POSITION | address A NEW | repair A; [--yes]",
         "set up and repair ISUs; reset, null, address and repair start the module again: no angle for up to 5 s",
     ),
-    command(Verb::Cancel, "cancel", "", "stop what t7 and isu have begun, at the next safe point"),
+    shared(Verb::Cancel, "cancel", "", Shared::Cancel),
+    shared(Verb::Acknowledge, "acknowledge", "[SLOT]", Shared::Acknowledge),
     command(Verb::Alarms, "alarms", "", "alarms that are active or wait for their acknowledgement"),
-    command(Verb::Acknowledge, "acknowledge", "[SLOT]", "acknowledge the alarms of a slot, or of all"),
     command(
         Verb::Extremes,
         "extremes",
         "[SLOT] | clear [SLOT]",
         "lowest and highest angle since they were cleared, of a slot or of all",
     ),
-    command(Verb::Counters, "counters", "[SLOT]", "what happened since reset"),
+    command(Verb::Counters, "counters", "[SLOT] | clear", "what happened since reset; clear sets it to zero"),
     command(Verb::Trace, "trace", "[N]", "the last transactions, newest first"),
     command(Verb::Export, "export", "", "the commands that make this configuration"),
     command(Verb::Load, "load", "", "load and polls of each bus, and what is not wise"),
     command(Verb::Modbus, "modbus", "[SETTING VALUE ...]", "show or set the Modbus port"),
-    command(
-        Verb::Save,
-        "save",
-        "[--yes]",
-        "keep all settings over a reset; asks if that replaces settings that were not read at this start",
-    ),
-    command(
-        Verb::FactoryReset,
-        "factory-reset",
-        "[--yes]",
-        "forget what is saved; in force with the next start",
-    ),
-    command(Verb::Reboot, "reboot", "[--yes]", "start again"),
+    shared(Verb::Save, "save", "[--yes]", Shared::Save),
+    shared(Verb::FactoryReset, "factory-reset", "[--yes]", Shared::FactoryReset),
+    shared(Verb::Reboot, "reboot", "[--yes]", Shared::Reboot),
     command(Verb::ResetCause, "reset-cause", "", "why the gateway has started, and its last crash"),
     command(Verb::Version, "version", "", "version, time since reset, mode and clock"),
     command(Verb::Json, "json", "on|off", "answer programs (JSON lines, no echo) or people"),

@@ -42,7 +42,7 @@ fn show(job: &mut Job<'_, '_>, slot: u8, named: bool) {
     let now = job.now;
     let (low, high) = (extremes.lowest(now), extremes.highest(now));
     let angle = |extreme: Option<ExtremeAngle>| extreme.map(|e| Value::Thousandths(e.mdeg.into())).into();
-    let age = |extreme: Option<ExtremeAngle>| extreme.map(|e| e.age.as_millis() / MS_PER_S).into();
+    let age = |extreme: Option<ExtremeAngle>| extreme.map(|e| e.age_ms / MS_PER_S).into();
     let values = [angle(low), age(low), angle(high), age(high)];
     job.reply.list("extremes", slot.into(), "lowest_deg lowest_age_s highest_deg highest_age_s", &values);
 }

@@ -1,6 +1,6 @@
 //! What the console needs of the rest of the gateway.
 
-use clino_bus::{BusCounters, Micros};
+use clino_bus::{BusCounters, Instant};
 use clino_commissioning::TaskProgress;
 use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
@@ -10,9 +10,9 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{
-    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Extremes, Glance, Reading, SlotConfig, SlotCounters,
+    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Detail, Extremes, Glance, Reading, SlotConfig,
 };
-use clino_modbus::Settings;
+use clino_modbus::{Counters as PortCounters, Settings};
 use clino_recovery::Start;
 
 use crate::received::Received;
@@ -20,13 +20,13 @@ use crate::received::Received;
 /// The gateway as the console sees it. Each call is short: one slot, one transaction, one bus.
 pub trait Host {
     /// Time since reset.
-    fn now(&self) -> Micros;
+    fn now(&self) -> Instant;
 
     /// The last reading of a slot; `None` beyond the last slot.
     fn reading(&self, slot: usize) -> Option<Reading>;
 
     /// The least of that, as of `now`: asked of every slot before every line of a stream.
-    fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
+    fn glance(&self, slot: usize, now: Instant) -> Option<Glance> {
         self.reading(slot).map(|reading| reading.glance(now))
     }
 
@@ -36,8 +36,8 @@ pub trait Host {
     /// How a slot is set; `None` beyond the last slot.
     fn config(&self, slot: usize) -> Option<SlotConfig>;
 
-    /// What happened to a slot since it was set; `None` beyond the last slot.
-    fn slot_counters(&self, slot: usize) -> Option<SlotCounters>;
+    /// What is known of a slot besides its value; `None` beyond the last slot.
+    fn detail(&self, slot: usize) -> Option<Detail>;
 
     /// What is known of an alarm of a slot; `None` while it is quiet.
     fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail>;
@@ -100,6 +100,9 @@ pub trait Host {
 
     /// How the Modbus port is set; `None` if there is none.
     fn modbus(&self) -> Option<Settings>;
+
+    /// What happened on the Modbus port; `None` if there is none.
+    fn modbus_counters(&self) -> Option<PortCounters>;
 
     /// Sets the Modbus port; it is valid.
     fn set_modbus(&mut self, settings: Settings);

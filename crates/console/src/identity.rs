@@ -1,5 +1,6 @@
 //! What this gateway is: how a person is greeted, how a stream begins.
 
+use clino_bus::Instant;
 use clino_recovery::Mode;
 
 use crate::host::Host;
@@ -31,16 +32,17 @@ pub fn introduce(reply: &mut Reply<'_>, host: &dyn Host) {
 pub const HOW_TO_GET_A_PROMPT: &str = "Enter or Ctrl-C";
 
 /// Names of what [`who`] tells.
-pub const WHO: &str = "version uptime_ms mode clock boots uid";
+pub const WHO: &str = "version uptime_ms mode clock power_ups boots uid";
 
 /// Who this is.
 pub fn who(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
     let start = host.start();
     let values = [
         host.version().into(),
-        host.now().as_millis().into(),
+        host.now().millis_since(Instant::ZERO).into(),
         start.mode.name().into(),
         start.clock.name().into(),
+        start.power_ups.into(),
         start.boots.into(),
         Value::Words(&start.uid),
     ];

@@ -3,7 +3,7 @@
 //! Whoever finds something wrong says so at once, and hands [`Told`] up: what is wrong need not be carried through every
 //! function, which takes half of their flash.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_gateway::order::{Order, Refusal};
 
 use crate::error::Error;
@@ -24,7 +24,7 @@ pub struct Job<'j, 'a> {
     pub host: &'j mut dyn Host,
     pub meter: &'j Meter,
     pub presence: &'j Presence,
-    pub now: Micros,
+    pub now: Instant,
     /// What the command leads to.
     pub next: &'j mut Next,
 }

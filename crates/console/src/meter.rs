@@ -1,6 +1,6 @@
 //! How often each bus is asked, once a second.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_gateway::Bus;
 
 use crate::host::Host;
@@ -9,13 +9,13 @@ use crate::host::Host;
 pub const BUSES: [Bus; 2] = [Bus::T7, Bus::Isu];
 
 /// From one look at the counters to the next.
-const EVERY: Micros = Micros::from_millis(1_000);
+const EVERY: Duration = Duration::from_millis(1_000);
 /// Thousandths of a request per second in one per microsecond.
 const PER_SECOND: u64 = 1_000_000_000;
 
 /// Counts requests per second.
 pub struct Meter {
-    at: Micros,
+    at: Instant,
     requests: [u32; BUSES.len()],
     rates: [Option<u32>; BUSES.len()],
 }
@@ -23,14 +23,14 @@ pub struct Meter {
 impl Meter {
     /// Nothing was counted yet.
     pub const fn new() -> Meter {
-        Meter { at: Micros::ZERO, requests: [0; BUSES.len()], rates: [None; BUSES.len()] }
+        Meter { at: Instant::ZERO, requests: [0; BUSES.len()], rates: [None; BUSES.len()] }
     }
 
     /// Looks at the counters if a second has passed. Returns whether it has.
     pub fn tick(&mut self, host: &dyn Host) -> bool {
         let now = host.now();
-        let passed = now.since(self.at);
-        if passed < EVERY {
+        let passed = now.micros_since(self.at);
+        if passed < EVERY.as_micros().into() {
             return false;
         }
         self.at = now;
@@ -38,7 +38,7 @@ impl Meter {
             let Some(state) = host.bus(*bus) else { continue };
             let requests = state.counters.requests;
             let asked = u64::from(requests.wrapping_sub(*before));
-            *rate = asked.saturating_mul(PER_SECOND).checked_div(passed.0).map(|rate| rate as u32);
+            *rate = asked.saturating_mul(PER_SECOND).checked_div(passed).map(|rate| rate as u32);
             *before = requests;
         }
         true

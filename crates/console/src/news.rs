@@ -132,7 +132,7 @@ fn isu(reply: &mut Reply<'_>, news: &isu::News) {
 }
 
 /// A task has failed; because the sensor moved at this rate, in 0.001°/s.
-fn failed(reply: &mut Reply<'_>, names: &str, values: &[Value<'_>], mdeg_per_s: Option<u32>) {
+fn failed(reply: &mut Reply<'_>, names: &'static str, values: &[Value<'_>], mdeg_per_s: Option<u32>) {
     reply.begin("failed");
     reply.members(names, values);
     let rate = mdeg_per_s.map(|rate| Value::Thousandths(rate.into()));

@@ -1,6 +1,7 @@
 //! What happened: counters and the last transactions.
 
-use clino_bus::Micros;
+use clino_bus::Duration;
+use clino_gateway::order::Order;
 use clino_gateway::trace::{Entry, TRACED};
 
 use crate::job::{Job, Outcome};
@@ -8,11 +9,15 @@ use crate::meter::BUSES;
 use crate::reply::Reply;
 use crate::slots::LAST_SLOT;
 use crate::table;
-use crate::value::Value;
+use crate::value::Label;
 
-/// `counters [SLOT]`
+/// `counters [SLOT]`, `counters clear`
 pub fn counters(job: &mut Job<'_, '_>) -> Outcome {
     if let Some(word) = job.typed.next() {
+        if word == "clear" {
+            job.end()?;
+            return job.order(Order::ClearCounters);
+        }
         let slot = job.byte(word, "slot", 0, LAST_SLOT)?;
         job.end()?;
         of_slot(job, slot);
@@ -30,23 +35,31 @@ fn of_buses(job: &mut Job<'_, '_>) {
             table::counters(&mut job.reply, bus, state);
         }
     }
-    let lost = job.host.lost_characters();
-    let (damaged, own) = (job.presence.damaged, job.presence.own);
-    if job.reply.is_for_people() {
-        for (name, count) in [("console\n  lost", lost), ("  damaged", damaged), ("  echoed", own)] {
-            _ = writeln!(job.reply.out, "{name:<20} {count}");
-        }
-    } else {
-        let out = &mut job.reply.out;
-        _ = writeln!(out, "{{\"console\":{{\"lost\":{lost},\"damaged\":{damaged},\"echoed\":{own}}}}}");
+    if let Some(counters) = job.host.modbus_counters() {
+        let names = "messages errors exceptions requests unanswered overruns";
+        let values = [
+            counters.messages,
+            counters.errors,
+            counters.exceptions,
+            counters.requests,
+            counters.unanswered,
+            counters.overruns,
+        ];
+        job.reply.begin_list("counters", "modbus".into());
+        job.reply.counts(names, &values.map(u32::from));
+        job.reply.end_list();
     }
+    let counts = [job.host.lost_characters(), job.presence.damaged, job.presence.own];
+    job.reply.begin_list("counters", "console".into());
+    job.reply.counts("lost damaged echoed", &counts);
+    job.reply.end_list();
 }
 
 #[inline(never)]
 fn of_slot(job: &mut Job<'_, '_>, slot: u8) {
-    let Some(counters) = job.host.slot_counters(slot.into()) else { return };
+    let Some(counters) = job.host.detail(slot.into()).map(|detail| detail.counters) else { return };
     let names = "requests first_try retries no_answer skipped checksum length foreign garbled refused not_sent \
-                 late writes response_us response_min_us response_max_us";
+                 late writes";
     let counts = [
         counters.requests,
         counters.first_try,
@@ -61,18 +74,19 @@ fn of_slot(job: &mut Job<'_, '_>, slot: u8) {
         counters.not_sent.into(),
         counters.late.into(),
         counters.writes.into(),
-        counters.response_last().0 as u32,
-        counters.response_min().0 as u32,
-        counters.response_max().0 as u32,
     ];
+    job.reply.begin_list("counters", slot.into());
+    job.reply.counts(names, &counts);
     // Before the first answer there are no times.
-    let known =
-        if counters.response_min() > Micros::ZERO { counts.len() } else { counts.len().saturating_sub(3) };
-    let mut values = [Value::None; 16];
-    for (value, count) in values.iter_mut().zip(counts).take(known) {
-        *value = count.into();
+    let is_known = counters.response_min() > Duration::ZERO;
+    for (name, time) in [
+        ("response_us", counters.response_last()),
+        ("response_min_us", counters.response_min()),
+        ("response_max_us", counters.response_max()),
+    ] {
+        job.reply.entry(Label::plain(name), is_known.then_some(time.as_micros()).into());
     }
-    job.reply.list("counters", slot.into(), names, &values);
+    job.reply.end_list();
 }
 
 /// `trace [N]`
@@ -112,13 +126,20 @@ fn row(reply: &mut Reply<'_>, entry: &Entry) {
     let Entry { at, address, command, purpose, verdict, .. } = *entry;
     let (took, purpose, verdict) = (entry.took(), purpose.name(), verdict.name());
     if reply.is_for_people() {
-        let (at, took) = (at.0, took.0);
+        let (at, took) = (at.as_micros(), took.as_micros());
         _ = writeln!(
             reply.out,
             "{at:>12}  {bus:<3}  {address:>4}  {command:>4}  {took:>7}  {purpose:<12}  {verdict}"
         );
         return;
     }
-    let values = [at.0.into(), address.into(), command.into(), took.0.into(), purpose.into(), verdict.into()];
+    let values = [
+        at.as_micros().into(),
+        address.into(),
+        command.into(),
+        took.as_micros().into(),
+        purpose.into(),
+        verdict.into(),
+    ];
     reply.list("trace", bus.into(), "at_us address code took_us purpose verdict", &values);
 }

@@ -33,7 +33,7 @@ impl Reply<'_> {
 
     /// Writes one answer, a line: `what: name value, name value`, or `{"what":…,"name":value,…}`.
     #[inline(never)]
-    pub fn line(&mut self, what: &str, names: &str, values: &[Value<'_>]) {
+    pub fn line(&mut self, what: &str, names: &'static str, values: &[Value<'_>]) {
         self.begin(what);
         self.members(names, values);
         self.end();
@@ -55,18 +55,12 @@ impl Reply<'_> {
 
     /// Writes one answer that is about `of`: a list, a value in each line, or `{"what":of,"name":value,…}`.
     #[inline(never)]
-    pub fn list(&mut self, what: &str, of: Value<'_>, names: &str, values: &[Value<'_>]) {
-        if self.is_for_people() {
-            _ = writeln!(self.out, "{what} {of}");
-            for (name, value) in names.split(' ').zip(values) {
-                _ = writeln!(self.out, "  {name:<NAME$} {value}");
-            }
-            return;
+    pub fn list(&mut self, what: &str, of: Value<'_>, names: &'static str, values: &[Value<'_>]) {
+        self.begin_list(what, of);
+        for (name, value) in names.split(' ').zip(values) {
+            self.entry(Label::plain(name), *value);
         }
-        _ = write!(self.out, "{{\"{what}\":");
-        _ = of.write(self.out, self.audience);
-        self.members(names, values);
-        self.end();
+        self.end_list();
     }
 
     /// Begins an answer that is about `of`, of which the values follow one by one; [`Reply::end_list`] ends it.
@@ -92,6 +86,14 @@ impl Reply<'_> {
         }
     }
 
+    /// Writes counts of a list.
+    #[inline(never)]
+    pub fn counts(&mut self, names: &'static str, counts: &[u32]) {
+        for (name, count) in names.split(' ').zip(counts) {
+            self.entry(Label::plain(name), (*count).into());
+        }
+    }
+
     /// Ends a list.
     pub fn end_list(&mut self) {
         if !self.is_for_people() {
@@ -100,12 +102,12 @@ impl Reply<'_> {
     }
 
     /// Writes the first names and values of a line that has begun.
-    pub fn members(&mut self, names: &str, values: &[Value<'_>]) {
+    pub fn members(&mut self, names: &'static str, values: &[Value<'_>]) {
         self.write(": ", names, values);
     }
 
     /// Writes further names and values.
-    pub fn more(&mut self, names: &str, values: &[Value<'_>]) {
+    pub fn more(&mut self, names: &'static str, values: &[Value<'_>]) {
         self.write(", ", names, values);
     }
 
@@ -121,21 +123,16 @@ impl Reply<'_> {
     }
 
     #[inline(never)]
-    fn write(&mut self, mut before: &str, names: &str, values: &[Value<'_>]) {
+    fn write(&mut self, mut before: &str, names: &'static str, values: &[Value<'_>]) {
         for (name, value) in names.split(' ').zip(values) {
-            _ = if self.is_for_people() {
-                write!(self.out, "{before}{name} ")
-            } else {
-                write!(self.out, ",\"{name}\":")
-            };
-            _ = value.write(self.out, self.audience);
+            self.member(before, Label::plain(name), *value);
             before = ", ";
         }
     }
 
     /// Says what the answer does not: a sentence for people, `{"hint":{"kind":…,"why":…}}` for programs.
     #[inline(never)]
-    pub fn hint(&mut self, kind: &str, why: &dyn Display, names: &str, values: &[Value<'_>]) {
+    pub fn hint(&mut self, kind: &str, why: &dyn Display, names: &'static str, values: &[Value<'_>]) {
         if self.is_for_people() {
             _ = writeln!(self.out, "note: {why}");
             return;

@@ -18,7 +18,7 @@
 
 use core::convert::Infallible;
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_commissioning::TaskProgress;
 use clino_gateway::Bus;
 use clino_gateway::order::Order;
@@ -43,9 +43,9 @@ use crate::stream::Stream;
 use crate::text::Text;
 
 /// How long a question waits for its answer.
-const PATIENCE: Micros = Micros::from_millis(30_000);
+const PATIENCE: Duration = Duration::from_millis(30_000);
 /// A text that is being pasted has no longer pauses: a USB adapter's are 16 ms at most.
-const SILENCE: Micros = Micros::from_millis(100);
+const SILENCE: Duration = Duration::from_millis(100);
 /// More characters than a port has room for.
 const MOST_WAITING: usize = 1_000;
 
@@ -62,11 +62,11 @@ enum Mode {
     /// A person is asked whether this is meant.
     Question {
         pending: Pending,
-        until: Micros,
+        until: Instant,
     },
     /// What was typed too early is dropped until then, or until some time after the last of it.
     Settling {
-        until: Micros,
+        until: Instant,
         dropped: u16,
     },
 }
@@ -157,8 +157,8 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         let manner = self.mode.manner();
         let line = &mut self.editor.line;
         let is_begun = line.length() > 0 && !line.is_damaged();
-        let idle = host.console().idle();
-        if is_begun && manner == Manner::PROGRAM && self.presence.is_gone(now, idle, false) {
+        let idle_ms = host.console().idle_ms();
+        if is_begun && manner == Manner::PROGRAM && self.presence.is_gone(now, idle_ms, false) {
             line.spoil(Reason::Left, line.length() as u16);
         }
         if received.errors.is_none() {
@@ -352,7 +352,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             Mode::Commands(Audience::People)
                 if self.presence.is_gone(
                     host.now(),
-                    host.console().idle(),
+                    host.console().idle_ms(),
                     self.editor.line.length() > 0,
                 ) =>
             {

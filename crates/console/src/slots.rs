@@ -1,6 +1,5 @@
 //! Slots: what they read, and what they are.
 
-use clino_bus::Micros;
 use clino_gateway::config::{Kind, Name};
 use clino_gateway::order::Order;
 use clino_gateway::settings::slot::{NAMES, SETTINGS, id, setting};
@@ -43,6 +42,7 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     let slot = job.slot()?;
     job.end()?;
     let Some(reading) = job.host.reading(slot.into()) else { return Ok(()) };
+    let Some(detail) = job.host.detail(slot.into()) else { return Ok(()) };
     let (now, (kind, bus, address)) = (job.now, json::name(&reading.source));
     let status = reading.status(now);
     // Of a value that is not there nothing is known, neither that it is well nor that it is new.
@@ -53,14 +53,14 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     };
     // The first ones are those of the stream.
     let names = "kind bus address status angle_deg age_ms health \
-                 raw_deg rate_deg_s turns temperature_c fresh sequence";
+                 raw_deg rate_deg_s turns temperature_c fresh sequence last_error unconfirmed quarantine";
     let values = [
         kind.into(),
         bus.into(),
         address.into(),
         status.name().into(),
         reading.angle(now).into(),
-        reading.age(now).map(Micros::as_millis).into(),
+        reading.age_ms(now).into(),
         health,
         reading.raw(now).map(Published::of_sensor).into(),
         reading.rate(now).map(|rate| Value::Thousandths(rate.into())).into(),
@@ -68,6 +68,9 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
         known(reading.temperature().map(|c| Value::Thousandths(i64::from(c).saturating_mul(10))).into()),
         known(Value::Flag(reading.is_fresh())),
         reading.sequence.into(),
+        detail.last_error.map(Status::name).into(),
+        Value::Flag(detail.awaits_confirmation),
+        Value::Flag(detail.is_dead),
     ];
     job.reply.list("slot", slot.into(), names, &values);
     Ok(())

@@ -3,7 +3,7 @@
 //! Programs get a line for each reading. People get a table whose lines are written over, as long as it fits on a screen;
 //! the cursor stands below it.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_gateway::json::{self, Topic};
 use clino_gateway::summary::Signals;
 use clino_gateway::{MAX_SLOTS, Reading, Reporter, Source};
@@ -14,10 +14,10 @@ use crate::reply::Reply;
 use crate::{identity, table};
 
 /// From one block of statistics lines to the next.
-pub const STATISTICS_EVERY: Micros = Micros::from_millis(1_000);
+pub const STATISTICS_EVERY: Duration = Duration::from_millis(1_000);
 
 /// From one look at the gateway as a whole to the next: a change of its signals is printed no later.
-const LOOK_EVERY: Micros = Micros::from_millis(100);
+const LOOK_EVERY: Duration = Duration::from_millis(100);
 
 /// Slots of the largest table that is written over: on a screen of 24 lines with its head and the command before it.
 const LARGEST_TABLE: u32 = 20;
@@ -25,10 +25,10 @@ const LARGEST_TABLE: u32 = 20;
 /// What is printed next.
 pub struct Stream {
     reporter: Reporter,
-    statistics_due: Micros,
+    statistics_due: Instant,
     /// Statistics lines of this round that were printed.
     printed: usize,
-    look_due: Micros,
+    look_due: Instant,
     /// Signals of the gateway that were printed last.
     signals: Option<Signals>,
     /// Who this is was printed.
@@ -42,9 +42,9 @@ impl Stream {
     pub fn new() -> Stream {
         Stream {
             reporter: Reporter::new(),
-            statistics_due: STATISTICS_EVERY,
+            statistics_due: Instant::ZERO + STATISTICS_EVERY,
             printed: 0,
-            look_due: Micros::ZERO,
+            look_due: Instant::ZERO,
             signals: None,
             introduced: false,
             drawn: None,

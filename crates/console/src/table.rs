@@ -2,15 +2,15 @@
 
 use core::fmt::{self, Write};
 
-use clino_bus::Micros;
+use clino_bus::{BusCounters, Instant};
 use clino_gateway::config::Name;
-use clino_gateway::json::{self, Topic};
+use clino_gateway::json::{self, DriverEnable, Topic};
 use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusFault, Reading, Source};
 
 use crate::host::{BusState, Host};
 use crate::reply::Reply;
-use crate::value::{DECIMALS, Value};
+use crate::value::{DECIMALS, Label, Value};
 
 /// The head of a table of readings.
 pub fn head(reply: &mut Reply<'_>) {
@@ -25,7 +25,7 @@ pub fn name_of(host: &dyn Host, slot: u8) -> Name {
 }
 
 /// A reading, for people with the name of its slot; nothing of an empty slot.
-pub fn row(reply: &mut Reply<'_>, reading: &Reading, name: Name, now: Micros) {
+pub fn row(reply: &mut Reply<'_>, reading: &Reading, name: Name, now: Instant) {
     _ = if reading.source == Source::Off {
         Ok(())
     } else if reply.is_for_people() {
@@ -35,7 +35,7 @@ pub fn row(reply: &mut Reply<'_>, reading: &Reading, name: Name, now: Micros) {
     };
 }
 
-fn columns(out: &mut dyn Write, reading: &Reading, name: Name, now: Micros) -> fmt::Result {
+fn columns(out: &mut dyn Write, reading: &Reading, name: Name, now: Instant) -> fmt::Result {
     let (kind, _, address) = json::name(&reading.source);
     write!(out, "{:>4}  {kind:<4}  ", reading.slot)?;
     match address {
@@ -46,8 +46,8 @@ fn columns(out: &mut dyn Write, reading: &Reading, name: Name, now: Micros) -> f
         Some(angle) => write!(out, "  {:>9}", angle.angle().text(DECIMALS).as_str())?,
         None => out.write_str("          -")?,
     }
-    match reading.age(now) {
-        Some(age) => write!(out, "  {:>5} ms", age.as_millis())?,
+    match reading.age_ms(now) {
+        Some(age_ms) => write!(out, "  {age_ms:>5} ms")?,
         None => out.write_str("  never   ")?,
     }
     write!(out, "  {}", reading.status(now).name())?;
@@ -77,34 +77,57 @@ pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
         for topic in Topic::ALL {
             _ = json::statistics(reply.out, bus, topic, counters, health, driver);
         }
+        reply.begin_list("counters", bus.name().into());
+        more_counters(reply, counters, driver);
+        reply.end_list();
         return;
     }
-    let names = "requests good no_answer bad_answer late retries writes contention busy forced junk unasked framing \
-                 breaks noise overrun response_us response_max_us de_release_max_ns faults in_vain fault";
+    reply.begin_list("bus", bus.name().into());
+    let names = "requests good no_answer bad_answer late busy forced junk framing noise overrun response_us \
+                 response_max_us de_release_max_ns faults in_vain";
     let counts = [
         counters.requests,
         counters.good,
         counters.no_answer,
         counters.bad_answer,
         counters.late,
-        counters.retries,
-        counters.writes,
-        counters.contention,
         counters.line_busy,
         counters.forced,
         counters.discarded,
-        counters.unasked,
         counters.framing,
-        counters.breaks,
         counters.noise,
         counters.overrun,
-        counters.response_last.0 as u32,
-        counters.response_max.0 as u32,
+        counters.response_last.as_micros(),
+        counters.response_max.as_micros(),
         driver.release_max_ns,
         health.faults,
         health.in_vain,
     ];
-    let mut values = [health.fault.map(BusFault::name).into(); 22];
-    values.iter_mut().zip(counts).for_each(|(value, count)| *value = Value::from(count));
-    reply.list("bus", bus.name().into(), names, &values);
+    reply.counts(names, &counts);
+    reply.entry(Label::plain("fault"), health.fault.map(BusFault::name).into());
+    more_counters(reply, counters, driver);
+    reply.end_list();
+}
+
+/// What the statistics of the stream leave out.
+#[inline(never)]
+fn more_counters(reply: &mut Reply<'_>, counters: &BusCounters, driver: &DriverEnable) {
+    let names = "retries writes first_try checksum length foreign contention unasked breaks echo parity \
+                 response_min_us de_high_max_us";
+    let counts = [
+        counters.retries,
+        counters.writes,
+        counters.first_try,
+        counters.checksum,
+        counters.length,
+        counters.foreign,
+        counters.contention,
+        counters.unasked,
+        counters.breaks,
+        counters.echo,
+        counters.parity,
+        counters.response_min.as_micros(),
+        driver.high_max_us,
+    ];
+    reply.counts(names, &counts);
 }

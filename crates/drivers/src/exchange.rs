@@ -15,7 +15,7 @@
 
 mod phases;
 
-use clino_bus::{Fault, Isu, Master, Micros, Protocol, Retry, T7, Timing};
+use clino_bus::{Duration, Fault, Instant, Isu, Master, Protocol, Retry, T7, Timing};
 
 use crate::Port;
 use phases::{Exchange, Step};
@@ -23,7 +23,7 @@ use phases::{Exchange, Step};
 /// What a driver has to know besides the protocol.
 pub trait Sensor: Protocol {
     /// A sensor that heard a frame begin waits so long for its end, and takes what we send meanwhile for a part of it.
-    const COMMAND_TIMEOUT: Micros;
+    const COMMAND_TIMEOUT: Duration;
 
     /// Whether all sensors of a line answer to this address.
     fn is_broadcast(address: Self::Address) -> bool;
@@ -31,7 +31,7 @@ pub trait Sensor: Protocol {
 
 impl Sensor for T7 {
     /// T7 guide section 1.
-    const COMMAND_TIMEOUT: Micros = Micros::from_millis(500);
+    const COMMAND_TIMEOUT: Duration = Duration::from_millis(500);
 
     fn is_broadcast(address: Self::Address) -> bool {
         address.is_all()
@@ -40,7 +40,7 @@ impl Sensor for T7 {
 
 impl Sensor for Isu {
     /// AN #201 section 4.
-    const COMMAND_TIMEOUT: Micros = Micros::from_millis(400);
+    const COMMAND_TIMEOUT: Duration = Duration::from_millis(400);
 
     fn is_broadcast(address: Self::Address) -> bool {
         address.is_any()
@@ -58,24 +58,24 @@ pub enum Failure<S: Sensor, E> {
 /// What lasts from one exchange to the next.
 pub struct Exchanges<S: Sensor> {
     master: Master<S>,
-    now: Micros,
+    now: Instant,
     /// The driver of the last frame went off.
-    released: Micros,
+    released: Instant,
     /// Characters heard since.
-    heard: u64,
+    heard: u32,
     /// The last frame did not get out whole.
     half_sent: bool,
     /// There is one sensor on the line, and no other.
     single: bool,
     /// The longest wait in one piece, where the port cannot say when a character came.
-    piece: Option<Micros>,
+    piece: Option<Duration>,
     retry: Retry,
 }
 
 impl<S: Sensor> Exchanges<S> {
     /// For a port that says when a character came.
     pub fn new(timing: Timing, single: bool) -> Self {
-        let (now, released) = (Micros::ZERO, Micros::ZERO);
+        let (now, released) = (Instant::ZERO, Instant::ZERO);
         let (master, retry) = (Master::new(timing), Retry::NEVER);
         Self { master, now, released, heard: 0, half_sent: false, single, piece: None, retry }
     }
@@ -102,7 +102,7 @@ impl<S: Sensor> Exchanges<S> {
     }
 
     /// So much time has passed besides what the port has waited.
-    pub fn pass(&mut self, span: Micros) {
+    pub fn pass(&mut self, span: Duration) {
         self.now = self.now + span;
         // What was in hand, if a future was dropped, may have passed its deadline.
         let _ = self.master.poll(self.now);

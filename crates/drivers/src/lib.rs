@@ -33,5 +33,5 @@ pub use isu::Isu;
 pub use rs485::Rs485;
 pub use t7::T7;
 
-pub use clino_bus::{Blame, BusCounters, Micros, Retry, Serial, Timing};
+pub use clino_bus::{Blame, BusCounters, Duration, Retry, Serial, Timing};
 pub use clino_codec as codec;

@@ -5,7 +5,7 @@
 
 use core::ops::ControlFlow;
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 use clino_codec::character::Character;
 
 /// A half-duplex line, blocking.
@@ -27,8 +27,8 @@ pub trait Port {
     /// for, never shorter; times may be understated, never overstated.
     fn listen(
         &mut self,
-        span: Micros,
-        take: impl FnMut(Character, Micros) -> ControlFlow<()>,
+        span: Duration,
+        take: impl FnMut(Character, Duration) -> ControlFlow<()>,
     ) -> ControlFlow<()>;
 }
 
@@ -50,7 +50,7 @@ pub trait AsyncPort {
     /// As [`Port::listen`].
     fn listen(
         &mut self,
-        span: Micros,
-        take: impl FnMut(Character, Micros) -> ControlFlow<()>,
+        span: Duration,
+        take: impl FnMut(Character, Duration) -> ControlFlow<()>,
     ) -> impl Future<Output = ControlFlow<()>>;
 }

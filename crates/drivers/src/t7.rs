@@ -4,7 +4,7 @@ mod error;
 pub(crate) mod question;
 mod setting;
 
-use clino_bus::{BusCounters, Micros, Retry, Timing};
+use clino_bus::{BusCounters, Duration, Retry, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{
     Acceleration, Address, Axis, DeviceInformation, Direction, Request, Response, Temperature,
@@ -239,7 +239,7 @@ impl<P> T7<P> {
     /// Says that so much time has passed since the last call. The driver has no clock, and counts only what it waits
     /// itself; after a failure, the same request is not sent again while a late answer could be taken for its own
     /// ([`Timing::late`]), and this shortens that. To say too little is safe, to say too much is not.
-    pub fn pass(&mut self, span: Micros) {
+    pub fn pass(&mut self, span: Duration) {
         self.exchanges.pass(span);
     }
 

@@ -7,7 +7,7 @@ mod support;
 
 use clino_drivers::codec::t7::Axis;
 use clino_drivers::rs485::{Error, PortSettings, Release};
-use clino_drivers::{Isu, Micros, Port, Serial, T7, Timing, t7};
+use clino_drivers::{Duration, Isu, Port, Serial, T7, Timing, t7};
 use clino_segment::log::Fate;
 use common::uart::Flush;
 use common::{Model, sensors};
@@ -116,7 +116,11 @@ fn a_flush_that_lies_is_held() {
 fn delays_are_kept() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
-    let settings = PortSettings { before: Micros(50), after: Micros(30), ..PortSettings::new(SERIAL) };
+    let settings = PortSettings {
+        before: Duration::from_micros(50),
+        after: Duration::from_micros(30),
+        ..PortSettings::new(SERIAL)
+    };
     let mut t7 = T7::new(nb_line(&board, settings), Timing::t7(SERIAL));
     t7.angle(address(5), Axis::Two).unwrap();
     let turns = turns(&board);

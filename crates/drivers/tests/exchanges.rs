@@ -7,7 +7,7 @@ mod support;
 
 use clino_drivers::codec::t7::{Axis, DecodeError, Millidegrees, Request, Response};
 use clino_drivers::rs485::PortSettings;
-use clino_drivers::{Blame, Micros, Retry, T7, Timing, codec, t7};
+use clino_drivers::{Blame, Duration, Retry, T7, Timing, codec, t7};
 use clino_segment::chance::{Chance, Probability};
 use clino_segment::{Babble, Faults, Noise, Station};
 use clino_sim::fault::AnswerFault as Fault;
@@ -31,7 +31,8 @@ fn a_dead_node_costs_little() {
     let before = board.now();
     let error = t7.angle(address(6), Axis::Two).unwrap_err();
     let cost = board.now() - before;
-    assert!(matches!(error, t7::Error::NoAnswer { waited: Micros(2_174) }), "{error:?}");
+    let waited = matches!(error, t7::Error::NoAnswer { waited } if waited == Duration::from_micros(2_174));
+    assert!(waited, "{error:?}");
     assert_eq!(error.blame(), Blame::Node);
     // Never shorter; longer by what the calls cost, two for every delay of 10 µs.
     assert!(cost >= DEAD, "{cost}");
@@ -105,7 +106,7 @@ fn a_line_that_is_known_to_have_rested_is_asked_at_once() {
     dead(&mut t7);
     assert!(dead(&mut t7) > 25 * MS, "its late answer could still come");
     board.pass(100 * MS);
-    t7.pass(Micros::from_millis(100));
+    t7.pass(Duration::from_millis(100));
     assert!(dead(&mut t7) < 3 * MS);
 }
 

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use clino_drivers::codec::angle::Angle;
 use clino_drivers::codec::character::Character;
 use clino_drivers::codec::t7::{Address, Axis};
-use clino_drivers::{Micros, Port, Serial, T7, Timing, t7};
+use clino_drivers::{Duration, Port, Serial, T7, Timing, t7};
 
 /// The answer of device 5, axis 2: −45.313° (T7 guide section 2.1.4).
 const ANSWER: [u8; 8] = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
@@ -29,10 +29,10 @@ impl Port for Pipe {
 
     fn listen(
         &mut self,
-        _: Micros,
-        mut take: impl FnMut(Character, Micros) -> ControlFlow<()>,
+        _: Duration,
+        mut take: impl FnMut(Character, Duration) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        self.pending.drain(..).try_for_each(|byte| take(Character::clean(byte), Micros::ZERO))
+        self.pending.drain(..).try_for_each(|byte| take(Character::clean(byte), Duration::ZERO))
     }
 }
 
@@ -69,13 +69,13 @@ impl Port for Flood {
 
     fn listen(
         &mut self,
-        _: Micros,
-        mut take: impl FnMut(Character, Micros) -> ControlFlow<()>,
+        _: Duration,
+        mut take: impl FnMut(Character, Duration) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         while self.sent >= self.after {
             self.characters += 1;
             assert!(self.characters < 10_000, "there is no end to it");
-            take(Character::clean(0x55), Micros::ZERO)?;
+            take(Character::clean(0x55), Duration::ZERO)?;
         }
         ControlFlow::Continue(())
     }

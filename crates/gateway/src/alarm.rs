@@ -24,7 +24,7 @@
 //! time. When the sensor's numbers mean something else (a new zero, another sensor), *high*, *low* and *rate* end; what
 //! latches still waits for its acknowledgement. States are not stored: they begin anew with a reset.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 
 use crate::config::AlarmConfig;
 use crate::stamp::Stamp;
@@ -183,8 +183,8 @@ struct Record {
 pub struct AlarmDetail {
     /// Its state.
     pub state: AlarmState,
-    /// How long ago it was raised first, since it was quiet last.
-    pub age: Micros,
+    /// How long ago it was raised first, since it was quiet last, in milliseconds.
+    pub age_ms: u64,
     /// The angle (0.001°) or the rate (0.001°/s) furthest beyond its limit; *no_value* has none.
     pub extreme: Option<i32>,
 }
@@ -205,15 +205,15 @@ impl Watch {
     }
 
     /// What is known of one at `now`; `None` while it is quiet.
-    pub fn detail(&self, alarm: Alarm, now: Micros) -> Option<AlarmDetail> {
+    pub fn detail(&self, alarm: Alarm, now: Instant) -> Option<AlarmDetail> {
         let state = self.alarms.state(alarm);
         let record = self.records.get(alarm as usize).filter(|_| state != AlarmState::Quiet)?;
         let extreme = Some(record.extreme).filter(|_| alarm != Alarm::NoValue);
-        Some(AlarmDetail { state, age: record.since.age(now), extreme })
+        Some(AlarmDetail { state, age_ms: now.millis_since(record.since.near(now)), extreme })
     }
 
     /// A right angle (0.001°) and its rate (0.001°/s) came at `at`; after a `gap` in the values conditions begin anew.
-    pub fn take(&mut self, config: &AlarmConfig, angle: i32, rate: i32, at: Micros, gap: bool) {
+    pub fn take(&mut self, config: &AlarmConfig, angle: i32, rate: i32, at: Instant, gap: bool) {
         if gap {
             self.pending = 0;
         }
@@ -236,7 +236,7 @@ impl Watch {
         holds: bool,
         stays: bool,
         value: i32,
-        at: Micros,
+        at: Instant,
     ) {
         let Some(record) = self.records.get_mut(alarm as usize) else { return };
         if self.alarms.is_active(alarm) {
@@ -265,7 +265,7 @@ impl Watch {
         } else if is_further(alarm, value, record.extreme) {
             record.extreme = value;
         }
-        if record.since.age(at) >= tenths(config.delay) {
+        if at.since(record.since.near(at)) >= tenths(config.delay) {
             record.since = Stamp::of(at);
             self.pending &= !alarm.bit();
             self.alarms.raise(alarm);
@@ -279,7 +279,7 @@ impl Watch {
 
     /// Time passes without a right and fresh angle; the last one came at `measured`, if one did. Returns whether *no_value* is
     /// raised now.
-    pub fn miss(&mut self, config: &AlarmConfig, measured: Option<Micros>, now: Micros) -> bool {
+    pub fn miss(&mut self, config: &AlarmConfig, measured: Option<Instant>, now: Instant) -> bool {
         let alarm = Alarm::NoValue;
         let Some(record) = self.records.get_mut(alarm as usize) else { return false };
         if config.no_value == 0 || self.alarms.is_active(alarm) {
@@ -310,10 +310,18 @@ impl Watch {
         self.alarms != before
     }
 
-    /// Something else is watched now, or otherwise.
-    pub fn reset(&mut self, config: &AlarmConfig) {
-        self.restart(config);
-        self.end(config, Alarm::NoValue);
+    /// Something else is watched now: what is watched as before stays as it is, the rest ends.
+    pub fn change(&mut self, from: &AlarmConfig, to: &AlarmConfig) {
+        let (one, other) = (from.limits, to.limits);
+        let stays = [
+            (Alarm::High, one.has_high() == other.has_high() && from.high == to.high),
+            (Alarm::Low, one.has_low() == other.has_low() && from.low == to.low),
+            (Alarm::Rate, from.rate == to.rate),
+            (Alarm::NoValue, from.no_value == to.no_value),
+        ];
+        for (alarm, _) in stays.into_iter().filter(|(_, stays)| !stays) {
+            self.end(to, alarm);
+        }
     }
 
     /// The sensor's numbers mean something else now.
@@ -334,11 +342,12 @@ fn is_further(alarm: Alarm, value: i32, than: i32) -> bool {
     }
 }
 
-/// Microseconds in a tenth of a second.
-const TENTH: u64 = 100_000;
+/// A tenth of a second.
+const TENTH: Duration = Duration::from_millis(100);
 
-fn tenths(count: u16) -> Micros {
-    Micros(TENTH).times(count.into())
+/// The settings allow at most an hour, which a duration holds.
+fn tenths(count: u16) -> Duration {
+    TENTH.times(count.into())
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@
 //!   settings change between two exchanges of the task.
 //! - A task that has changed the bit rate for good leaves that rate, and nothing else, in the settings.
 
-use clino_bus::{Event, ExchangeOutcome, Master, Micros, Serial, Timing, earliest};
+use clino_bus::{Event, ExchangeOutcome, Instant, Master, Serial, Timing, earliest};
 use clino_commissioning::TaskProgress;
 
 use crate::bits::Bits;
@@ -50,7 +50,7 @@ pub(crate) struct Ended {
 struct Answered {
     asked: Asked,
     said: Said,
-    at: Micros,
+    at: Instant,
     entry: Entry,
 }
 
@@ -76,7 +76,7 @@ pub(crate) struct BusTask<P: Serve> {
     /// The line does not run like this yet.
     pending: bool,
     /// The task has changed the bit rate: what went over the line since ended then.
-    disturbed: Option<Micros>,
+    disturbed: Option<Instant>,
     task_is_next: bool,
     settling: Settling,
     /// Slots that were restarted since they were last taken.
@@ -90,7 +90,7 @@ impl<P: Serve> BusTask<P> {
         BusTask {
             master: Master::new(timing),
             polling: Polling::idle(),
-            begun: Entry::begun(Micros::ZERO, P::BUS, (0, 0), Purpose::Task),
+            begun: Entry::begun(Instant::ZERO, P::BUS, (0, 0), Purpose::Task),
             answer: None,
             task: None,
             work: None,
@@ -193,7 +193,7 @@ impl<P: Serve> BusTask<P> {
     /// The numbers of these nodes mean something else from now on, by `until` at the latest: what was kept of them is
     /// forgotten, and what is asked before that is not used.
     #[inline(never)]
-    pub fn meaning_changed(&mut self, nodes: Nodes, until: Micros, now: Micros, slots: &mut [Polled]) {
+    pub fn meaning_changed(&mut self, nodes: Nodes, until: Instant, now: Instant, slots: &mut [Polled]) {
         self.settling.add(nodes, until, now);
         let readers = readers(slots, P::BUS, nodes);
         for index in readers.iter() {
@@ -205,7 +205,7 @@ impl<P: Serve> BusTask<P> {
     }
 
     /// Whether what the node at this address says to a request of `asked` is not used yet.
-    pub fn is_settling(&self, address: u8, asked: Micros) -> bool {
+    pub fn is_settling(&self, address: u8, asked: Instant) -> bool {
         self.settling.holds(Nodes::at(P::BUS, address), asked)
     }
 
@@ -245,7 +245,7 @@ impl<P: Serve> BusTask<P> {
     #[inline(never)]
     pub fn poll(
         &mut self,
-        now: Micros,
+        now: Instant,
         slots: &mut [Polled],
         mut port: impl FnMut(Action<'_>),
     ) -> Option<Ended> {
@@ -265,7 +265,7 @@ impl<P: Serve> BusTask<P> {
 
     /// The exchange in hand may be over.
     #[inline(never)]
-    fn end(&mut self, now: Micros, slots: &mut [Polled]) -> Option<Ended> {
+    fn end(&mut self, now: Instant, slots: &mut [Polled]) -> Option<Ended> {
         let outcome = self.master.poll(now);
         self.settle(outcome.as_ref()?, slots)
     }
@@ -280,7 +280,7 @@ impl<P: Serve> BusTask<P> {
         if let Some((polled, serial)) = slots.get_mut(asked.slot).zip(serial)
             && polled.slot.is_replaced_by(serial)
         {
-            self.meaning_changed(Nodes::at(P::BUS, address), Micros::ZERO, at, slots);
+            self.meaning_changed(Nodes::at(P::BUS, address), Instant::ZERO, at, slots);
         }
         let used = !self.is_settling(address, asked.since);
         Some(Ended { entry, slot: self.polling.take(&self.master, &asked, said, used, at, slots) })
@@ -288,7 +288,7 @@ impl<P: Serve> BusTask<P> {
 
     /// Whoever's turn it is may begin an exchange.
     #[inline(never)]
-    fn begin_next(&mut self, now: Micros, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) {
+    fn begin_next(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) {
         if core::mem::take(&mut self.pending) {
             let serial = self.master.timing().serial;
             let wanted = if self.work.is_some() { serial } else { self.settings.timing.serial };
@@ -314,7 +314,7 @@ impl<P: Serve> BusTask<P> {
 
     /// Begins the task that was accepted, once all nodes can hear it.
     #[inline(never)]
-    fn begin_task(&mut self, now: Micros) {
+    fn begin_task(&mut self, now: Instant) {
         let (Some(task), None, None) = (&self.task, &self.work, &self.news) else { return };
         if now < self.polling.silent_until() && !self.cancelled {
             return;
@@ -330,31 +330,31 @@ impl<P: Serve> BusTask<P> {
 
     /// Asks for the slot that is due, if one is; says whether it has.
     #[inline(never)]
-    fn ask(&mut self, now: Micros, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
+    fn ask(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
         let Some((frame, purpose)) = self.polling.next(&mut self.master, now, slots) else { return false };
         self.send(frame.as_ref(), purpose, now, port);
         true
     }
 
-    fn send(&mut self, frame: &[u8], purpose: Purpose, now: Micros, port: &mut impl FnMut(Action<'_>)) {
+    fn send(&mut self, frame: &[u8], purpose: Purpose, now: Instant, port: &mut impl FnMut(Action<'_>)) {
         port(Action::Send(frame));
         self.begun = Entry::begun(now, P::BUS, P::named(frame), purpose);
     }
 
     /// When [`BusTask::poll`] has something to do, if ever.
-    pub fn poll_at(&self) -> Option<Micros> {
+    pub fn poll_at(&self) -> Option<Instant> {
         let master = self.master.poll_at();
         if self.master.is_asking() {
             return master;
         }
         let task = match (&self.work, &self.task, &self.news) {
             (Some(work), _, None) => P::led_ref(work).poll_at(),
-            (None, Some(_), None) if self.cancelled => Some(Micros::ZERO),
+            (None, Some(_), None) if self.cancelled => Some(Instant::ZERO),
             (None, Some(_), None) => Some(self.polling.silent_until()),
             _ => None,
         };
         let polling = if self.is_exclusive() { None } else { self.polling.poll_at() };
-        let pending = self.pending.then_some(Micros::ZERO);
+        let pending = self.pending.then_some(Instant::ZERO);
         earliest(earliest(master, task), earliest(polling, pending))
     }
 
@@ -387,7 +387,7 @@ impl<P: Serve> BusTask<P> {
 
     /// Leads the task on; says whether it has begun an exchange.
     #[inline(never)]
-    fn lead(&mut self, now: Micros, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
+    fn lead(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
         if self.news.is_some() {
             return false;
         }
@@ -425,7 +425,7 @@ impl<P: Serve> BusTask<P> {
 
     /// The task's next request may change the node at this address.
     #[inline(never)]
-    fn alter(&mut self, address: u8, now: Micros, slots: &mut [Polled]) {
+    fn alter(&mut self, address: u8, now: Instant, slots: &mut [Polled]) {
         let destination = match self.claim() {
             Claim::Addresses(bus, [_, to]) => Nodes::at(bus, to),
             _ => Nodes::NONE,
@@ -446,7 +446,7 @@ impl<P: Serve> BusTask<P> {
 
     /// The bus runs as it is set, at this bit rate.
     #[inline(never)]
-    fn run(&mut self, serial: Serial, now: Micros, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) {
+    fn run(&mut self, serial: Serial, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) {
         if serial != self.master.timing().serial {
             // Others may answer at another bit rate.
             self.meaning_changed(Nodes::ALL, now, now, slots);

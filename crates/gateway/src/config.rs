@@ -2,7 +2,7 @@
 //!
 //! [`SlotConfig::usual`] is the only place that says what a setting is while it is not set.
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
 
@@ -10,12 +10,10 @@ pub use clino_codec::t7::Direction;
 
 mod alarm;
 mod name;
-mod span;
 
 pub use alarm::{AlarmConfig, AlarmLimits};
 pub use name::Name;
 pub(crate) use name::are_characters;
-pub use span::Span;
 
 /// 32 T7 on one bus (T7 guide section 1), 14 ISU on one line (AN #201 section 4), two PWM inputs.
 pub const MAX_SLOTS: usize = 32 + 14 + 2;
@@ -273,14 +271,14 @@ pub struct SlotConfig {
     /// everything the deviation of its acceleration from 1 g in 0.001 g.
     pub tolerance: u16,
     /// From one reading to the next; zero is as often as the bus can. For PWM, the nominal period of the signal.
-    pub period: Span,
+    pub period: Duration,
     /// Longest time from the request to the answer; zero is what the sensor's document says.
-    pub timeout: Span,
+    pub timeout: Duration,
     /// A value older than this is not *ok* any more, whatever happened since; zero follows the period:
     /// [`SlotConfig::stale_after`].
-    pub stale: Span,
+    pub stale: Duration,
     /// Least time between two printed lines of this slot while its status does not change.
-    pub report_every: Span,
+    pub report_every: Duration,
     /// Where the sensor says this, the slot says zero.
     pub soft_zero: Angle,
     /// What people call it.
@@ -295,24 +293,24 @@ pub struct SlotConfig {
 pub const SINGLE_AXIS: t7::Axis = t7::Axis::Two;
 
 /// From one reading of a T7 to the next: 50 a second, three times what its 8 Hz bandwidth needs.
-pub const T7_PERIOD: Span = Span::from_millis(20);
+pub const T7_PERIOD: Duration = Duration::from_millis(20);
 
 /// From one reading of an ISU to the next, at most: half its 533 ms refresh (AN #201 section 4). Within that the
 /// readings follow the refresh.
-pub const ISU_PERIOD: Span = Span::from_millis(266);
+pub const ISU_PERIOD: Duration = Duration::from_millis(266);
 
 /// Nominal period of an ISU's PWM output: 30 Hz (AN #201 section 5).
-pub const PWM_PERIOD: Span = Span::from_micros(33_333);
+pub const PWM_PERIOD: Duration = Duration::from_micros(33_333);
 
 /// A value is stale when two readings after it have failed.
 const STALE_PERIODS: u32 = 3;
 /// The stale limit of a slot that is read as often as its bus can.
-const STALE_WITHOUT_PERIOD: Span = Span::from_millis(1_000);
+const STALE_WITHOUT_PERIOD: Duration = Duration::from_millis(1_000);
 /// The least stale limit that follows a period: ten exchanges of 3.04 ms (T7) and 13.5 ms (ISU), see `lint.rs`; three
 /// cycles of a PWM output.
-const T7_STALE: Span = Span::from_millis(30);
-const ISU_STALE: Span = Span::from_millis(150);
-const PWM_STALE: Span = PWM_PERIOD.times(STALE_PERIODS);
+const T7_STALE: Duration = Duration::from_millis(30);
+const ISU_STALE: Duration = Duration::from_millis(150);
+const PWM_STALE: Duration = PWM_PERIOD.times(STALE_PERIODS);
 
 /// Faster than anybody tilts what is worth reading at 8 Hz: half a turn a second.
 const T7_MAX_RATE: u32 = 180_000;
@@ -339,10 +337,10 @@ impl SlotConfig {
         range: Range::Bidirectional,
         partner: None,
         tolerance: 0,
-        period: Span::ZERO,
-        timeout: Span::ZERO,
-        stale: Span::ZERO,
-        report_every: Span::ZERO,
+        period: Duration::ZERO,
+        timeout: Duration::ZERO,
+        stale: Duration::ZERO,
+        report_every: Duration::ZERO,
         soft_zero: Angle::ZERO,
         name: Name::NONE,
         max_rate: 0,
@@ -358,7 +356,7 @@ impl SlotConfig {
         match source.kind() {
             Kind::Off => SlotConfig { source, ..SlotConfig::OFF },
             Kind::T7 => SlotConfig {
-                report_every: Span::from_millis(100),
+                report_every: Duration::from_millis(100),
                 max_rate: T7_MAX_RATE,
                 tolerance: T7_TOLERANCE,
                 ..usual.every(T7_PERIOD)
@@ -378,19 +376,19 @@ impl SlotConfig {
 
     /// The same with this period.
     #[must_use]
-    pub const fn every(self, period: Span) -> SlotConfig {
+    pub const fn every(self, period: Duration) -> SlotConfig {
         SlotConfig { period, ..self }
     }
 
     /// The age at which a value is stale: as it was set, or three times the longer of period and timeout, so that two
     /// readings in a row may fail.
-    pub const fn stale_after(&self) -> Span {
+    pub const fn stale_after(&self) -> Duration {
         if self.stale.as_micros() > 0 {
             return self.stale;
         }
         let longest = self.period.longer(self.timeout).times(STALE_PERIODS);
         let least = match self.source.kind() {
-            Kind::Off => Span::ZERO,
+            Kind::Off => Duration::ZERO,
             Kind::T7 => T7_STALE,
             Kind::Isu => ISU_STALE,
             Kind::Pwm => PWM_STALE,
@@ -408,10 +406,5 @@ impl SlotConfig {
         self.enabled
             && !matches!(self.source, Source::Off | Source::Incomplete { .. })
             && !self.source.is_faulty()
-    }
-
-    /// Time to the next reading, at most.
-    pub(crate) fn period(&self) -> Micros {
-        self.period.into()
     }
 }

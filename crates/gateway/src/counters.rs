@@ -1,6 +1,6 @@
 //! What happened to one slot since reset. Counters wrap; readers take differences.
 
-use clino_bus::{FailedCheck, Fault, Micros};
+use clino_bus::{Duration, FailedCheck, Fault};
 use clino_codec::checks::Check;
 
 /// Microseconds of a count of response time.
@@ -41,29 +41,27 @@ pub struct SlotCounters {
 
 impl SlotCounters {
     /// From our last stop bit to the end of the first character of the last good answer, to 10 µs.
-    pub fn response_last(&self) -> Micros {
+    pub fn response_last(&self) -> Duration {
         self.response(0)
     }
 
     /// The shortest of these; zero while there was none.
-    pub fn response_min(&self) -> Micros {
+    pub fn response_min(&self) -> Duration {
         self.response(1)
     }
 
     /// The longest of these.
-    pub fn response_max(&self) -> Micros {
+    pub fn response_max(&self) -> Duration {
         self.response(2)
     }
 
-    fn response(&self, which: usize) -> Micros {
+    fn response(&self, which: usize) -> Duration {
         let steps = self.response.get(which).copied().unwrap_or(0);
-        Micros(RESPONSE_STEP_US.into()).times(steps.into())
+        Duration::from_micros(RESPONSE_STEP_US).times(steps.into())
     }
 
-    pub(crate) fn answered(&mut self, time: Micros) {
-        // In 32 bits: the division is a single instruction then.
-        let us = u32::try_from(time.0).unwrap_or(u32::MAX);
-        let steps = u16::try_from(us / RESPONSE_STEP_US).unwrap_or(u16::MAX);
+    pub(crate) fn answered(&mut self, time: Duration) {
+        let steps = u16::try_from(time.as_micros() / RESPONSE_STEP_US).unwrap_or(u16::MAX);
         let [_, min, max] = self.response;
         let min = if min == 0 { steps } else { min.min(steps) };
         self.response = [steps, min, max.max(steps)];

@@ -1,7 +1,7 @@
 //! The façade: the slots, the two polled buses and the PWM inputs, behind one `poll`. It hands on; what happens to an event is
 //! decided in `bus_task.rs`, `pwm.rs`, `schedule.rs` and `slot.rs`.
 
-use clino_bus::{BusCounters, Event, Isu, Micros, T7, Timing, earliest};
+use clino_bus::{BusCounters, Duration, Event, Instant, Isu, T7, Timing, earliest};
 use clino_commissioning::TaskProgress;
 use heapless::Vec;
 
@@ -43,11 +43,11 @@ pub struct Gateway {
     /// Slots whose alarm *no_value* is on.
     watched: Bits,
     /// When they are looked at next.
-    watch_at: Micros,
+    watch_at: Instant,
 }
 
 /// From one look at the slots that may have had no value for too long to the next: the settings count in tenths of a second.
-const WATCH_EVERY: Micros = Micros::from_millis(100);
+const WATCH_EVERY: Duration = Duration::from_millis(100);
 
 /// What tells the fingerprints of things apart; buses have 0 and 1.
 const SLOT_SEED: u8 = 2;
@@ -98,7 +98,7 @@ impl Gateway {
     }
 
     /// Takes what a timer input saw at `now`.
-    pub fn pwm(&mut self, input: PwmInput, capture: Capture, now: Micros) {
+    pub fn pwm(&mut self, input: PwmInput, capture: Capture, now: Instant) {
         let (t7, isu) = (&self.t7, &self.isu);
         let is_settling = |bus, address| match bus {
             Bus::T7 => t7.is_settling(address, now),
@@ -126,6 +126,10 @@ impl Gateway {
             Order::Bus { bus, change } => on!(mut self, bus, task => task.change(&change)),
             Order::Console(console) => {
                 self.console = console;
+                true
+            }
+            Order::ClearCounters => {
+                self.clear_counters();
                 true
             }
             Order::Acknowledge(slot) => {
@@ -169,7 +173,7 @@ impl Gateway {
     }
 
     /// What is known of an alarm of a slot at `now`; `None` while it is quiet, and beyond the last slot.
-    pub fn alarm(&self, slot: usize, alarm: Alarm, now: Micros) -> Option<AlarmDetail> {
+    pub fn alarm(&self, slot: usize, alarm: Alarm, now: Instant) -> Option<AlarmDetail> {
         self.slots.get(slot)?.slot.alarm(alarm, now)
     }
 
@@ -250,7 +254,7 @@ impl Gateway {
     }
 
     /// Lets time pass on a bus; `port` is told what it has to do, in this order.
-    pub fn poll(&mut self, bus: Bus, now: Micros, port: impl FnMut(Action<'_>)) {
+    pub fn poll(&mut self, bus: Bus, now: Instant, port: impl FnMut(Action<'_>)) {
         let ended = on!(mut self, bus, task => task.poll(now, &mut self.slots, port));
         self.note(ended);
         self.conclude(bus);
@@ -258,7 +262,7 @@ impl Gateway {
     }
 
     /// Looks whether a slot has had no value for too long.
-    fn watch(&mut self, now: Micros) {
+    fn watch(&mut self, now: Instant) {
         if self.watched.is_empty() || now < self.watch_at {
             return;
         }
@@ -271,7 +275,7 @@ impl Gateway {
     }
 
     /// When [`Gateway::poll`] has something to do on `bus`, if ever.
-    pub fn poll_at(&self, bus: Bus) -> Option<Micros> {
+    pub fn poll_at(&self, bus: Bus) -> Option<Instant> {
         let watch = (bus == Bus::T7 && !self.watched.is_empty()).then_some(self.watch_at);
         earliest(on!(self, bus, task => task.poll_at()), watch)
     }

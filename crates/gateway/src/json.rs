@@ -6,7 +6,7 @@
 //! {"line":"t7","forced":0,"busy":0,"junk":0,"framing":0,"noise":0,"overrun":0}
 //! {"times":"t7","response_us":2083,"response_max_us":2083,"de_release_max_ns":1279,"de_high_max_us":261}
 //! {"bus_fault":"t7","fault":null,"faults":0,"in_vain":0}
-//! {"alarm":"high","slot":0,"state":"active","age_ms":20,"extreme":12.345,"unit":"deg","angle_deg":12.340}
+//! {"alarm":0,"name":"high","state":"active","age_ms":20,"extreme":12.345,"unit":"deg","angle_deg":12.340}
 //! ```
 //!
 //! `angle_deg` is in degrees with three decimals and is a number only while `status` is `ok`; `age_ms` is the
@@ -19,7 +19,7 @@ use core::fmt::{self, Write};
 
 pub use clino_bus::DriverEnable;
 use clino_bus::line::{self, EchoMode};
-use clino_bus::{BusCounters, Micros};
+use clino_bus::{BusCounters, Instant};
 
 use crate::alarm::{Alarm, AlarmDetail, AlarmState};
 use crate::config::{Bus, Kind, PwmInput, Source};
@@ -31,7 +31,7 @@ use crate::value::Reading;
 pub const MAX_LINE: usize = 216;
 
 /// Writes a reading as it stands at `now`.
-pub fn reading(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Result {
+pub fn reading(out: &mut dyn Write, reading: &Reading, now: Instant) -> fmt::Result {
     let (kind, bus, address) = name(&reading.source);
     write!(
         out,
@@ -44,8 +44,8 @@ pub fn reading(out: &mut dyn Write, reading: &Reading, now: Micros) -> fmt::Resu
         None => out.write_str("null")?,
     }
     out.write_str(",\"age_ms\":")?;
-    match reading.age(now) {
-        Some(age) => write!(out, "{}", age.as_millis())?,
+    match reading.age_ms(now) {
+        Some(age_ms) => write!(out, "{age_ms}")?,
         None => out.write_str("null")?,
     }
     out.write_str(",\"health\":[")?;
@@ -61,17 +61,17 @@ pub fn alarm(
     alarm: Alarm,
     detail: Option<AlarmDetail>,
     reading: &Reading,
-    now: Micros,
+    now: Instant,
 ) -> fmt::Result {
     let state = detail.map_or(AlarmState::Quiet, |detail| detail.state).name();
     write!(
         out,
-        "{{\"alarm\":\"{}\",\"slot\":{},\"state\":\"{state}\",\"age_ms\":",
-        alarm.name(),
-        reading.slot
+        "{{\"alarm\":{},\"name\":\"{}\",\"state\":\"{state}\",\"age_ms\":",
+        reading.slot,
+        alarm.name()
     )?;
     match detail {
-        Some(AlarmDetail { age, .. }) => write!(out, "{}", age.as_millis())?,
+        Some(AlarmDetail { age_ms, .. }) => write!(out, "{age_ms}")?,
         None => out.write_str("null")?,
     }
     out.write_str(",\"extreme\":")?;
@@ -146,7 +146,10 @@ pub fn statistics(
             out,
             "{{\"times\":\"{bus}\",\"response_us\":{},\"response_max_us\":{},\"de_release_max_ns\":{},\
              \"de_high_max_us\":{}}}",
-            counters.response_last.0, counters.response_max.0, driver.release_max_ns, driver.high_max_us,
+            counters.response_last.as_micros(),
+            counters.response_max.as_micros(),
+            driver.release_max_ns,
+            driver.high_max_us,
         ),
         Topic::Fault => {
             let quote = if health.fault.is_some() { "\"" } else { "" };
@@ -163,8 +166,8 @@ pub fn statistics(
 
 /// Writes how a bus is set.
 pub fn bus(out: &mut dyn Write, bus: Bus, line: &line::LineSettings) -> fmt::Result {
-    let (name, baud, guard) = (bus.name(), line.serial.baud, line.guard.0);
-    let (pre, post, echo) = (line.pre_delay.0, line.post_delay.0, echo_name(line.echo));
+    let (name, baud, guard) = (bus.name(), line.serial.baud, line.guard.as_micros());
+    let (pre, post, echo) = (line.pre_delay.as_micros(), line.post_delay.as_micros(), echo_name(line.echo));
     writeln!(
         out,
         "{{\"bus\":\"{name}\",\"baud\":{baud},\"guard_us\":{guard},\"pre_us\":{pre},\"post_us\":{post},\"echo\":\"{echo}\"}}"

@@ -22,6 +22,7 @@ extern crate std;
 mod alarm;
 mod bits;
 mod bus_task;
+pub mod command;
 pub mod config;
 mod consequence;
 mod counters;
@@ -46,7 +47,7 @@ pub mod trace;
 mod value;
 
 pub use alarm::{ALARMS, Alarm, AlarmDetail, AlarmState, Alarms};
-pub use config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source, Span};
+pub use config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 pub use consequence::Consequence;
 pub use counters::SlotCounters;
 pub use degraded::{INTERNAL_OSCILLATOR_PPM, Restraint, UART_TOLERANCE_PPM};

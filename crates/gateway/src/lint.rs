@@ -13,7 +13,7 @@
 
 use core::fmt;
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 
 use crate::config::{Ask, Bus, Filter, Kind, SlotConfig, Source};
 
@@ -23,15 +23,15 @@ use crate::settings::BusSettings;
 /// Shortest averaging time that makes a difference: the sensor's bandwidth is 8 Hz (T7 data sheet).
 pub const SHORTEST_DAMPING_MS: u16 = 125;
 /// An ISU switches its driver on 1 ms before its first bit (AN #201 section 2, TXEN); no other latency is documented.
-const ISU_LATENCY: Micros = Micros(1_000);
+const ISU_LATENCY: Duration = Duration::from_micros(1_000);
 /// With fewer periods before a value is stale, one reading that fails makes it so.
 const STALE_PERIODS: u32 = 2;
 /// Characters of requests and answers.
-const T7_REQUEST: u64 = 3;
-const T7_ANGLE: u64 = 8;
-const T7_EVERYTHING: u64 = 34;
-const ISU_REQUEST: u64 = 5;
-const ISU_ANGLE: u64 = 6;
+const T7_REQUEST: u32 = 3;
+const T7_ANGLE: u32 = 8;
+const T7_EVERYTHING: u32 = 34;
+const ISU_REQUEST: u32 = 5;
+const ISU_ANGLE: u32 = 6;
 const PERCENT: u64 = 100;
 /// Parts of a percent in which loads are added up.
 const PARTS: u64 = 1_000;
@@ -67,7 +67,7 @@ pub enum Finding {
         /// The slot.
         slot: u8,
         /// Its period.
-        period: Micros,
+        period: Duration,
     },
     /// A T7 that averages over less than its sensor's bandwidth.
     Damping {
@@ -81,18 +81,18 @@ pub enum Finding {
         /// The slot.
         slot: u8,
         /// Its timeout.
-        timeout: Micros,
+        timeout: Duration,
         /// Its period.
-        period: Micros,
+        period: Duration,
     },
     /// One reading that fails makes the value stale.
     Stale {
         /// The slot.
         slot: u8,
         /// Its stale limit.
-        stale: Micros,
+        stale: Duration,
         /// Its period.
-        period: Micros,
+        period: Duration,
     },
     /// A filter over one angle does nothing.
     OneSample {
@@ -113,16 +113,16 @@ pub enum Finding {
         /// The bus.
         bus: Bus,
         /// Its guard.
-        guard: Micros,
+        guard: Duration,
         /// One character.
-        character: Micros,
+        character: Duration,
     },
     /// Our driver may still be on when an answer begins.
     Post {
         /// The bus.
         bus: Bus,
         /// Its delay after a frame.
-        post: Micros,
+        post: Duration,
     },
     /// A PWM input is to be compared with a slot that reads no ISU.
     Partner {
@@ -170,14 +170,14 @@ impl fmt::Display for Finding {
                 f,
                 "bus {}: guard {} us is shorter than one character, {} us: frames may collide",
                 bus.name(),
-                guard.0,
-                character.0
+                guard.as_micros(),
+                character.as_micros()
             ),
             Finding::Post { bus, post } => write!(
                 f,
                 "bus {}: post {} us: an answer that begins sooner collides with our driver",
                 bus.name(),
-                post.0
+                post.as_micros()
             ),
             Finding::Partner { slot, partner } => write!(f, "slot {slot}: slot {partner} reads no ISU"),
         }
@@ -239,7 +239,8 @@ impl<'a> Lint<'a> {
     #[inline(never)]
     pub fn load(self, bus: Bus) -> u32 {
         let parts = |config: &SlotConfig| {
-            let span = self.exchange(config).0.saturating_mul(PERCENT.saturating_mul(PARTS));
+            let span =
+                u64::from(self.exchange(config).as_micros()).saturating_mul(PERCENT.saturating_mul(PARTS));
             span.checked_div(u64::from(config.period.as_micros())).unwrap_or(0)
         };
         let on_bus = self.slots().filter(|(_, config)| config.bus() == Some(bus));
@@ -255,8 +256,8 @@ impl<'a> Lint<'a> {
         self.all_slots().filter(|(_, config)| config.is_on())
     }
 
-    fn exchange(self, config: &SlotConfig) -> Micros {
-        let Some(bus) = config.source.bus() else { return Micros::ZERO };
+    fn exchange(self, config: &SlotConfig) -> Duration {
+        let Some(bus) = config.source.bus() else { return Duration::ZERO };
         let timing = &self.bus(bus).timing;
         let (latency, characters) = match (bus, config.ask) {
             (Bus::Isu, _) => (ISU_LATENCY, ISU_REQUEST.saturating_add(ISU_ANGLE)),
@@ -279,9 +280,11 @@ impl<'a> Lint<'a> {
         if let Some(all_answer) = self.all_answer(slot, config) {
             found(all_answer);
         }
-        let period = Micros::from(config.period);
+        let period = config.period;
         // Asked twice, a value is half a refresh old at most when it is read; more often is work for nothing.
-        if matches!(config.source, Source::Isu { .. }) && period.times(2) + Micros(2_000) < REFRESH {
+        if matches!(config.source, Source::Isu { .. })
+            && period.times(2) + Duration::from_micros(2_000) < REFRESH
+        {
             found(Finding::Repeats { slot, period });
         }
         if matches!(config.source, Source::T7 { .. })
@@ -289,12 +292,12 @@ impl<'a> Lint<'a> {
         {
             found(Finding::Damping { slot, damping_ms });
         }
-        let timeout = Micros::from(config.timeout);
-        if config.source.bus().is_some() && period > Micros::ZERO && timeout > period {
+        let timeout = config.timeout;
+        if config.source.bus().is_some() && period > Duration::ZERO && timeout > period {
             found(Finding::Timeout { slot, timeout, period });
         }
         if config.stale_after() < config.period.times(STALE_PERIODS) {
-            found(Finding::Stale { slot, stale: config.stale_after().into(), period });
+            found(Finding::Stale { slot, stale: config.stale_after(), period });
         }
         if config.filter != Filter::Off && config.samples == 1 {
             found(Finding::OneSample { slot });

@@ -41,6 +41,8 @@ pub enum Order {
     Isu(task::isu::Task),
     /// The task on this bus shall stop at its next consistent point.
     Cancel(Bus),
+    /// All counters of slots and buses become zero.
+    ClearCounters,
 }
 
 impl Order {
@@ -58,7 +60,7 @@ impl Order {
             Order::T7(task) => task::t7::Work::check(task).map_err(Refusal::T7),
             Order::Isu(task) => task::isu::Work::check(task).map_err(Refusal::Isu),
             Order::Acknowledge(slot) | Order::ClearExtremes(slot) => slot.map_or(Ok(()), slot_number),
-            Order::Cancel(_) => Ok(()),
+            Order::Cancel(_) | Order::ClearCounters => Ok(()),
         }
     }
 
@@ -85,6 +87,7 @@ impl Order {
             | Order::Console(_)
             | Order::Acknowledge(_)
             | Order::ClearExtremes(_)
+            | Order::ClearCounters
             | Order::Cancel(_) => false,
         }
     }

@@ -4,7 +4,7 @@
 //! Both outputs say the angle of the same refresh (AN #201 section 4), but the serial one is read up to two refreshes later.
 //! So they have to disagree for [`STRIKES`] cycles on end before that is said, and while the sensor turns, nothing is.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::angle::Angle;
 use clino_codec::pwm::{self, Law, Limits, PwmFault};
 
@@ -69,7 +69,7 @@ impl PwmInputs {
         &mut self,
         input: PwmInput,
         capture: Capture,
-        now: Micros,
+        now: Instant,
         slots: &mut [Polled],
         is_settling: &dyn Fn(Bus, u8) -> bool,
     ) -> Bits {
@@ -145,7 +145,7 @@ fn partner<'a>(slot: &Slot, slots: &'a [Polled]) -> Option<&'a Slot> {
 }
 
 /// Compares a PWM slot with its partner, if both have a value. Returns whether the slot's signal has changed.
-fn compare(index: usize, now: Micros, slots: &mut [Polled]) -> bool {
+fn compare(index: usize, now: Instant, slots: &mut [Polled]) -> bool {
     let Some(slot) = slots.get(index).map(|polled| &polled.slot) else { return false };
     let Some(((own, rate), (other, other_rate))) =
         slot.sound(now).zip(partner(slot, slots).and_then(|partner| partner.sound(now)))

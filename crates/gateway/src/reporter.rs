@@ -5,7 +5,7 @@
 //! that is wanted seldom, and none starves. A change of status or of an alarm goes ahead of everything. What is not printed in time is
 //! replaced by its successor: a slow console shows fewer readings, never old ones.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 
 use crate::alarm::{Alarm, Alarms};
 use crate::config::MAX_SLOTS;
@@ -16,7 +16,7 @@ struct Printed {
     sequence: u32,
     status: Option<Status>,
     alarms: Alarms,
-    at: Micros,
+    at: Instant,
 }
 
 /// What is printed next.
@@ -41,8 +41,8 @@ impl Reporter {
 
     /// The slot to be printed now, if any; it counts as printed. A change of an alarm goes first, one alarm at a time. `look` looks at a slot as of `now`, and returns `None`
     /// from the first slot on that there is not.
-    pub fn next(&mut self, look: impl Fn(usize) -> Option<Glance>, now: Micros) -> Option<StreamEntry> {
-        let mut most_urgent: Option<(Micros, usize, Glance)> = None;
+    pub fn next(&mut self, look: impl Fn(usize) -> Option<Glance>, now: Instant) -> Option<StreamEntry> {
+        let mut most_urgent: Option<(Instant, usize, Glance)> = None;
         for (slot, printed) in self.printed.iter().enumerate() {
             let Some(glance) = look(slot) else { break };
             if let Some(deadline) = deadline(&glance, printed, now)
@@ -70,9 +70,9 @@ impl Default for Reporter {
 
 /// By when the reading should be printed, if it should: at once when its status has changed, else within one more
 /// interval after its interval has passed.
-fn deadline(glance: &Glance, printed: &Printed, now: Micros) -> Option<Micros> {
+fn deadline(glance: &Glance, printed: &Printed, now: Instant) -> Option<Instant> {
     if glance.alarms != printed.alarms {
-        return Some(Micros::ZERO);
+        return Some(Instant::ZERO);
     }
     let status = glance.status;
     if printed.status != Some(status) {
@@ -82,11 +82,11 @@ fn deadline(glance: &Glance, printed: &Printed, now: Micros) -> Option<Micros> {
             Status::NeverRead => printed.status.is_none(),
             _ => false,
         };
-        return (!says_nothing).then_some(Micros::ZERO);
+        return (!says_nothing).then_some(Instant::ZERO);
     }
-    let due = printed.at + glance.report_every.into();
-    let interval = Micros::from(glance.report_every.max(glance.period));
-    (glance.sequence != printed.sequence && now >= due).then(|| printed.at + interval.times(2))
+    let due = printed.at + glance.report_every;
+    let interval = glance.report_every.max(glance.period);
+    (glance.sequence != printed.sequence && now >= due).then(|| printed.at + interval + interval)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! An outcome is taken in two steps. [`Slot::settle`] decides whether it is published and is over soon: the next request
 //! waits for it. [`Slot::digest`] makes the angle of it, afterwards.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::angle::Angle;
 
 use crate::alarm::{Alarm, AlarmDetail, Watch};
@@ -79,7 +79,7 @@ pub(crate) struct Slot {
     /// Serial number of the sensor; [`UNKNOWN`] until it has said it.
     serial: u32,
     /// When the last good value came; [`NEVER`] before the first.
-    measured: Micros,
+    measured: Instant,
     sequence: u32,
     window: Window,
     motion: Motion,
@@ -103,7 +103,7 @@ fn means_the_same(one: &SlotConfig, other: &SlotConfig) -> bool {
 }
 
 /// Nothing was measured yet.
-const NEVER: Micros = Micros(u64::MAX);
+const NEVER: Instant = Instant::NEVER;
 /// No sensor has said its serial number.
 const UNKNOWN: u32 = 0;
 /// Nothing was said of the temperature: colder than anything.
@@ -113,7 +113,7 @@ const NO_TEMPERATURE: i16 = i16::MIN;
 const GRAVITY_STRIKES: u8 = 3;
 
 /// A value that is to be confirmed may wait for its witness this long, however soon a value of its slot is stale.
-const LEAST_LIFE: Micros = Micros::from_millis(1_000);
+const LEAST_LIFE: Duration = Duration::from_millis(1_000);
 
 impl Slot {
     pub fn new(config: SlotConfig) -> Slot {
@@ -150,9 +150,13 @@ impl Slot {
             true => (self.counters, Watch::default()),
             false => (SlotCounters::default(), Watch::default()),
         };
-        alarm.reset(&config.alarm);
-        let extremes =
-            if means_the_same(&self.config, &config) { self.extremes } else { Extremes::default() };
+        alarm.change(&self.config.alarm, &config.alarm);
+        let extremes = if means_the_same(&self.config, &config) {
+            self.extremes
+        } else {
+            alarm.restart(&config.alarm);
+            Extremes::default()
+        };
         let sequence = self.sequence.wrapping_add(1);
         *self = Slot { sequence, counters, alarm, extremes, ..Slot::new(config) };
     }
@@ -195,7 +199,7 @@ impl Slot {
     }
 
     /// When the last value wants to be confirmed, if it does.
-    pub fn confirm_at(&self, after: Micros, now: Micros) -> Option<Micros> {
+    pub fn confirm_at(&self, after: Duration, now: Instant) -> Option<Instant> {
         self.plausibility.hurries().then(|| self.plausibility.since(now) + after)
     }
 
@@ -239,7 +243,7 @@ impl Slot {
     }
 
     /// A whole, checked answer came, `response` after the request; whether it has a value is another matter.
-    pub fn note_answer(&mut self, response: Micros, purpose: Purpose, has_value: bool) {
+    pub fn note_answer(&mut self, response: Duration, purpose: Purpose, has_value: bool) {
         self.counters.answered(response);
         self.note_link(false);
         if !has_value {
@@ -268,7 +272,7 @@ impl Slot {
     pub fn settle(
         &mut self,
         result: Result<Sample, Status>,
-        at: Micros,
+        at: Instant,
         fresh: bool,
         resolution: u32,
     ) -> bool {
@@ -291,12 +295,12 @@ impl Slot {
     }
 
     /// What a value is worth; `None` while that is not known.
-    fn judge(&mut self, raw: Angle, at: Micros, resolution: u32) -> Option<Status> {
+    fn judge(&mut self, raw: Angle, at: Instant, resolution: u32) -> Option<Status> {
         if !self.config.confirm {
             return Some(Status::Ok);
         }
         let last = self.measured().map(|measured| (self.raw, measured));
-        let life = LEAST_LIFE.max(self.config.stale_after().into());
+        let life = LEAST_LIFE.max(self.config.stale_after());
         let demands = Demands { resolution, max_rate: self.config.max_rate, life };
         match self.plausibility.judge(raw, at, last, &demands) {
             Acceptance::Publish => Some(Status::Ok),
@@ -305,7 +309,7 @@ impl Slot {
         }
     }
 
-    fn accept(&mut self, sample: Sample, at: Micros, fresh: bool) {
+    fn accept(&mut self, sample: Sample, at: Instant, fresh: bool) {
         self.digest();
         // A value is new, too, if the one that it confirms was.
         self.fresh = fresh || sample.angle != self.raw || !self.motion.has_begun();
@@ -355,13 +359,13 @@ impl Slot {
     }
 
     /// The last value as the sensor said it, and its rate, if it is *ok* at `now`.
-    pub fn sound(&self, now: Micros) -> Option<(Angle, i32)> {
+    pub fn sound(&self, now: Instant) -> Option<(Angle, i32)> {
         (self.status == Status::Ok && !self.is_stale(now)).then_some((self.raw, self.motion.rate))
     }
 
     /// Whether there was no good value for so long that the last one is stale.
-    pub fn is_stale(&self, now: Micros) -> bool {
-        self.measured().is_none_or(|at| now.since(at) > self.config.stale_after().into())
+    pub fn is_stale(&self, now: Instant) -> bool {
+        self.measured().is_none_or(|at| now > at + self.config.stale_after())
     }
 
     /// The lowest and the highest angle.
@@ -375,7 +379,7 @@ impl Slot {
     }
 
     /// Time passes: returns whether the alarm *no_value* is raised.
-    pub fn watch(&mut self, now: Micros) -> bool {
+    pub fn watch(&mut self, now: Instant) -> bool {
         self.is_stale(now) && self.alarm.miss(&self.config.alarm, self.measured(), now)
     }
 
@@ -385,12 +389,12 @@ impl Slot {
     }
 
     /// What is known of an alarm; `None` while it is quiet.
-    pub fn alarm(&self, alarm: Alarm, now: Micros) -> Option<AlarmDetail> {
+    pub fn alarm(&self, alarm: Alarm, now: Instant) -> Option<AlarmDetail> {
         self.alarm.detail(alarm, now)
     }
 
     /// When the last good value came.
-    pub fn measured(&self) -> Option<Micros> {
+    pub fn measured(&self) -> Option<Instant> {
         (self.measured != NEVER).then_some(self.measured)
     }
 

@@ -14,7 +14,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering, fence};
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 
 use crate::bits::Bits;
 use crate::config::MAX_SLOTS;
@@ -102,8 +102,8 @@ pub struct Value {
     pub status: Status,
     /// The angle as it is published, if it is right and fresh.
     pub angle: Option<Published>,
-    /// Time since the last good value was received, if there was one.
-    pub age: Option<Micros>,
+    /// Time since the last good value was received, in milliseconds, if there was one.
+    pub age_ms: Option<u64>,
 }
 
 /// One generation, to look at.
@@ -122,17 +122,17 @@ impl View<'_> {
     }
 
     /// What a slot says at `now`: a sixth of the work of [`View::reading`]. `None` beyond the last one.
-    pub fn value(&self, slot: usize, now: Micros) -> Option<Value> {
+    pub fn value(&self, slot: usize, now: Instant) -> Option<Value> {
         self.rows.get(slot).map(|row| words::value(&row.0, now))
     }
 
     /// What a slot declares at `now`. `None` beyond the last one.
-    pub fn standing(&self, slot: usize, now: Micros) -> Option<Standing> {
+    pub fn standing(&self, slot: usize, now: Instant) -> Option<Standing> {
         self.rows.get(slot).map(|row| words::standing(&row.0, now))
     }
 
     /// The least of a reading, as of `now`: a tenth of the work. `None` beyond the last one.
-    pub fn glance(&self, slot: usize, now: Micros) -> Option<Glance> {
+    pub fn glance(&self, slot: usize, now: Instant) -> Option<Glance> {
         self.rows.get(slot).map(|row| words::glance(&row.0, now))
     }
 

@@ -1,4 +1,4 @@
-//! An instant in three quarters of the room of [`Micros`]: 48 slots keep several each, and 48 bits cost no more than 32 do
+//! An instant in three quarters of the room of [`Instant`]: 48 slots keep several each, and 48 bits cost no more than 32 do
 //! beside the fields that they stand with.
 //!
 //! A stamp is the low 48 bits of an instant. Whoever looks at one says what time it is, and gets the one instant with these
@@ -6,15 +6,15 @@
 //! an older one is never taken for an instant to come. The longest span that a setting allows is
 //! [an hour](crate::settings::slot::LONGEST_STALE).
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 
 /// Instants that a stamp can tell apart: 2^48 µs.
 const ROUND: u64 = 1 << 48;
 /// How far ahead of the clock an instant may lie that is kept as a stamp: a refresh of an ISU and less, with room.
 const FUTURE: u64 = 1 << 32;
-/// The greatest age that a stamp holds.
+/// The greatest age that a stamp holds, µs.
 #[cfg(test)]
-pub(crate) const LONGEST_AGE: Micros = Micros(ROUND - FUTURE - 1);
+pub(crate) const LONGEST_AGE: u64 = ROUND - FUTURE - 1;
 
 /// The low 48 bits of an instant, in three parts, which need no room for alignment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,22 +22,23 @@ pub(crate) struct Stamp([u16; 3]);
 
 impl Stamp {
     /// What is kept of an instant.
-    pub const fn of(at: Micros) -> Stamp {
-        Stamp([at.0 as u16, (at.0 >> 16) as u16, (at.0 >> 32) as u16])
+    pub const fn of(at: Instant) -> Stamp {
+        let us = at.as_micros();
+        Stamp([us as u16, (us >> 16) as u16, (us >> 32) as u16])
     }
 
     /// The instant, to somebody for whom it is `now`.
-    pub const fn near(self, now: Micros) -> Micros {
-        let ahead = self.bits().wrapping_sub(now.0) % ROUND;
+    pub const fn near(self, now: Instant) -> Instant {
+        let ahead = self.bits().wrapping_sub(now.as_micros()) % ROUND;
         if ahead <= FUTURE {
-            return Micros(now.0.saturating_add(ahead));
+            return Instant::from_micros(now.as_micros().saturating_add(ahead));
         }
-        Micros(now.0.saturating_sub(ROUND.saturating_sub(ahead)))
+        Instant::from_micros(now.as_micros().saturating_sub(ROUND.saturating_sub(ahead)))
     }
 
-    /// How long ago the instant was at `now`; zero while it is still to come.
-    pub const fn age(self, now: Micros) -> Micros {
-        now.since(self.near(now))
+    /// How long ago the instant was at `now`, in µs; zero while it is still to come.
+    pub const fn micros_ago(self, now: Instant) -> u64 {
+        now.micros_since(self.near(now))
     }
 
     const fn bits(self) -> u64 {

@@ -4,8 +4,6 @@
 //! No part that declares a fault leaves the summary clean, and no slot of a bus that is out of order is online, whatever was
 //! heard of it: what comes from such a bus is no sign of life.
 
-use clino_bus::Micros;
-
 use crate::alarm::Alarms;
 use crate::config::{Bus, MAX_SLOTS, Source};
 use crate::health::Health;
@@ -158,8 +156,8 @@ pub struct Standing {
     pub health: Health,
     /// The state of its alarms.
     pub alarms: Alarms,
-    /// Time since its last good value, if there was one.
-    pub age: Option<Micros>,
+    /// Time since its last good value, in milliseconds, if there was one.
+    pub age_ms: Option<u64>,
 }
 
 /// The gateway as a whole.
@@ -175,12 +173,12 @@ pub struct Summary {
     pub alarms: u64,
     /// Slots that are switched on.
     pub enabled: u8,
-    /// The greatest age of these; [`NEVER`] if one has none.
-    pub oldest: Micros,
+    /// The greatest age of these, in milliseconds; [`NEVER`] if one has none.
+    pub oldest_ms: u64,
 }
 
-/// The age of a value that there never was: older than any.
-pub const NEVER: Micros = Micros(u64::MAX);
+/// The age of a value that there never was, in milliseconds: older than any.
+pub const NEVER: u64 = u64::MAX;
 
 /// The slots that were counted so far.
 #[derive(Default)]
@@ -194,7 +192,7 @@ struct Tally {
 impl Tally {
     #[inline(never)]
     fn count(&mut self, index: usize, standing: &Standing, parts: &Parts) {
-        let Standing { source, status, health, alarms, age } = *standing;
+        let Standing { source, status, health, alarms, age_ms } = *standing;
         if status == Status::Disabled {
             return;
         }
@@ -211,7 +209,7 @@ impl Tally {
         summary.online |= if online { bit } else { 0 };
         summary.valid |= if status == Status::Ok { bit } else { 0 };
         summary.alarms |= if alarms.is_quiet() { 0 } else { bit };
-        summary.oldest = summary.oldest.max(age.unwrap_or(NEVER));
+        summary.oldest_ms = summary.oldest_ms.max(age_ms.unwrap_or(NEVER));
         self.health |= health != Health::WELL;
         if let Some((enabled, answering)) = bus.and_then(|bus| self.on.get_mut(bus as usize)) {
             *enabled = enabled.saturating_add(1);

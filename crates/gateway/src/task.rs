@@ -10,7 +10,7 @@ pub mod isu;
 mod reason;
 pub mod t7;
 
-use clino_bus::{ExchangeOutcome, Master, Micros, Protocol, Serial};
+use clino_bus::{ExchangeOutcome, Instant, Master, Protocol, Serial};
 use clino_commissioning::{Commissionable, Operation, Runner, RunnerAction, TaskProgress};
 
 pub(crate) use claim::Claim;
@@ -47,9 +47,9 @@ pub(crate) enum Lead<P: Protocol> {
 
 /// A task under way, whatever it does.
 pub(crate) trait Led<P: Protocol> {
-    fn poll(&mut self, master: &mut Master<P>, now: Micros) -> Lead<P>;
+    fn poll(&mut self, master: &mut Master<P>, now: Instant) -> Lead<P>;
     fn settle(&mut self, outcome: &ExchangeOutcome<P>) -> Option<News>;
-    fn poll_at(&self) -> Option<Micros>;
+    fn poll_at(&self) -> Option<Instant>;
     fn is_asking(&self) -> bool;
     fn is_exclusive(&self) -> bool;
     fn progress(&self) -> TaskProgress;
@@ -76,7 +76,7 @@ where
     O::Report: Into<News>,
     O::Error: Into<News>,
 {
-    fn poll(&mut self, master: &mut Master<P>, now: Micros) -> Lead<P> {
+    fn poll(&mut self, master: &mut Master<P>, now: Instant) -> Lead<P> {
         match self.poll(master, now) {
             RunnerAction::Idle => Lead::Idle,
             RunnerAction::Send(frame) => Lead::Send(frame),
@@ -90,7 +90,7 @@ where
         self.settle(outcome).map(Into::into)
     }
 
-    fn poll_at(&self) -> Option<Micros> {
+    fn poll_at(&self) -> Option<Instant> {
         self.poll_at()
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Written where a transaction ends; read newest first. 16 bytes an entry.
 
-use clino_bus::{FailedCheck, Fault, Micros};
+use clino_bus::{Duration, FailedCheck, Fault, Instant};
 use clino_codec::checks::Check;
 use heapless::Vec;
 
@@ -117,7 +117,7 @@ impl Purpose {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Entry {
     /// When the request was handed to the line.
-    pub at: Micros,
+    pub at: Instant,
     /// From then to the end of the transaction, in microseconds; at most 65 535 steps of 16 µs, a second.
     took: u16,
     /// Where.
@@ -133,22 +133,22 @@ pub struct Entry {
 }
 
 /// Microseconds of a count of [`Entry::took`].
-const TOOK_STEP_US: u64 = 16;
+const TOOK_STEP_US: u32 = 16;
 
 impl Entry {
     /// Nothing has ended yet.
-    pub(crate) fn begun(at: Micros, bus: Bus, (address, command): (u8, u8), purpose: Purpose) -> Entry {
+    pub(crate) fn begun(at: Instant, bus: Bus, (address, command): (u8, u8), purpose: Purpose) -> Entry {
         Entry { at, took: 0, bus, address, command, purpose, verdict: Verdict::NotSent }
     }
 
-    pub(crate) fn ended(self, at: Micros, verdict: Verdict) -> Entry {
-        let took = u16::try_from(at.since(self.at).0 / TOOK_STEP_US).unwrap_or(u16::MAX);
+    pub(crate) fn ended(self, at: Instant, verdict: Verdict) -> Entry {
+        let took = u16::try_from(at.since(self.at).as_micros() / TOOK_STEP_US).unwrap_or(u16::MAX);
         Entry { took, verdict, ..self }
     }
 
     /// How long it took, to 16 µs; a second at most.
-    pub fn took(&self) -> Micros {
-        Micros(TOOK_STEP_US).times(self.took.into())
+    pub fn took(&self) -> Duration {
+        Duration::from_micros(TOOK_STEP_US).times(self.took.into())
     }
 }
 

@@ -1,11 +1,11 @@
 //! What a slot's last value is worth.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::angle::Angle;
 
+use crate::Source;
 use crate::alarm::Alarms;
 use crate::health::Health;
-use crate::{Source, Span};
 
 mod publication;
 
@@ -170,10 +170,10 @@ pub struct Reading {
     pub(crate) rate: i32,
     pub(crate) turns: i32,
     pub(crate) temperature: Option<i16>,
-    pub(crate) measured: Option<Micros>,
-    pub(crate) stale_after: Span,
-    pub(crate) period: Span,
-    pub(crate) report_every: Span,
+    pub(crate) measured: Option<Instant>,
+    pub(crate) stale_after: Duration,
+    pub(crate) period: Duration,
+    pub(crate) report_every: Duration,
 }
 
 /// What is enough of a reading to know whether somebody wants to see it.
@@ -185,39 +185,39 @@ pub struct Glance {
     pub sequence: u32,
     /// The state of its alarms.
     pub alarms: Alarms,
-    pub(crate) period: Span,
-    pub(crate) report_every: Span,
+    pub(crate) period: Duration,
+    pub(crate) report_every: Duration,
 }
 
 impl Reading {
     /// The least of it, as of `now`.
-    pub fn glance(&self, now: Micros) -> Glance {
+    pub fn glance(&self, now: Instant) -> Glance {
         let Reading { sequence, alarms, period, report_every, .. } = *self;
         Glance { status: self.status(now), sequence, alarms, period, report_every }
     }
 
     /// What the value is worth at `now`: an *ok* that has grown too old is *stale*.
-    pub fn status(&self, now: Micros) -> Status {
-        match (self.status, self.age(now)) {
-            (Status::Ok, Some(age)) if age <= self.stale_after.into() => Status::Ok,
+    pub fn status(&self, now: Instant) -> Status {
+        match (self.status, self.measured) {
+            (Status::Ok, Some(at)) if now <= at + self.stale_after => Status::Ok,
             (Status::Ok, _) => Status::Stale,
             (other, _) => other,
         }
     }
 
     /// The angle as it is published, if it is right and fresh at `now`.
-    pub fn angle(&self, now: Micros) -> Option<Published> {
+    pub fn angle(&self, now: Instant) -> Option<Published> {
         (self.status(now) == Status::Ok).then_some(self.angle)
     }
 
     /// The angle as the sensor said it, under the same condition: not rounded yet ([`Published::of_sensor`]).
-    pub fn raw(&self, now: Micros) -> Option<Angle> {
+    pub fn raw(&self, now: Instant) -> Option<Angle> {
         (self.status(now) == Status::Ok).then_some(self.raw)
     }
 
     /// How fast the angle changes, in 0.001°/s, under the same condition; between the last two angles that the sensor
     /// measured anew.
-    pub fn rate(&self, now: Micros) -> Option<i32> {
+    pub fn rate(&self, now: Instant) -> Option<i32> {
         (self.status(now) == Status::Ok).then_some(self.rate)
     }
 
@@ -227,7 +227,7 @@ impl Reading {
     }
 
     /// The angle with its turns, in 0.001°, under the same condition; `None` where that does not fit, beyond 5 965 turns.
-    pub fn unwrapped(&self, now: Micros) -> Option<i32> {
+    pub fn unwrapped(&self, now: Instant) -> Option<i32> {
         self.angle(now)?.unwrapped(self.turns)
     }
 
@@ -241,8 +241,8 @@ impl Reading {
         self.fresh
     }
 
-    /// Time since the last good value was received; `None` when there was none since reset.
-    pub fn age(&self, now: Micros) -> Option<Micros> {
-        self.measured.map(|at| now.since(at))
+    /// Time since the last good value was received, in milliseconds; `None` when there was none since reset.
+    pub fn age_ms(&self, now: Instant) -> Option<u64> {
+        self.measured.map(|at| now.millis_since(at))
     }
 }

@@ -5,11 +5,14 @@
 //! their ids: what they are, the gateway's tables say. What only a level that may wait can do, the site is asked for
 //! ([`Wish`]).
 
-use clino_bus::{DriverEnable, Micros};
+use clino_bus::{DriverEnable, Instant};
+use clino_codec::t7::BaudRate;
+use clino_commissioning::t7::Rates;
 use clino_gateway::order::Order;
 use clino_gateway::settings::{Given, console, slot};
 use clino_gateway::summary::Summary;
 use clino_gateway::task::Reason;
+use clino_gateway::task::t7::Task;
 use clino_gateway::{
     Asker, Bus, BusChange, Consequence, Detail, Gateway, Reading, SlotConfig, Snapshot, Source, Value, View,
 };
@@ -22,13 +25,16 @@ use crate::parts::parts;
 use crate::settings::Settings;
 
 mod read;
+mod results;
 mod sensor;
 mod task;
+
+use results::Results;
 
 /// Where the gateway runs.
 pub trait Site {
     /// Time since reset.
-    fn now(&self) -> Micros;
+    fn now(&self) -> Instant;
 
     /// Lends the gateway; `None` while there is none. The bus level waits meanwhile.
     fn gateway<R>(&self, look: impl FnOnce(&mut Gateway) -> R) -> Option<R>;
@@ -77,12 +83,13 @@ pub struct Binding<'a, S> {
     site: S,
     snapshot: &'a Snapshot,
     view: View<'a>,
-    now: Micros,
+    now: Instant,
     progress: Progress,
     /// Where the last command is under way as a task.
     task: Option<Bus>,
     /// Nodes that the command in hand silences.
     silenced: u16,
+    results: Results,
 }
 
 impl<'a, S: Site> Binding<'a, S> {
@@ -93,10 +100,11 @@ impl<'a, S: Site> Binding<'a, S> {
             site,
             snapshot,
             view,
-            now: Micros::ZERO,
+            now: Instant::ZERO,
             progress: Progress::default(),
             task: None,
             silenced: 0,
+            results: Results::default(),
         }
     }
 
@@ -104,6 +112,7 @@ impl<'a, S: Site> Binding<'a, S> {
     pub fn poll(&mut self) {
         while let Some(news) = self.site.gateway(|gateway| gateway.news(Asker::Modbus)).flatten() {
             self.site.wake();
+            self.results.take(&news);
             if let Some((outcome, reason)) = task::outcome(&news) {
                 self.end(outcome, reason);
             }
@@ -182,11 +191,19 @@ impl<'a, S: Site> Binding<'a, S> {
             }
             Command::Reboot => self.site.ask(Wish::Reboot)?,
             Command::ClearCounters => {
-                self.site.gateway(Gateway::clear_counters);
+                self.order(Order::ClearCounters)?;
                 return Ok(Outcome::Done);
             }
             Command::SoftZero => {
                 self.zero(target)?;
+                return Ok(Outcome::Done);
+            }
+            Command::Acknowledge => {
+                self.order(Order::Acknowledge(which(target, value)?))?;
+                return Ok(Outcome::Done);
+            }
+            Command::ClearExtremes => {
+                self.order(Order::ClearExtremes(which(target, value)?))?;
                 return Ok(Outcome::Done);
             }
             Command::Cancel => {
@@ -201,6 +218,10 @@ impl<'a, S: Site> Binding<'a, S> {
                     return Ok(Outcome::Done);
                 }
             }
+            Command::Scan => {
+                self.order(Order::T7(Task::Sweep(self.rates(target, value).ok_or(Refusal::Value)?)))?;
+                self.task = Some(Bus::T7);
+            }
             _ => {
                 let order = sensor::order(command, self.config(slot).source, value).ok_or(Refusal::Value)?;
                 let baud = self.site.gateway(|gateway| gateway.bus_settings(Bus::T7).timing.serial.baud);
@@ -212,6 +233,19 @@ impl<'a, S: Site> Binding<'a, S> {
             }
         }
         Ok(Outcome::Running)
+    }
+
+    /// At which bit rates a bus is to be scanned: its own, or every one.
+    fn rates(&self, bus: u16, which: i32) -> Option<Rates> {
+        Bus::from_number(bus).filter(|&bus| bus == Bus::T7)?;
+        match which {
+            0 => {
+                let baud = self.site.gateway(|gateway| gateway.bus_settings(Bus::T7).timing.serial.baud)?;
+                BaudRate::from_bits_per_second(baud).map(|rate| Rates::NONE.and(rate))
+            }
+            1 => Some(Rates::ALL),
+            _ => None,
+        }
     }
 
     /// The slot says zero as it stands.
@@ -246,6 +280,15 @@ impl<'a, S: Site> Binding<'a, S> {
         let (start, unsaved) = (self.site.start(), self.site.is_unsaved());
         let parts = self.site.gateway(|gateway| parts(gateway, &start, unsaved, self.has_command()));
         Summary::of(|slot| self.view.standing(slot, self.now), &parts.unwrap_or_default())
+    }
+}
+
+/// The slot that a command is about; `None` is all.
+fn which(target: u16, value: i32) -> Result<Option<u8>, Refusal> {
+    match value {
+        0 => u8::try_from(target).map(Some).map_err(|_| Refusal::Value),
+        1 => Ok(None),
+        _ => Err(Refusal::Value),
     }
 }
 
@@ -305,6 +348,7 @@ impl<S: Site> Host for Binding<'_, S> {
                     silenced: self.silenced,
                     ..Progress::default()
                 };
+                self.results.begin(command, sequence);
                 Ok(())
             }
         }

@@ -3,12 +3,13 @@
 //! Source: MODBUS Application Protocol V1.1b3, sections 6.3, 6.4, 6.6, 6.8, 6.12, 6.21. A request that is not as long as
 //! it says is a fault of its values (section 7, code 03).
 
-use crate::diagnostics;
+use crate::diagnostics::{self, Counters};
 use crate::exception::Exception;
 use crate::frame::Frame;
 use crate::host::{Host, Write};
+use crate::identification::Identification;
 use crate::request::{self, function};
-use crate::server::Inner;
+use crate::settings::Settings;
 use crate::write;
 
 /// Most registers of one reading request.
@@ -22,8 +23,18 @@ const MOST_WRITTEN: u16 = 123;
 const HEAD: usize = 2;
 const WRITE_HEAD: usize = 6;
 
-#[inline(never)]
+/// What the functions need of the server.
+#[derive(Debug)]
+pub struct Inner {
+    pub settings: Settings,
+    pub identification: &'static Identification,
+    pub counters: Counters,
+    /// The port is to run like this as soon as the answer is out.
+    pub next: Option<Settings>,
+}
+
 /// Carries a request out that came without a fault. Broadcasts are only carried out if they write.
+#[inline(never)]
 pub fn execute<H: Host>(
     inner: &mut Inner,
     frame: &mut Frame,

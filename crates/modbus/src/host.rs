@@ -1,15 +1,11 @@
 //! What the server needs of the rest of the gateway. [`Binding`](crate::binding::Binding) is it.
 
 use clino_gateway::Bus;
-use clino_gateway::settings::Given;
 
 use crate::command::Command;
 use crate::exception::Exception;
 use crate::settings::Settings;
-use crate::write;
-
-/// Slots of the map.
-pub const SLOTS: usize = clino_gateway::MAX_SLOTS;
+use crate::values::Values;
 
 /// The gateway as the server sees it.
 ///
@@ -44,21 +40,6 @@ pub trait Host {
     /// # Errors
     /// [`Refusal`]; nothing has changed then.
     fn write(&mut self, write: &Write<'_>) -> Result<(), Refusal>;
-}
-
-/// The settings that a request names, in units of the map's registers: the registers of the request themselves, all of one
-/// thing, each within its limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Values<'a> {
-    pub(crate) first: u16,
-    pub(crate) words: &'a [[u8; 2]],
-}
-
-impl Values<'_> {
-    /// What is named of a setting.
-    pub fn of(&self, id: u8) -> Option<Given> {
-        write::named(self.first, self.words, id)
-    }
 }
 
 /// Something that is to change. One request changes one thing.

@@ -61,14 +61,17 @@ mod repeat;
 mod request;
 mod server;
 pub mod settings;
+mod values;
 mod write;
 
 pub use bits::slot_bits;
 pub use diagnostics::Counters;
 pub use exception::Exception;
 pub use frame::MAX_FRAME;
-pub use host::{Host, Refusal, SLOTS, Values, Write};
+pub use host::{Host, Refusal, Write};
 pub use identification::Identification;
+pub use map::SLOTS;
 pub use parts::parts;
 pub use server::Server;
 pub use settings::Settings;
+pub use values::Values;

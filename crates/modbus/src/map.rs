@@ -13,8 +13,11 @@ mod table;
 
 use clino_gateway::settings::{self, Setting};
 
-pub use items::{BusItem, CommandItem, DetailItem, GatewayItem, Item, ReadingItem, StartItem};
-pub use table::{BLOCKS, MAGIC, SLOT_BASE, SLOT_STRIDE, TEST_ANGLE, TEST_NUMBER, VERSION};
+pub use items::{
+    BusItem, CommandItem, DetailItem, FoundItem, GatewayItem, Item, ReadingItem, ResultItem, StartItem,
+};
+use table::MILLI;
+pub use table::{BLOCKS, FOUND, MAGIC, SLOT_BASE, SLOT_STRIDE, SLOTS, TEST_ANGLE, TEST_NUMBER, VERSION};
 
 /// Registers at equal distances.
 #[derive(Clone, Copy, Debug)]
@@ -162,6 +165,11 @@ impl Entry {
         Entry { unit, ..self }
     }
 
+    /// Its values are codes that are called like this.
+    const fn words(self, words: &'static [&'static str]) -> Entry {
+        Entry { words, ..self }
+    }
+
     /// With this before its name: another number of the same thing is called like it.
     const fn set(self) -> Entry {
         Entry { prefix: "set_", ..self }
@@ -182,24 +190,17 @@ impl Entry {
         match self.item {
             Item::Reading(item) => !matches!(item, ReadingItem::Status),
             Item::Gateway(item) => matches!(item, GatewayItem::OldestAge),
-            Item::Detail(item) => matches!(
-                item,
-                DetailItem::Temperature
-                    | DetailItem::Raw
-                    | DetailItem::Unwrapped
-                    | DetailItem::LastError
-                    | DetailItem::AlarmAge(_)
-                    | DetailItem::AlarmExtreme(_)
-                    | DetailItem::Lowest
-                    | DetailItem::Highest
-                    | DetailItem::LowestAge
-                    | DetailItem::HighestAge
-            ),
+            Item::Detail(item) => item.is_optional(),
+            Item::Result(item) => {
+                !matches!(item, ResultItem::Sequence | ResultItem::Scan | ResultItem::Found)
+            }
+            Item::Found(item) => !matches!(item, FoundItem::Scan | FoundItem::What),
             Item::Start(item) => !matches!(
                 item,
                 StartItem::Cause
                     | StartItem::Mode
                     | StartItem::Clock
+                    | StartItem::PowerUps
                     | StartItem::Boots
                     | StartItem::Crashes
                     | StartItem::File

@@ -9,7 +9,7 @@
 //! So the rest of an echo that is late by less than the answer takes does not spoil the next request. An answer that comes
 //! back later is a frame like others: [`repeat`](crate::repeat) knows those, in every mode.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_bus::line::{EchoMode, EchoTracker, EchoVerdict};
 use clino_codec::character::Character;
 
@@ -25,14 +25,14 @@ pub struct Own {
     /// An answer is going out.
     sending: bool,
     /// What is heard until then is ours.
-    deaf_until: Micros,
+    deaf_until: Instant,
     /// A part of it has come back: a character that is whole until then may be the next one.
-    tail: Option<Micros>,
+    tail: Option<Instant>,
 }
 
 impl Own {
     pub const fn new(mode: EchoMode) -> Own {
-        Own { echo: EchoTracker::new(mode), sending: false, deaf_until: Micros::ZERO, tail: None }
+        Own { echo: EchoTracker::new(mode), sending: false, deaf_until: Instant::ZERO, tail: None }
     }
 
     /// An answer goes out now.
@@ -44,11 +44,11 @@ impl Own {
     }
 
     /// Its last stop bit was over at `at`.
-    pub fn out(&mut self, at: Micros, settings: &Settings) {
+    pub fn out(&mut self, at: Instant, settings: &Settings) {
         self.sending = false;
         self.deaf_until = at + settings.bits(ECHO_BITS);
         // As if its centre was a whole bit before: no master begins so early.
-        self.expect_tail(at.since(settings.bits(1)), settings);
+        self.expect_tail(at - settings.bits(1), settings);
     }
 
     /// No answer goes out any more.
@@ -58,12 +58,12 @@ impl Own {
     }
 
     /// Whether all that is heard now is ours.
-    pub fn is_deaf(&self, at: Micros) -> bool {
+    pub fn is_deaf(&self, at: Instant) -> bool {
         self.sending || at < self.deaf_until
     }
 
     /// Whether a character is of the last answer, `sent`; `at` is the centre of its stop bit.
-    pub fn is_own(&mut self, character: Character, at: Micros, sent: &[u8], settings: &Settings) -> bool {
+    pub fn is_own(&mut self, character: Character, at: Instant, sent: &[u8], settings: &Settings) -> bool {
         if self.is_deaf(at) {
             _ = self.echo.judge(character, sent, sent.len());
             if !self.sending {
@@ -81,7 +81,7 @@ impl Own {
     }
 
     /// One of its characters had the centre of its stop bit at `at`. The next one begins within t3.5.
-    fn expect_tail(&mut self, at: Micros, settings: &Settings) {
+    fn expect_tail(&mut self, at: Instant, settings: &Settings) {
         self.tail = self.echo.is_coming_back().then_some(at + settings.t3_5() + settings.characters(1));
     }
 }

@@ -25,7 +25,7 @@
 //! Source: MODBUS over Serial Line V1.02, section 2.5.1.1. A silence is taken from the end of a stop bit to the beginning
 //! of the next start bit.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::character::{Character, LineErrors};
 
 use crate::crc;
@@ -43,7 +43,7 @@ pub struct Receiver {
     waits: Waits,
     crc: u16,
     /// Centre of the last stop bit, while its silence of t3.5 is awaited.
-    last: Option<Micros>,
+    last: Option<Instant>,
     errors: LineErrors,
     /// A pause in it, or too many characters: no frame.
     broken: bool,
@@ -53,17 +53,17 @@ pub struct Receiver {
 #[derive(Clone, Copy, Debug)]
 struct Waits {
     /// A character.
-    character: Micros,
+    character: Duration,
     /// The longest pause that a frame may have.
-    pause: Micros,
+    pause: Duration,
     /// From the centre of a stop bit until a character that began within t1.5 is whole.
-    closed: Micros,
+    closed: Duration,
     /// The silence that ends a frame.
-    silence: Micros,
+    silence: Duration,
     /// The same from the centre of a stop bit.
-    end: Micros,
+    end: Duration,
     /// From there until a character that began within t3.5 is whole.
-    end_open: Micros,
+    end_open: Duration,
 }
 
 /// What there was between two silences.
@@ -86,11 +86,11 @@ const MIN_FRAME: usize = 2 + CHECKSUM;
 pub const CHECKSUM: usize = 2;
 
 /// How much later than it should a character may be stamped: interrupts of the same rank come first at times; µs.
-const STAMP_DELAY: u64 = 50;
+const STAMP_DELAY: u32 = 50;
 
 impl Receiver {
     /// A receiver that was switched on at `now`: what it hears in the next t3.5 may be the rest of something.
-    pub const fn new(settings: &Settings, now: Micros) -> Receiver {
+    pub const fn new(settings: &Settings, now: Instant) -> Receiver {
         Receiver {
             frame: Frame::new(),
             zeros: 0,
@@ -104,7 +104,7 @@ impl Receiver {
     }
 
     /// The same for a receiver that was switched to other settings.
-    pub fn restart(&mut self, settings: &Settings, now: Micros) {
+    pub fn restart(&mut self, settings: &Settings, now: Instant) {
         self.waits = Waits::new(settings);
         self.begin();
         self.last = Some(now);
@@ -112,7 +112,7 @@ impl Receiver {
 
     /// Takes a character; `at` is the centre of its stop bit. Returns what was before it if that was over and is lost,
     /// because nobody has fetched it.
-    pub fn heard(&mut self, character: Character, at: Micros) -> Ended {
+    pub fn heard(&mut self, character: Character, at: Instant) -> Ended {
         let mut lost = Ended::Silence;
         match self.silence(at) {
             Some(silence) if silence < self.waits.silence => {
@@ -144,13 +144,13 @@ impl Receiver {
     }
 
     /// Whether a character that is whole at `at` began within t3.5 of the last one.
-    pub fn goes_on(&self, at: Micros) -> bool {
+    pub fn goes_on(&self, at: Instant) -> bool {
         self.silence(at).is_some_and(|silence| silence < self.waits.silence)
     }
 
     /// From then on, a character that is whole began later than t1.5 after the last one. The frame may be used, but not
     /// answered: one that is whole before t3.5 is over spoils it.
-    pub fn closes_at(&self) -> Option<Micros> {
+    pub fn closes_at(&self) -> Option<Instant> {
         self.last.map(|last| last + self.waits.closed)
     }
 
@@ -182,7 +182,7 @@ impl Receiver {
     }
 
     /// When the frame is over, if there is one.
-    pub fn ends_at(&self) -> Option<Micros> {
+    pub fn ends_at(&self) -> Option<Instant> {
         let open = !self.is_spoilt() && !self.is_whole() && self.length() != 0;
         self.last.map(|last| last + if open { self.waits.end_open } else { self.waits.end })
     }
@@ -218,9 +218,9 @@ impl Receiver {
     }
 
     /// From the last character to the beginning of one that is whole at `at`.
-    fn silence(&self, at: Micros) -> Option<Micros> {
+    fn silence(&self, at: Instant) -> Option<Duration> {
         // From stop bit to stop bit there is a character in between.
-        self.last.map(|last| at.since(last).since(self.waits.character))
+        self.last.map(|last| at.since(last) - self.waits.character)
     }
 
     /// Whether it is no frame, whatever follows. Noise alone does not spoil a character: its samples disagreed, the
@@ -242,23 +242,26 @@ impl Receiver {
 
 impl Waits {
     const fn new(settings: &Settings) -> Waits {
-        let (bit, silence, character) = (settings.bits(1).0, settings.t3_5(), settings.characters(1));
+        let (bit, silence, character) =
+            (settings.bits(1).as_micros(), settings.t3_5(), settings.characters(1));
         // One bit for two clocks that are not the same.
-        let t1_5 = settings.t1_5().0.saturating_add(bit).saturating_add(STAMP_DELAY);
+        let t1_5 = settings.t1_5().as_micros().saturating_add(bit).saturating_add(STAMP_DELAY);
         let pause = match settings.pauses {
             Pauses::Tolerant => silence,
-            Pauses::Strict => Micros(t1_5),
+            Pauses::Strict => Duration::from_micros(t1_5),
         };
         // The centre of a stop bit is half a bit before its end.
-        let end = bit.div_ceil(2).saturating_add(silence.0);
+        let end = bit.div_ceil(2).saturating_add(silence.as_micros());
         Waits {
             character,
             pause,
             // Later than the latest that counts.
-            closed: Micros(t1_5.saturating_add(character.0).saturating_add(1)),
+            closed: Duration::from_micros(t1_5.saturating_add(character.as_micros()).saturating_add(1)),
             silence,
-            end: Micros(end),
-            end_open: Micros(end.saturating_add(character.0).saturating_add(STAMP_DELAY)),
+            end: Duration::from_micros(end),
+            end_open: Duration::from_micros(
+                end.saturating_add(character.as_micros()).saturating_add(STAMP_DELAY),
+            ),
         }
     }
 }

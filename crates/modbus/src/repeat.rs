@@ -22,12 +22,12 @@
 //! Limits: [`PLACES`] answers within a window. On a line that is not known to be quiet, a request whose answer would have
 //! no place is refused as busy: an answer without a place is not known when it comes back.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 
 use crate::request::{self, Form, is_padded};
 
 /// From the end of an answer to the beginning of its echo: twice the half second of store-and-forward servers.
-pub const ECHO_WINDOW: Micros = Micros::from_millis(1_000);
+pub const ECHO_WINDOW: Duration = Duration::from_millis(1_000);
 
 /// Answers that look like requests: one in 31 ms, before the line is known to be quiet.
 const PLACES: usize = 32;
@@ -57,7 +57,7 @@ enum Line {
     /// Nothing.
     Doubtful,
     /// If nothing happens until then, it is quiet.
-    Probed(Micros),
+    Probed(Instant),
     Quiet,
 }
 
@@ -69,7 +69,7 @@ struct Sent {
     tail: [u8; 2],
     length: u16,
     /// A repeat that is whole until then is an echo,
-    until: Micros,
+    until: Instant,
     /// if fewer than these have come.
     copies: u8,
     come: u8,
@@ -94,7 +94,7 @@ impl Repeats {
     }
 
     /// Whether a frame that is whole now is one of our answers that has come back.
-    pub fn is_echo(&mut self, frame: &[u8], now: Micros) -> bool {
+    pub fn is_echo(&mut self, frame: &[u8], now: Instant) -> bool {
         if matches!(self.line, Line::Probed(until) if now > until) {
             self.line = Line::Quiet;
         }
@@ -124,7 +124,7 @@ impl Repeats {
     }
 
     /// Remembers an answer; `echo_by` is when its echo is whole at the latest.
-    pub fn sent(&mut self, answer: &[u8], echo_by: Micros) {
+    pub fn sent(&mut self, answer: &[u8], echo_by: Instant) {
         let copies = core::mem::replace(&mut self.next_copies, 1);
         let row = core::mem::replace(&mut self.next_row, 0);
         let sent = Sent { copies, row, ..Sent::new(answer, echo_by) };
@@ -139,7 +139,7 @@ impl Repeats {
     }
 
     /// Whether there is no place for an answer to be known when it comes back, and it might.
-    pub fn is_full(&mut self, answer: &[u8], now: Micros) -> bool {
+    pub fn is_full(&mut self, answer: &[u8], now: Instant) -> bool {
         self.line != Line::Quiet
             && self.place(answer).is_none_or(|place| now <= place.until && !place.is(answer))
     }
@@ -152,9 +152,9 @@ impl Repeats {
 
 impl Sent {
     const NOTHING: Sent =
-        Sent { head: [0; HEAD], tail: [0; 2], length: 0, until: Micros::ZERO, copies: 1, come: 0, row: 0 };
+        Sent { head: [0; HEAD], tail: [0; 2], length: 0, until: Instant::ZERO, copies: 1, come: 0, row: 0 };
 
-    fn new(answer: &[u8], until: Micros) -> Sent {
+    fn new(answer: &[u8], until: Instant) -> Sent {
         let mut head = [0; HEAD];
         head.iter_mut().zip(answer).for_each(|(place, &byte)| *place = byte);
         let tail = answer.last_chunk().copied().unwrap_or_default();

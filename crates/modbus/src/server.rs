@@ -14,13 +14,13 @@
 //! more of the request has come in t1.5 and a character after its end, and goes out when t3.5 is over. Everything else is
 //! carried out only then.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::character::Character;
 
 use crate::diagnostics::{Counters, bump};
 use crate::exception::Exception;
 use crate::frame::Frame;
-use crate::functions;
+use crate::functions::{self, Inner};
 use crate::host::Host;
 use crate::identification::Identification;
 use crate::own::Own;
@@ -33,9 +33,9 @@ use crate::settings::Settings;
 const BROADCAST: u8 = 0;
 
 /// An answer takes its own time; this times that, and the port has forgotten it.
-const SENDING_TIMES: u64 = 2;
+const SENDING_TIMES: u32 = 2;
 /// And that: the port may keep a pause before it.
-const SENDING_MORE: Micros = Micros::from_millis(10);
+const SENDING_MORE: Duration = Duration::from_millis(10);
 
 /// A Modbus RTU server. See the crate documentation.
 #[derive(Debug)]
@@ -48,16 +48,6 @@ pub struct Server {
     inner: Inner,
 }
 
-/// What the functions need of the server.
-#[derive(Debug)]
-pub(crate) struct Inner {
-    pub settings: Settings,
-    pub identification: &'static Identification,
-    pub counters: Counters,
-    /// The port is to run like this as soon as the answer is out.
-    pub next: Option<Settings>,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Listening,
@@ -67,13 +57,13 @@ enum State {
         refused: bool,
     },
     Sending {
-        give_up: Micros,
+        give_up: Instant,
     },
 }
 
 impl Server {
     /// A server whose port listens since `now`.
-    pub const fn new(settings: Settings, identification: &'static Identification, now: Micros) -> Server {
+    pub const fn new(settings: Settings, identification: &'static Identification, now: Instant) -> Server {
         let counters =
             Counters { messages: 0, errors: 0, exceptions: 0, requests: 0, unanswered: 0, overruns: 0 };
         Server {
@@ -87,7 +77,7 @@ impl Server {
     }
 
     /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, what is heard is its echo at best.
-    pub fn heard(&mut self, character: Character, at: Micros) {
+    pub fn heard(&mut self, character: Character, at: Instant) {
         if self.own.is_deaf(at) {
             self.repeats.doubt();
         }
@@ -117,7 +107,7 @@ impl Server {
     /// Lets time pass: the answer to be sent now, if there is one. It stays where it is until [`Server::sent`].
     ///
     /// All that was heard until `now` has to be handed over before.
-    pub fn poll<H: Host>(&mut self, now: Micros, host: &mut H) -> Option<&[u8]> {
+    pub fn poll<H: Host>(&mut self, now: Instant, host: &mut H) -> Option<&[u8]> {
         if self.poll_at().is_none_or(|at| now < at) {
             return None;
         }
@@ -148,7 +138,7 @@ impl Server {
     }
 
     /// When [`Server::poll`] has something to do, if ever.
-    pub fn poll_at(&self) -> Option<Micros> {
+    pub fn poll_at(&self) -> Option<Instant> {
         match self.state {
             State::Listening if self.is_to_read() => self.receiver.closes_at(),
             State::Listening | State::Prepared { .. } => self.receiver.ends_at(),
@@ -157,7 +147,7 @@ impl Server {
     }
 
     /// The last stop bit of the answer was out at `at`, or the port has given it up.
-    pub fn sent(&mut self, at: Micros) {
+    pub fn sent(&mut self, at: Instant) {
         if matches!(self.state, State::Sending { .. }) {
             self.own.out(at, &self.inner.settings);
             self.listen(at);
@@ -171,7 +161,7 @@ impl Server {
     }
 
     /// Runs the port like this from `now` on. A request in hand is lost.
-    pub fn set(&mut self, settings: Settings, now: Micros) {
+    pub fn set(&mut self, settings: Settings, now: Instant) {
         if settings.echo != self.inner.settings.echo {
             self.own = Own::new(settings.echo);
         }
@@ -193,12 +183,12 @@ impl Server {
         &self.inner.counters
     }
 
-    fn listen(&mut self, now: Micros) {
+    fn listen(&mut self, now: Instant) {
         self.state = State::Listening;
         self.run_as_asked(now);
     }
 
-    fn run_as_asked(&mut self, now: Micros) {
+    fn run_as_asked(&mut self, now: Instant) {
         if let Some(settings) = self.inner.next.take() {
             self.set(settings, now);
         }
@@ -241,7 +231,7 @@ impl Server {
     }
 
     /// The silence is over. Says whether there is an answer in the frame.
-    fn serve<H: Host>(&mut self, now: Micros, host: &mut H) -> bool {
+    fn serve<H: Host>(&mut self, now: Instant, host: &mut H) -> bool {
         let counters = &mut self.inner.counters;
         match self.receiver.end() {
             Ended::Silence => return false,

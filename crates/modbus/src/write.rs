@@ -5,14 +5,15 @@
 //! kind is answered with the exception of the address.
 
 use clino_gateway::Bus;
-use clino_gateway::settings::{Given, port};
+use clino_gateway::settings::port;
 
 use crate::command::{ARM_KEY, Command};
 use crate::exception::Exception;
-use crate::host::{Refusal, Values, Write};
-use crate::map::lookup::{self, Number, Register};
-use crate::map::{CommandItem, Form, Item};
+use crate::host::{Refusal, Write};
+use crate::map::lookup::Number;
+use crate::map::{CommandItem, Item};
 use crate::settings::Settings;
+use crate::values::{Values, numbers};
 
 impl From<Refusal> for Exception {
     fn from(refusal: Refusal) -> Exception {
@@ -22,58 +23,6 @@ impl From<Refusal> for Exception {
             Refusal::Busy => Exception::ServerDeviceBusy,
         }
     }
-}
-
-/// Numbers of registers that are written, one after the other.
-struct Numbers<'a> {
-    address: u16,
-    words: core::slice::Iter<'a, [u8; 2]>,
-}
-
-impl Iterator for Numbers<'_> {
-    /// A number that can be written whole, and its value.
-    type Item = Result<(Number, i64), Exception>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let high = u16::from_be_bytes(*self.words.next()?);
-        Some(self.number(high).ok_or(Exception::IllegalDataAddress))
-    }
-}
-
-impl Numbers<'_> {
-    #[inline(never)]
-    fn number(&mut self, high: u16) -> Option<(Number, i64)> {
-        let Some(Register::Of(number)) = lookup::find(self.address) else { return None };
-        number.limits().filter(|_| number.word == 0)?;
-        let registers = number.form.registers();
-        let mut bits = u32::from(high);
-        if registers == 2 {
-            bits = (bits << 16) | u32::from(u16::from_be_bytes(*self.words.next()?));
-        }
-        self.address = self.address.wrapping_add(registers);
-        let value = match number.form {
-            Form::I16 => i64::from(high.cast_signed()),
-            Form::I32 | Form::I32Swapped => i64::from(bits.cast_signed()),
-            _ => i64::from(bits),
-        };
-        Some((number, value))
-    }
-}
-
-fn numbers(first: u16, words: &[[u8; 2]]) -> Numbers<'_> {
-    Numbers { address: first, words: words.iter() }
-}
-
-/// What these registers name of a setting of their thing.
-#[inline(never)]
-pub fn named(first: u16, words: &[[u8; 2]], id: u8) -> Option<Given> {
-    numbers(first, words).map_while(Result::ok).find_map(|(number, value)| {
-        let named = match number.item {
-            Item::SlotSetting(id) | Item::BusSetting(id) | Item::Port(id) | Item::Console(id) => Some(id),
-            _ => None,
-        };
-        (named == Some(id)).then_some(Given { value, scale: number.scale.into() })
-    })
 }
 
 /// What these registers, beginning with `first`, ask for. `now` is how the port runs.
@@ -97,7 +46,7 @@ pub fn change<'a>(now: &Settings, first: u16, words: &'a [[u8; 2]]) -> Result<Wr
     if out_of_range {
         return Err(Exception::IllegalDataValue);
     }
-    let values = Values { first, words };
+    let values = Values::new(first, words);
     match thing.ok_or(Exception::IllegalDataValue)? {
         Thing::Slot(slot) => Ok(Write::Slot(slot, values)),
         Thing::Bus(bus) => Ok(Write::Bus(bus, values)),
@@ -160,7 +109,7 @@ impl Order {
         let command = command.ok_or(Exception::IllegalDataAddress)?;
         match key {
             ARM_KEY => Ok(Write::Command { command, target, value, armed: true }),
-            0 if !command.takes_key() => Ok(Write::Command { command, target, value, armed: false }),
+            0 if !command.is_confirmed() => Ok(Write::Command { command, target, value, armed: false }),
             _ => Err(Exception::IllegalDataValue),
         }
     }

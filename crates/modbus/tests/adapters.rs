@@ -135,7 +135,7 @@ fn tolerance_costs_no_time() {
             let mut at = 0;
             while let Some(next) = bench.server.poll_at().filter(|_| at == 0) {
                 if bench.server.poll(next, &mut bench.host).is_some() {
-                    at = next.0;
+                    at = next.as_micros();
                 }
             }
             let half_bit = u64::from(500_000_u32.div_ceil(baud));

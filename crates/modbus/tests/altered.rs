@@ -3,7 +3,7 @@
 
 mod common;
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::settings::Settings;
 use common::{ADDRESS, Bench, SETTINGS, crc, sealed, write_request};
@@ -278,17 +278,17 @@ fn a_late_zero_puts_the_answer_off() {
     assert_eq!(bench.pause(1_700), None);
     assert_eq!(bench.host.snapshots, 1, "it is made");
     bench.character(0, LineErrors::FRAMING);
-    let at = bench.server.poll_at().expect("a deadline").0;
+    let at = bench.server.poll_at().expect("a deadline").as_micros();
     assert!(at.abs_diff(bench.now + 27 + 2_006) <= 1, "{at}");
-    assert_eq!(bench.server.poll(Micros(at), &mut bench.host).map(<[u8]>::len), Some(13));
+    assert_eq!(bench.server.poll(Instant::from_micros(at), &mut bench.host).map(<[u8]>::len), Some(13));
     // With another character behind it, it was none.
     let mut bench = Bench::new();
     for byte in sealed(&[ADDRESS, 4, 0, 0x0C, 0, 4]) {
         bench.character(byte, LineErrors::NONE);
     }
     assert_eq!(bench.pause(1_700), None);
-    bench.server.heard(Character::clean(0), Micros(bench.now + 573));
-    bench.server.heard(Character::clean(5), Micros(bench.now + 1_146));
+    bench.server.heard(Character::clean(0), Instant::from_micros(bench.now + 573));
+    bench.server.heard(Character::clean(5), Instant::from_micros(bench.now + 1_146));
     bench.now += 1_146;
     assert_eq!(bench.pause(5_000), None);
     assert_eq!(bench.server.counters().errors, 1);
@@ -315,7 +315,7 @@ fn locked() {
         assert_eq!(said[0], expected[0], "{pdu:02X?}");
     }
     // Unlocked from elsewhere.
-    bench.server.set(SETTINGS, Micros(bench.now));
+    bench.server.set(SETTINGS, Instant::from_micros(bench.now));
     bench.pause(10_000);
     assert_eq!(bench.write_one(0x1000, 0), Ok(()));
 }

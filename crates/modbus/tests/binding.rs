@@ -2,12 +2,12 @@
 
 mod common;
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::{isu, t7};
 use clino_commissioning::isu::Module;
 use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
-use clino_gateway::{Asker, Bus, Restraint, SlotConfig, Snapshot, Source, Span, task};
+use clino_gateway::{Asker, Bus, Restraint, SlotConfig, Snapshot, Source, task};
 use clino_modbus::binding::{Binding, Wish};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::settings::Settings;
@@ -58,7 +58,7 @@ fn a_value_is_what_the_gateway_says() {
     let mut bench = bench(&board, &snapshot);
     // Half: 6.749 * 50 - 157.45 = 180.
     board.cycle(&mut publisher, 500_000);
-    board.now.set(Micros(1_020_000));
+    board.now.set(Instant::from_micros(1_020_000));
     let block = bench.read(0x0140, 32).unwrap();
     assert_eq!((block[0], block[1], block[8]), (1, 0, 20), "ok, no flag, 20 ms");
     assert!((wide(&block[2..4]) - 180_000).abs() <= 1, "{block:?}");
@@ -78,7 +78,7 @@ fn a_value_is_what_the_gateway_says() {
     board.cycle(&mut publisher, 300_000);
     assert!(!bench.host.held_still());
     // Three periods without a cycle.
-    board.now.set(Micros(1_020_000 + 100_001));
+    board.now.set(Instant::from_micros(1_020_000 + 100_001));
     let block = bench.read(0x0140, 9).unwrap();
     assert_eq!((block[0], &block[2..4]), (2, &[0x8000, 0][..]));
 }
@@ -102,7 +102,7 @@ fn what_is_not_written_stays_as_it_is() {
     let config = board.config(0);
     assert_eq!((config.filter, config.samples), (clino_gateway::config::Filter::Median, 5));
     assert_eq!(config.direction, clino_gateway::config::Direction::Reversed);
-    assert_eq!((config.stale, config.period), (Span::from_millis(250), Span::from_millis(20)));
+    assert_eq!((config.stale, config.period), (Duration::from_millis(250), Duration::from_millis(20)));
 }
 
 /// Blocks of slots in every state, as they were read: nothing changes.
@@ -150,7 +150,7 @@ fn another_kind_brings_what_is_usual_for_it() {
         bench.write(0x15E0, &block).unwrap();
         assert_eq!(bench.read(0x15E0, 17).unwrap(), block, "what is acknowledged is there");
         let config = board.config(47);
-        assert_eq!((config.period, config.retries, config.confirm), (Span::ZERO, 0, false));
+        assert_eq!((config.period, config.retries, config.confirm), (Duration::ZERO, 0, false));
         bench.write(0x15E0, &unused).unwrap();
         assert_eq!(bench.read(0x15E0, 17).unwrap(), unused);
         bench.write(0x15E0, &[0, 0, 0]).unwrap();
@@ -320,7 +320,7 @@ fn port_and_console_have_all_their_settings() {
     assert_eq!(bench.read(0x1845, 3), Ok(vec![2, 1, 0]));
     assert_eq!(bench.read(0x1850, 2), Ok(vec![0, 60]));
     bench.write(0x1850, &[0, 3_600]).unwrap();
-    assert_eq!(board.gateway.borrow().console_settings().idle(), Some(Micros(3_600_000_000)));
+    assert_eq!(board.gateway.borrow().console_settings().idle_ms(), Some(3_600_000));
     assert_eq!(bench.write(0x1850, &[1, 0x5181]), Err(3), "a day and a second");
 }
 

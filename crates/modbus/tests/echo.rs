@@ -6,7 +6,7 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_bus::line::EchoMode;
 use clino_codec::character::Character;
 use clino_modbus::Server;
@@ -44,7 +44,7 @@ impl Air {
 
     fn at(settings: Settings, character: u64, echoes: &[u64]) -> Air {
         let mut air = Air {
-            server: Server::new(settings, IDENTIFICATION, Micros(0)),
+            server: Server::new(settings, IDENTIFICATION, Instant::from_micros(0)),
             host: Real::new(),
             now: 0,
             character,
@@ -61,7 +61,7 @@ impl Air {
         let end = self.now + micros;
         loop {
             let heard = self.heard.first_key_value().map(|(&at, _)| at);
-            let polled = self.server.poll_at().map(|at| at.0.max(self.now));
+            let polled = self.server.poll_at().map(|at| at.as_micros().max(self.now));
             let Some(next) =
                 [heard, self.sending, polled].into_iter().flatten().min().filter(|&at| at <= end)
             else {
@@ -70,13 +70,13 @@ impl Air {
             self.now = next;
             if heard == Some(next) {
                 for byte in self.heard.remove(&next).expect("characters") {
-                    self.server.heard(Character::clean(byte), Micros(next));
+                    self.server.heard(Character::clean(byte), Instant::from_micros(next));
                 }
             } else if self.sending == Some(next) {
                 self.sending = None;
-                self.server.sent(Micros(next));
+                self.server.sent(Instant::from_micros(next));
                 _ = self.server.reconfigured();
-            } else if let Some(answer) = self.server.poll(Micros(next), &mut self.host) {
+            } else if let Some(answer) = self.server.poll(Instant::from_micros(next), &mut self.host) {
                 let answer = answer.to_vec();
                 self.sending = Some(next + self.character * answer.len() as u64);
                 for (index, &byte) in answer.iter().enumerate() {

@@ -2,9 +2,10 @@
 
 mod common;
 
+use clino_bus::Duration;
 use clino_codec::t7::Axis;
 use clino_gateway::config::Kind;
-use clino_gateway::{SlotConfig, Source, Span};
+use clino_gateway::{SlotConfig, Source};
 use clino_modbus::Refusal;
 use clino_modbus::command::Command;
 use common::real::Written;
@@ -33,7 +34,7 @@ fn frames_as_they_are_on_the_wire() {
     let answer = bench.raw(&sealed(&[0x11, 0x04, 0x00, 0x0E, 0x00, 0x02]));
     assert_eq!(answer, Some(sealed(&[0x11, 0x04, 0x04, 0x42, 0xF6, 0xE9, 0x79])));
     // An exception.
-    let answer = bench.raw(&sealed(&[0x11, 0x03, 0x0F, 0x00, 0x00, 0x01]));
+    let answer = bench.raw(&sealed(&[0x11, 0x03, 0x16, 0x00, 0x00, 0x01]));
     assert_eq!(answer, Some(sealed(&[0x11, 0x83, 0x02])));
 }
 
@@ -137,7 +138,7 @@ fn halves_cannot_be_written() {
 fn what_cannot_be_written() {
     let mut bench = Bench::new();
     // Header, angles, an unused register, the hole behind the settings of a slot, nothing at all, a result.
-    for address in [0x0000, 0x0020, 0x001F, 0x1012, 0x1019, 0x101F, 0x0F00, 0x1F09] {
+    for address in [0x0000, 0x0020, 0x001F, 0x1012, 0x1019, 0x101F, 0x1600, 0x09C0, 0x0A00, 0x1F09] {
         assert_eq!(bench.write_one(address, 0), Err(2), "{address:04X}");
         assert_eq!(bench.write(address, &[0]), Err(2), "{address:04X}");
     }
@@ -167,9 +168,9 @@ fn function_16_is_checked_whole() {
     let expected = SlotConfig {
         enabled: false,
         held_axis: Axis::One,
-        period: Span::from_millis(20),
-        timeout: Span::from_millis(5),
-        stale: Span::from_millis(60),
+        period: Duration::from_millis(20),
+        timeout: Duration::from_millis(5),
+        stale: Duration::from_millis(60),
         retries: 10,
         ..SlotConfig::usual(isu)
     };
@@ -378,7 +379,11 @@ fn identification_in_parts() {
     let mut objects = common::IDENTIFICATION.0;
     [objects[0], objects[1], objects[2]] = [long, long, longest];
     let identification = Box::leak(Box::new(clino_modbus::Identification(objects)));
-    bench.server = clino_modbus::Server::new(common::SETTINGS, identification, clino_bus::Micros(bench.now));
+    bench.server = clino_modbus::Server::new(
+        common::SETTINGS,
+        identification,
+        clino_bus::Instant::from_micros(bench.now),
+    );
     bench.pause(10_000);
     let first = bench.ask(&[43, 14, 1, 0]);
     assert_eq!(first[..7], [43, 14, 1, 0x82, 0xFF, 1, 1]);
@@ -398,8 +403,11 @@ fn empty_objects_are_left_out() {
         (0..6).filter(|object| empty >> object & 1 == 1).for_each(|object| objects[object] = "");
         let identification = Box::leak(Box::new(clino_modbus::Identification(objects)));
         let mut bench = Bench::new();
-        bench.server =
-            clino_modbus::Server::new(common::SETTINGS, identification, clino_bus::Micros(bench.now));
+        bench.server = clino_modbus::Server::new(
+            common::SETTINGS,
+            identification,
+            clino_bus::Instant::from_micros(bench.now),
+        );
         bench.pause(10_000);
         let coded = |numbers: std::ops::Range<usize>| -> Vec<u8> {
             let object = |n: usize| [&[n as u8, objects[n].len() as u8], objects[n].as_bytes()].concat();

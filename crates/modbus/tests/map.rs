@@ -11,7 +11,7 @@ use clino_gateway::config::Kind;
 use clino_gateway::summary::Signals;
 use clino_gateway::task::Reason;
 use clino_gateway::{Alarm, BusFault, Status};
-use clino_modbus::command::{Command, Outcome};
+use clino_modbus::command::{Command, Outcome, Target};
 use clino_modbus::map::{
     BLOCKS, Block, BusItem, CommandItem, DetailItem, Entry, Form, GatewayItem, Item, ReadingItem, StartItem,
 };
@@ -439,7 +439,9 @@ fn sections() -> BTreeMap<&'static str, String> {
             let (times, numbers) = match entry.count {
                 1 => (String::new(), String::new()),
                 // Not one for each slot.
-                count if matches!(entry.item, Item::Start(_)) => (format!(" × {count}"), String::new()),
+                count if matches!(entry.item, Item::Start(_) | Item::Result(_)) => {
+                    (format!(" × {count}"), String::new())
+                }
                 count => (
                     format!(" × {count}"),
                     format!("; slots {} to {}", entry.first, u16::from(entry.first) + u16::from(count) - 1),
@@ -506,13 +508,24 @@ fn sections() -> BTreeMap<&'static str, String> {
         "alarms",
         bits(&alarm_bits().each_ref().map(|(bit, name, text)| (*bit, *name, text.as_str()))),
     );
-    let head = String::from("| code | name | target | value | arm key | what |\n|---|---|---|---|---|---|\n");
+    let head = String::from(
+        "| code | name | target | value | arm key | what | at the console |\n|---|---|---|---|---|---|---|\n",
+    );
     let commands = Command::ALL.iter().fold(head, |table, command| {
         let row = command.description();
-        let key = if command.takes_key() { "yes" } else { "-" };
-        let code = *command as u16;
-        table
-            + &format!("| {code} | {} | {} | {} | {key} | {} |\n", row.name, row.target, row.value, row.text)
+        let key = if command.is_confirmed() { "yes" } else { "-" };
+        let (code, name) = (*command as u16, row.name);
+        let target = match row.target {
+            Target::Gateway => "-",
+            Target::Bus => "bus",
+            Target::Slot | Target::Sensor => "slot",
+        };
+        let value = if row.value.is_empty() { "-" } else { row.value };
+        let typed = row.typed.iter().map(|form| format!("`{}`", form.replace('|', "\\|")));
+        let typed = typed.collect::<Vec<_>>().join(", ");
+        let text =
+            if row.modbus.is_empty() { row.text.into() } else { format!("{}. {}", row.text, row.modbus) };
+        table + &format!("| {code} | {name} | {target} | {value} | {key} | {text} | {typed} |\n")
     });
     sections.insert("commands", commands);
     sections

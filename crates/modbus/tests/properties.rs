@@ -4,7 +4,7 @@
 
 mod common;
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::Server;
 use clino_modbus::settings::{Pauses, Settings};
@@ -120,18 +120,18 @@ proptest! {
     /// Calls in any order at any times: no panic, no deadline that is never over.
     #[test]
     fn any_calls(calls in prop::collection::vec((0..5_u8, any::<u8>(), 0..10_000_u64), 0..600)) {
-        let mut server = Server::new(SETTINGS, IDENTIFICATION, Micros(0));
+        let mut server = Server::new(SETTINGS, IDENTIFICATION, Instant::from_micros(0));
         let mut host = Real::new();
         let mut now = 0;
         for (call, byte, later) in calls {
             now += later;
             match call {
-                0 | 1 => server.heard(Character::clean(byte), Micros(now)),
-                2 => server.heard(Character::clean(byte), Micros(now.saturating_sub(later * 2))),
-                3 => _ = server.poll(Micros(now), &mut host),
-                _ => server.sent(Micros(now)),
+                0 | 1 => server.heard(Character::clean(byte), Instant::from_micros(now)),
+                2 => server.heard(Character::clean(byte), Instant::from_micros(now.saturating_sub(later * 2))),
+                3 => _ = server.poll(Instant::from_micros(now), &mut host),
+                _ => server.sent(Instant::from_micros(now)),
             }
-            prop_assert!(server.poll_at().is_none_or(|at| at.0 < now + 1_000_000));
+            prop_assert!(server.poll_at().is_none_or(|at| at.as_micros() < now + 1_000_000));
         }
         // Whatever it was, the server comes back.
         let mut bench = Bench { server, host, now, character: CHARACTER, t3_5: BETWEEN };

@@ -5,7 +5,7 @@
 
 mod common;
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::settings::{Parity, Pauses, Settings, StopBits};
 use common::real::Real;
@@ -31,7 +31,7 @@ fn silences() {
         (115_200, None, One, 750, 1_750),
     ] {
         let settings = settings(baud, parity, stop_bits);
-        let near = |found: Micros, expected: u64| found.0.abs_diff(expected) <= 1;
+        let near = |found: Duration, expected: u32| found.as_micros().abs_diff(expected) <= 1;
         assert!(near(settings.t1_5(), t1_5), "{baud}: {:?}", settings.t1_5());
         assert!(near(settings.t3_5(), t3_5), "{baud}: {:?}", settings.t3_5());
     }
@@ -49,19 +49,19 @@ fn the_answer_comes_when_the_silence_is_over() {
             bench.character(byte, LineErrors::NONE);
         }
         let due = bench.now + half_bit + t3_5;
-        let made = bench.server.poll_at().expect("a deadline").0;
+        let made = bench.server.poll_at().expect("a deadline").as_micros();
         let t1_5 = if baud == 19_200 { 860 } else { 750 };
         assert!((bench.now + t1_5 + character..due).contains(&made), "{made}");
         let looks = bench.host.snapshots;
-        assert!(bench.server.poll(Micros(made - 1), &mut bench.host).is_none());
+        assert!(bench.server.poll(Instant::from_micros(made - 1), &mut bench.host).is_none());
         assert_eq!(bench.host.snapshots, looks);
-        assert!(bench.server.poll(Micros(made), &mut bench.host).is_none());
+        assert!(bench.server.poll(Instant::from_micros(made), &mut bench.host).is_none());
         assert_eq!(bench.host.snapshots, looks + 1);
-        let at = bench.server.poll_at().expect("a deadline").0;
+        let at = bench.server.poll_at().expect("a deadline").as_micros();
         assert!(at.abs_diff(due) <= 1, "{at} instead of {due}");
-        assert!(bench.server.poll(Micros(at - 1), &mut bench.host).is_none());
-        assert_eq!(bench.server.poll(Micros(at), &mut bench.host).map(<[u8]>::len), Some(7));
-        bench.server.sent(Micros(at + 7 * character));
+        assert!(bench.server.poll(Instant::from_micros(at - 1), &mut bench.host).is_none());
+        assert_eq!(bench.server.poll(Instant::from_micros(at), &mut bench.host).map(<[u8]>::len), Some(7));
+        bench.server.sent(Instant::from_micros(at + 7 * character));
         assert_eq!(bench.server.poll_at(), None, "nothing to wait for");
     }
 }
@@ -91,7 +91,7 @@ fn nothing_is_lost_if_nobody_calls_before_the_end() {
     for byte in sealed(&REQUEST) {
         bench.character(byte, LineErrors::NONE);
     }
-    let late = Micros(bench.now + 27 + 2_006);
+    let late = Instant::from_micros(bench.now + 27 + 2_006);
     assert_eq!(bench.server.poll(late, &mut bench.host).map(<[u8]>::len), Some(7));
     let counters = bench.server.counters();
     assert_eq!((counters.messages, counters.requests), (1, 1));
@@ -104,7 +104,7 @@ fn nothing_is_written_before_the_silence_is_over() {
     for byte in sealed(&[ADDRESS, 6, 0x18, 0x05, 0, 1]) {
         bench.character(byte, LineErrors::NONE);
     }
-    let at = bench.server.poll_at().expect("a deadline").0;
+    let at = bench.server.poll_at().expect("a deadline").as_micros();
     assert!(at.abs_diff(bench.now + 27 + 2_006) <= 1, "{at}");
 }
 
@@ -236,15 +236,15 @@ fn deaf_while_it_talks() {
     assert!(bench.server.poll(made, &mut bench.host).is_none());
     let at = bench.server.poll_at().expect("a deadline");
     let answer = bench.server.poll(at, &mut bench.host).expect("an answer").to_vec();
-    let mut now = at.0;
+    let mut now = at.as_micros();
     for &byte in &answer {
         now += bench.character;
         // The centre of the stop bit; transmission is complete half a bit later.
-        bench.server.heard(Character::clean(byte), Micros(now - 26));
+        bench.server.heard(Character::clean(byte), Instant::from_micros(now - 26));
     }
-    bench.server.sent(Micros(now));
+    bench.server.sent(Instant::from_micros(now));
     // The last character of the echo may be handed over after that.
-    bench.server.heard(Character::clean(0x55), Micros(now + 10));
+    bench.server.heard(Character::clean(0x55), Instant::from_micros(now + 10));
     assert_eq!(bench.server.poll_at(), None);
     assert_eq!(bench.server.counters().errors, 0);
     // A master that does not wait long is heard.
@@ -263,9 +263,9 @@ fn a_port_that_forgets() {
     assert!(bench.server.poll(made, &mut bench.host).is_none());
     let at = bench.server.poll_at().expect("a deadline");
     assert!(bench.server.poll(at, &mut bench.host).is_some());
-    let again = bench.server.poll_at().expect("a deadline").0 - at.0;
+    let again = bench.server.poll_at().expect("a deadline").as_micros() - at.as_micros();
     assert!((7 * bench.character..100_000).contains(&again), "{again}");
-    bench.now = at.0 + again;
+    bench.now = at.as_micros() + again;
     assert_eq!(bench.pause(1), None);
     assert!(bench.raw(&sealed(&REQUEST)).is_some());
 }
@@ -273,10 +273,10 @@ fn a_port_that_forgets() {
 /// What was on its way when the port was switched on is no frame.
 #[test]
 fn begins_in_the_middle_of_a_frame() {
-    let mut server = clino_modbus::Server::new(SETTINGS, IDENTIFICATION, Micros(0));
+    let mut server = clino_modbus::Server::new(SETTINGS, IDENTIFICATION, Instant::from_micros(0));
     let mut host = Real::new();
     for (index, &byte) in sealed(&REQUEST).iter().enumerate() {
-        server.heard(Character::clean(byte), Micros(573 * (index as u64 + 1)));
+        server.heard(Character::clean(byte), Instant::from_micros(573 * (index as u64 + 1)));
     }
     let at = server.poll_at().expect("a deadline");
     assert!(server.poll(at, &mut host).is_none());

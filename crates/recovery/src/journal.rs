@@ -83,6 +83,7 @@ impl Journal {
         };
         let start = Start {
             cause,
+            power_ups: 0,
             boots: journal.boots,
             crashes: journal.crashes,
             mode: Mode::after(journal.fast_crashes),

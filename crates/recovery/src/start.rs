@@ -108,6 +108,9 @@ impl fmt::Display for Uid {
 pub struct Start {
     /// What ended the time before.
     pub cause: StartCause,
+    /// How often power came since the gateway was flashed for the first time; 0 if that is not known. With
+    /// [`Start::boots`] it tells this start from every other one.
+    pub power_ups: u32,
     /// Starts since power-up, this one included; wraps.
     pub boots: u32,
     /// How many of the times before ended in a crash; wraps.

@@ -2,7 +2,7 @@
 
 mod support;
 
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Duration, Serial, Timing};
 use clino_gateway::BusSettings;
 use clino_storage::{LoadError, Loaded, Reject, SaveOutcome, Store};
 use support::configurations::{Configuration, factory, numbered};
@@ -39,7 +39,7 @@ fn an_older_one_is_migrated() {
     assert_eq!(store.load(&mut settings, &mut modbus), Ok(Loaded::Stored { version: 1 }));
     let mut expected = factory();
     // What follows from the bit rate does so now; the guard of 87 us was not its own.
-    let timing = Timing { guard: Micros(87), ..Timing::t7(Serial { baud: 57_600 }) };
+    let timing = Timing { guard: Duration::from_micros(87), ..Timing::t7(Serial { baud: 57_600 }) };
     expected.settings.t7 = BusSettings::new(timing);
     assert_eq!(Configuration { settings: settings.clone(), modbus }, expected);
 

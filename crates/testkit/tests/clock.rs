@@ -3,7 +3,7 @@
 //! What it calls a microsecond is off, and so are its bits. The sensors are right, sample in the middle of each bit, and are
 //! as slow as their documents allow. The limit of the line alone is half a bit in nine and a half, 5.3 %.
 
-use clino_bus::{Isu, Micros, Protocol, Serial, T7, Timing};
+use clino_bus::{Instant, Isu, Protocol, Serial, T7, Timing};
 use clino_codec::t7::Axis;
 use clino_codec::{isu, t7};
 use clino_segment::{Noise, SegmentSettings, Station, chance::Chance};
@@ -22,7 +22,7 @@ fn bench<P: Protocol>(timing: Timing, station: Station, ppm: i32) -> Bench<P> {
     let mut bench = Bench::new(timing, settings, vec![station]);
     bench.port.set_clock_error(ppm);
     // The sensors have started.
-    bench.run_until(Micros(1_000_000));
+    bench.run_until(Instant::from_micros(1_000_000));
     bench
 }
 

@@ -58,7 +58,7 @@ fn check(house: &House, fastest: i64, what: &str) {
             assert!(
                 error <= most,
                 "slot {slot} says {:?} as ok, {error} m° off, at {} us: {what}",
-                said.angle(clino_bus::Micros(house.now)),
+                said.angle(clino_bus::Instant::from_micros(house.now)),
                 house.now
             );
             let turns = said.turns();

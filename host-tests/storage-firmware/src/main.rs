@@ -20,11 +20,11 @@ mod watchdog {
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Duration, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7;
-use clino_gateway::config::{Ask, Direction, Filter, Name};
-use clino_gateway::{MAX_SLOTS, Settings, SlotConfig, Source, Span};
+use clino_gateway::config::{AlarmConfig, AlarmLimits, Ask, Direction, Filter, Name};
+use clino_gateway::{MAX_SLOTS, Settings, SlotConfig, Source};
 use clino_storage::{Loaded, SaveOutcome, Store};
 use cortex_m::peripheral::DWT;
 use cortex_m_rt::entry;
@@ -129,17 +129,27 @@ fn numbered(n: u32) -> (Settings, clino_modbus::Settings) {
         range: Range::Unidirectional,
         partner: Some(47),
         tolerance: u16::MAX,
-        period: Span::from_micros(1_200_000_000),
-        timeout: Span::from_micros(500_000),
-        stale: Span::from_micros(3_600_000_000),
-        report_every: Span::from_micros(3_600_000_000),
+        period: Duration::from_micros(1_200_000_000),
+        timeout: Duration::from_micros(500_000),
+        stale: Duration::from_micros(3_600_000_000),
+        report_every: Duration::from_micros(3_600_000_000),
         soft_zero: Angle::from_udeg(n as i32 - LEAST_ZERO),
         name: Name::new("~~~~~~~~~~~~~~~~").unwrap(),
         max_rate: 36_000_000 - n,
+        alarm: AlarmConfig {
+            high: 359_999,
+            low: -360_000,
+            hysteresis: 360_000,
+            rate: 36_000_000,
+            delay: 36_000,
+            no_value: 36_000,
+            limits: AlarmLimits::Both,
+            latching: true,
+        },
     };
     let mut settings = Settings::new(&[slot; MAX_SLOTS], Timing::t7(Serial::T7_DEFAULT), Timing::isu());
-    settings.t7.line.pre_delay = Micros(n.into());
-    settings.isu.line.pre_delay = Micros(n.into());
+    settings.t7.line.pre_delay = Duration::from_micros(n);
+    settings.isu.line.pre_delay = Duration::from_micros(n);
     (settings, clino_modbus::Settings { address: (n % 247 + 1) as u8, ..clino_modbus::Settings::DEFAULT })
 }
 

@@ -144,7 +144,7 @@ fn what_cannot_be_undone_is_not_done_without_yes() {
     );
     let unconfirmed = r#"{"error":{"kind":"unconfirmed","why":"not to be undone, wants --yes"}}"#;
     assert_eq!(lines(&ran, unconfirmed).len(), 5, "{:?}", lines(&ran, "{\"error\""));
-    assert_eq!(lines(&ran, "{\"command\":").len(), 23);
+    assert_eq!(lines(&ran, "{\"command\":").len(), 26);
     assert!(
         ran.slot(0)
             .filter(|spoken| spoken.began > 250 * MS)

@@ -1,6 +1,7 @@
 //! The shipped firmware image on the virtual board. Figures are taken from the wire log and the console, and are
 //! compared with limits and truths that are restated here.
 
+mod alarms;
 mod altered;
 #[cfg(unix)]
 mod command_line;
@@ -21,6 +22,7 @@ mod publication;
 mod pwm;
 mod registers;
 mod saving;
+mod scan;
 mod settings;
 mod summary;
 mod throughput;

@@ -6,6 +6,7 @@ mod clocks;
 mod crashes;
 mod kept;
 mod power;
+mod power_ups;
 mod safe_mode;
 
 use clino_board::incident::{Event, ResetCause};

@@ -132,6 +132,16 @@ impl Image {
         Ok(self)
     }
 
+    /// The same with these contents from an address of flash on.
+    ///
+    /// # Errors
+    ///
+    /// [`ElfError::OutsideFlash`] if they are not within flash.
+    pub fn with_flash(mut self, address: u32, contents: &[u8]) -> Result<Image, ElfError> {
+        place(&mut self.flash, address, contents)?;
+        Ok(self)
+    }
+
     /// Address of the symbol called `name`.
     pub fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols.get(name).copied()

@@ -4,7 +4,7 @@ use clino_codec::character::Character;
 
 #[cfg(doc)]
 use super::{Line, MAX_FRAME};
-use crate::Micros;
+use crate::Instant;
 
 /// Why a frame, or a change of settings, was not accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub enum LineStep {
 
 impl LineStep {
     /// What this means for the [`Master`](crate::Master).
-    pub const fn event(self, at: Micros) -> Option<Event> {
+    pub const fn event(self, at: Instant) -> Option<Event> {
         match self {
             LineStep::Begin => None,
             LineStep::Force => Some(Event::Forced { at }),
@@ -49,33 +49,33 @@ pub enum Event {
     /// post-delay.
     Released {
         /// When transmission was complete.
-        at: Micros,
+        at: Instant,
     },
     /// The driver was on for too long and was switched off by force; the frame is not out whole.
     Forced {
         /// When DE was forced low.
-        at: Micros,
+        at: Instant,
     },
     /// Our frame was dropped before its first character, because another node kept transmitting.
     GivenUp {
         /// When it was dropped.
-        at: Micros,
+        at: Instant,
     },
     /// A character of another node was received.
     Heard {
         /// The character with the receiver's error flags.
         character: Character,
         /// Centre of its stop bit.
-        at: Micros,
+        at: Instant,
     },
     /// A character of ours came back as it was sent.
     Echo {
         /// Centre of its stop bit.
-        at: Micros,
+        at: Instant,
     },
     /// A character of ours came back changed, or not at all: another node transmitted during our frame.
     Contention {
         /// When it showed.
-        at: Micros,
+        at: Instant,
     },
 }

@@ -1,6 +1,6 @@
 //! The settings of a line.
 
-use crate::{Micros, Serial};
+use crate::{Duration, Serial};
 
 /// The properties of the wires of a [`Line`](super::Line). Spans in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,20 +9,26 @@ pub struct LineSettings {
     /// Bit rate and framing.
     pub serial: Serial,
     /// Silence between the end of anything heard and our next DE.
-    pub guard: Micros,
+    pub guard: Duration,
     /// From DE high to our first start bit, for a transceiver that is slow to drive.
-    pub pre_delay: Micros,
+    pub pre_delay: Duration,
     /// From our last stop bit to DE low, for a cable that needs its idle level driven. Not longer than the fastest
     /// sensor takes to answer; a character that is heard ends it.
-    pub post_delay: Micros,
+    pub post_delay: Duration,
     /// Whether our own characters come back.
     pub echo: EchoMode,
 }
 
 impl LineSettings {
     /// No delay around DE, no echo: a transceiver whose receiver is off while it drives.
-    pub const fn new(serial: Serial, guard: Micros) -> LineSettings {
-        LineSettings { serial, guard, pre_delay: Micros::ZERO, post_delay: Micros::ZERO, echo: EchoMode::Off }
+    pub const fn new(serial: Serial, guard: Duration) -> LineSettings {
+        LineSettings {
+            serial,
+            guard,
+            pre_delay: Duration::ZERO,
+            post_delay: Duration::ZERO,
+            echo: EchoMode::Off,
+        }
     }
 }
 

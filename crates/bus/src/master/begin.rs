@@ -3,12 +3,12 @@
 use super::exchange::{Collecting, Exchange};
 use super::{Master, State};
 use crate::counters::bump;
-use crate::{Micros, Protocol};
+use crate::{Duration, Instant, Protocol};
 
 impl<P: Protocol> Master<P> {
-    /// From when on this request may be asked so that its answer can be told from late ones: [`Micros::ZERO`] for at
+    /// From when on this request may be asked so that its answer can be told from late ones: [`Instant::ZERO`] for at
     /// once, `None` while an exchange is in hand.
-    pub fn ask_at(&self, address: P::Address, request: &P::Request) -> Option<Micros> {
+    pub fn ask_at(&self, address: P::Address, request: &P::Request) -> Option<Instant> {
         let expected = P::expected(address, request);
         let on_the_list = self.outstanding.clear_at(&expected);
         match self.state {
@@ -17,7 +17,7 @@ impl<P: Protocol> Master<P> {
             State::Quiet { clear, outstanding, .. } => {
                 let failed = self.exchange.as_ref().map(|exchange| &exchange.expected);
                 let confusable = failed.is_some_and(|failed| P::confusable(&expected, failed));
-                let last = outstanding.filter(|_| confusable).unwrap_or(Micros::ZERO);
+                let last = outstanding.filter(|_| confusable).unwrap_or(Instant::ZERO);
                 Some(on_the_list.max(clear).max(last))
             }
         }
@@ -25,7 +25,7 @@ impl<P: Protocol> Master<P> {
 
     /// Whether this request may be asked at `now`. That may be before [`Master::is_idle`], after a request that failed
     /// and cannot be confused with this one.
-    pub fn may_ask(&self, address: P::Address, request: &P::Request, now: Micros) -> bool {
+    pub fn may_ask(&self, address: P::Address, request: &P::Request, now: Instant) -> bool {
         self.ask_at(address, request).is_some_and(|at| at <= now)
     }
 
@@ -38,7 +38,7 @@ impl<P: Protocol> Master<P> {
         &mut self,
         address: P::Address,
         request: &P::Request,
-        now: Micros,
+        now: Instant,
     ) -> Result<P::Frame, P::EncodeError> {
         self.open(address, request, Kind::First, now)
     }
@@ -51,7 +51,7 @@ impl<P: Protocol> Master<P> {
         &mut self,
         address: P::Address,
         request: &P::Request,
-        now: Micros,
+        now: Instant,
     ) -> Result<P::Frame, P::EncodeError> {
         self.open(address, request, Kind::Retry, now)
     }
@@ -67,15 +67,15 @@ impl<P: Protocol> Master<P> {
         &mut self,
         address: P::Address,
         request: &P::Request,
-        window: Micros,
-        now: Micros,
+        window: Duration,
+        now: Instant,
     ) -> Result<P::Frame, P::EncodeError> {
         self.open(address, request, Kind::Collecting(window), now)
     }
 
     /// The node that was just asked may take so long to begin its answer, whatever its document says. To be called
     /// before its request is out.
-    pub fn allow(&mut self, latency: Micros) {
+    pub fn allow(&mut self, latency: Duration) {
         if let (State::Sending { .. }, Some(exchange)) = (self.state, &mut self.exchange) {
             exchange.latency = latency;
         }
@@ -87,7 +87,7 @@ impl<P: Protocol> Master<P> {
         address: P::Address,
         request: &P::Request,
         kind: Kind,
-        now: Micros,
+        now: Instant,
     ) -> Result<P::Frame, P::EncodeError> {
         let frame = P::encode(address, request);
         if let Ok(frame) = &frame {
@@ -103,7 +103,7 @@ impl<P: Protocol> Master<P> {
         request: &P::Request,
         kind: Kind,
         characters: usize,
-        now: Micros,
+        now: Instant,
     ) {
         self.leave(now);
         self.adaptive.count();
@@ -125,7 +125,7 @@ impl<P: Protocol> Master<P> {
             None => self.open_first(expected, latency, retry, collecting, now),
         }
         // The line reports how the frame ended; this deadline, twice what it may take, covers one that does not.
-        let longest = self.timing.line_busy + self.character.times(characters as u64);
+        let longest = self.timing.line_busy + self.character.times(characters as u32);
         self.state = State::Sending { give_up: now + longest.times(2) };
     }
 
@@ -134,17 +134,17 @@ impl<P: Protocol> Master<P> {
     fn open_first(
         &mut self,
         expected: P::Expected,
-        latency: Micros,
+        latency: Duration,
         retry: bool,
         collecting: Option<Collecting>,
-        now: Micros,
+        now: Instant,
     ) {
         self.exchange = Some(Exchange::new(expected, latency, retry, collecting, now));
     }
 
     /// Leaves the state at hand for a new exchange.
     #[inline(never)]
-    fn leave(&mut self, now: Micros) {
+    fn leave(&mut self, now: Instant) {
         if self.is_asking()
             && let Some(exchange) = &self.exchange
         {
@@ -160,5 +160,5 @@ impl<P: Protocol> Master<P> {
 enum Kind {
     First,
     Retry,
-    Collecting(Micros),
+    Collecting(Duration),
 }

@@ -6,11 +6,11 @@ use clino_codec::checks::Check;
 use super::late::OutstandingReply;
 use super::{ExchangeOutcome, Fault, Master, State};
 use crate::counters::bump;
-use crate::{FailedCheck, Micros, Protocol};
+use crate::{Duration, FailedCheck, Instant, Protocol};
 
 impl<P: Protocol> Master<P> {
     /// The deadline has passed, and the decoder holds nothing more.
-    pub(super) fn missed(&mut self, deadline: Micros, now: Micros) -> Option<ExchangeOutcome<P>> {
+    pub(super) fn missed(&mut self, deadline: Instant, now: Instant) -> Option<ExchangeOutcome<P>> {
         let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
         if exchange.collecting.is_none() {
             let fault = exchange.fault(deadline);
@@ -23,7 +23,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// Ends the exchange in hand with a fault, and keeps quiet for a while.
-    pub(super) fn fail(&mut self, fault: Fault<P::DecodeError>, at: Micros) -> Option<ExchangeOutcome<P>> {
+    pub(super) fn fail(&mut self, fault: Fault<P::DecodeError>, at: Instant) -> Option<ExchangeOutcome<P>> {
         match fault {
             Fault::NoAnswer { .. } => bump(&mut self.counters.no_answer),
             Fault::Garbled { .. } | Fault::Bad(_) => bump(&mut self.counters.bad_answer),
@@ -51,7 +51,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// How long the master sends nothing after a failure.
-    fn patience(&mut self, node: u8, fault: &Fault<P::DecodeError>) -> Micros {
+    fn patience(&mut self, node: u8, fault: &Fault<P::DecodeError>) -> Duration {
         match fault {
             Fault::NoAnswer { .. } => self.history.missed(node, &self.timing),
             _ => self.timing.quiet,
@@ -61,7 +61,7 @@ impl<P: Protocol> Master<P> {
     pub(super) fn not_sent(
         &mut self,
         fault: Fault<P::DecodeError>,
-        at: Micros,
+        at: Instant,
     ) -> Option<ExchangeOutcome<P>> {
         match self.state {
             State::Sending { .. } => self.fail(fault, at),
@@ -70,7 +70,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// A late answer was recognised; it ended at `at`.
-    pub(super) fn came_late(&mut self, reply: &OutstandingReply<P::Expected>, at: Micros) {
+    pub(super) fn came_late(&mut self, reply: &OutstandingReply<P::Expected>, at: Instant) {
         bump(&mut self.counters.late);
         self.late_node = Some(P::node(&reply.expected));
         self.history.late(P::node(&reply.expected));
@@ -78,7 +78,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// The answer to the request that has just failed ended at `at`: no other is to come.
-    pub(super) fn came_late_in_quiet(&mut self, at: Micros) {
+    pub(super) fn came_late_in_quiet(&mut self, at: Instant) {
         let (State::Quiet { clear, outstanding, .. }, Some(exchange)) = (&mut self.state, &self.exchange)
         else {
             return;
@@ -89,7 +89,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// Nothing more is heard of the exchange that failed; a late answer that may still come goes on the list.
-    pub(super) fn leave_quiet(&mut self, now: Micros) {
+    pub(super) fn leave_quiet(&mut self, now: Instant) {
         let State::Quiet { mut outstanding, .. } = core::mem::replace(&mut self.state, State::Idle) else {
             return;
         };

@@ -6,21 +6,21 @@ use clino_codec::character::Character;
 use super::late::OutstandingReply;
 use super::{Fault, LONGEST_ANSWER};
 use crate::counters::bump;
-use crate::{Micros, Protocol, Timing};
+use crate::{Duration, Instant, Protocol, Timing};
 
 /// A question that is on its way, waits for its answer, or has waited in vain.
 pub(super) struct Exchange<P: Protocol> {
     pub expected: P::Expected,
     pub decoder: P::Decoder,
     /// What the node may take to answer, by its document.
-    pub latency: Micros,
+    pub latency: Duration,
     /// When it began.
-    pub asked: Micros,
+    pub asked: Instant,
     /// Our last stop bit.
-    pub released: Micros,
+    pub released: Instant,
     /// Stop bits of the first and the last character heard since.
-    pub first: Micros,
-    pub last: Micros,
+    pub first: Instant,
+    pub last: Instant,
     pub characters: u32,
     pub bad: Option<P::DecodeError>,
     pub contended: bool,
@@ -32,18 +32,18 @@ pub(super) struct Exchange<P: Protocol> {
 /// What is kept for an exchange in which any number of nodes may answer.
 pub(super) struct Collecting {
     /// From our last stop bit to the end of the exchange.
-    window: Micros,
+    window: Duration,
     answers: u32,
     garbled: u32,
     discarded_reported: bool,
 }
 
 impl Collecting {
-    pub fn new(window: Micros) -> Collecting {
+    pub fn new(window: Duration) -> Collecting {
         Collecting { window, answers: 0, garbled: 0, discarded_reported: false }
     }
 
-    pub fn window(&self) -> Micros {
+    pub fn window(&self) -> Duration {
         self.window
     }
 
@@ -60,10 +60,10 @@ impl Collecting {
 impl<P: Protocol> Exchange<P> {
     pub fn new(
         expected: P::Expected,
-        latency: Micros,
+        latency: Duration,
         retry: bool,
         collecting: Option<Collecting>,
-        now: Micros,
+        now: Instant,
     ) -> Self {
         Exchange {
             expected,
@@ -85,10 +85,10 @@ impl<P: Protocol> Exchange<P> {
     pub fn restart(
         &mut self,
         expected: P::Expected,
-        latency: Micros,
+        latency: Duration,
         retry: bool,
         collecting: Option<Collecting>,
-        now: Micros,
+        now: Instant,
     ) {
         P::restart(&mut self.decoder, expected);
         (self.expected, self.latency, self.retry, self.collecting) = (expected, latency, retry, collecting);
@@ -97,19 +97,19 @@ impl<P: Protocol> Exchange<P> {
     }
 
     /// How much longer than its deadline it may be waited for at most: the longest answer, twice over.
-    pub fn longest_wait(&self, timing: &Timing) -> Micros {
-        let twice = (P::size(&self.expected) as u64).saturating_mul(2);
+    pub fn longest_wait(&self, timing: &Timing) -> Duration {
+        let twice = (P::size(&self.expected) as u32).saturating_mul(2);
         timing.serial.characters(LONGEST_ANSWER.max(twice)) + timing.gap
     }
 
     /// This request, if its answer may come as late as `until`.
-    pub fn outstanding(&self, until: Micros) -> OutstandingReply<P::Expected> {
+    pub fn outstanding(&self, until: Instant) -> OutstandingReply<P::Expected> {
         OutstandingReply { expected: self.expected, due: self.released + self.latency, until }
     }
 
     /// Our last stop bit was out at `at`: the answer begins now, and what was heard before is no part of it. Returns
     /// how many of those characters were discarded.
-    pub fn release(&mut self, at: Micros) -> u32 {
+    pub fn release(&mut self, at: Instant) -> u32 {
         let discarded = self.finish();
         (self.released, self.first, self.last) = (at, at, at);
         P::restart(&mut self.decoder, self.expected);
@@ -117,7 +117,7 @@ impl<P: Protocol> Exchange<P> {
     }
 
     /// Takes a character that may belong to the answer.
-    pub fn hear(&mut self, character: Character, at: Micros) -> DecodeProgress<P::Answer, P::DecodeError> {
+    pub fn hear(&mut self, character: Character, at: Instant) -> DecodeProgress<P::Answer, P::DecodeError> {
         if self.characters == 0 {
             self.first = at;
         }
@@ -127,7 +127,7 @@ impl<P: Protocol> Exchange<P> {
     }
 
     /// From our last stop bit to the end of the answer's first character, if nothing was heard before that.
-    pub fn response(&self) -> Option<Micros> {
+    pub fn response(&self) -> Option<Duration> {
         (P::discarded(&self.decoder) == 0 && self.bad.is_none()).then(|| self.first.since(self.released))
     }
 
@@ -140,7 +140,7 @@ impl<P: Protocol> Exchange<P> {
     }
 
     /// Why there is no answer at `deadline`.
-    pub fn fault(&mut self, deadline: Micros) -> Fault<P::DecodeError> {
+    pub fn fault(&mut self, deadline: Instant) -> Fault<P::DecodeError> {
         match self.bad.take() {
             _ if self.contended => Fault::Contention,
             Some(error) => Fault::Bad(error),

@@ -3,7 +3,7 @@
 use clino_codec::checks::Check;
 
 use crate::line::SubmitError;
-use crate::{FailedCheck, Micros};
+use crate::{Duration, FailedCheck};
 
 /// Why there is no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub enum Fault<E> {
     /// The line stayed silent until the deadline.
     NoAnswer {
         /// From our last stop bit to the deadline.
-        waited: Micros,
+        waited: Duration,
     },
     /// Characters came, but no frame.
     Garbled {

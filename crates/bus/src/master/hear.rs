@@ -6,10 +6,10 @@ use clino_codec::character::Character;
 use super::exchange::Exchange;
 use super::{ExchangeOutcome, Fault, Master, State};
 use crate::counters::bump;
-use crate::{FailedCheck, Micros, Protocol};
+use crate::{FailedCheck, Instant, Protocol};
 
 impl<P: Protocol> Master<P> {
-    pub(super) fn released(&mut self, at: Micros) {
+    pub(super) fn released(&mut self, at: Instant) {
         let (State::Sending { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return };
         self.counters.discarded = self.counters.discarded.wrapping_add(exchange.release(at));
         let wait = match &exchange.collecting {
@@ -30,7 +30,7 @@ impl<P: Protocol> Master<P> {
         }
     }
 
-    pub(super) fn heard(&mut self, character: Character, at: Micros) -> Option<ExchangeOutcome<P>> {
+    pub(super) fn heard(&mut self, character: Character, at: Instant) -> Option<ExchangeOutcome<P>> {
         self.counters.character(character);
         if matches!(self.state, State::Idle | State::Sending { .. }) {
             bump(&mut self.counters.unasked);
@@ -60,7 +60,7 @@ impl<P: Protocol> Master<P> {
     pub(super) fn progressed(
         &mut self,
         progress: DecodeProgress<P::Answer, P::DecodeError>,
-        at: Micros,
+        at: Instant,
     ) -> Option<ExchangeOutcome<P>> {
         let asked = self.exchange()?.asked;
         match progress {
@@ -97,7 +97,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// A frame was refused while its answer is awaited.
-    fn refused(&mut self, error: P::DecodeError, at: Micros) -> Option<ExchangeOutcome<P>> {
+    fn refused(&mut self, error: P::DecodeError, at: Instant) -> Option<ExchangeOutcome<P>> {
         let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
         match &mut exchange.collecting {
             None => {
@@ -112,7 +112,7 @@ impl<P: Protocol> Master<P> {
     }
 
     /// The answer is here: the end of the exchange, unless it collects.
-    fn answered(&mut self, answer: P::Answer, at: Micros) -> Option<ExchangeOutcome<P>> {
+    fn answered(&mut self, answer: P::Answer, at: Instant) -> Option<ExchangeOutcome<P>> {
         bump(&mut self.counters.good);
         let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return None };
         self.history.answered(P::node(&exchange.expected));
@@ -124,7 +124,7 @@ impl<P: Protocol> Master<P> {
         }
         if let Some(response) = exchange.response() {
             self.counters.response(response);
-            self.adaptive.note(response.since(exchange.latency + self.character), &self.timing);
+            self.adaptive.note(response - (exchange.latency + self.character), &self.timing);
         }
         self.counters.discarded = self.counters.discarded.wrapping_add(exchange.finish());
         self.state = State::Idle;

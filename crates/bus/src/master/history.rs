@@ -10,7 +10,7 @@
 //! [`Timing::late`]: crate::Timing::late
 //! [`Timing::quiet`]: crate::Timing::quiet
 
-use crate::{Micros, Timing};
+use crate::{Duration, Timing};
 
 /// One bit for each node address; no protocol has more than 128.
 #[derive(Default)]
@@ -32,7 +32,7 @@ impl NodeHistory {
 
     /// The node has missed its deadline. Returns how long the line stays free for it. The node counts as dead until it
     /// answers again.
-    pub fn missed(&mut self, node: u8, timing: &Timing) -> Micros {
+    pub fn missed(&mut self, node: u8, timing: &Timing) -> Duration {
         let patience = match (self.late & bit(node) != 0, self.answered & bit(node) != 0) {
             (true, _) => timing.late,
             (false, true) => timing.patience,

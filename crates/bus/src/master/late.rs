@@ -12,7 +12,7 @@
 
 use heapless::Vec;
 
-use crate::{Micros, Protocol, Serial};
+use crate::{Duration, Instant, Protocol, Serial};
 
 /// More than the unanswered T7 requests that fit into the 25 ms for which one reply is outstanding, at 2.4 ms each.
 const MAX_OUTSTANDING: usize = 12;
@@ -21,15 +21,15 @@ const MAX_OUTSTANDING: usize = 12;
 pub(super) struct OutstandingReply<E> {
     pub expected: E,
     /// When the answer should have begun, by the sensor's document.
-    pub due: Micros,
+    pub due: Instant,
     /// No answer begins after this.
-    pub until: Micros,
+    pub until: Instant,
 }
 
 impl<E> OutstandingReply<E> {
     /// How long after it was due an answer began that ended at `at`.
-    pub fn lateness<P: Protocol<Expected = E>>(&self, at: Micros, serial: Serial) -> Micros {
-        at.since(self.due + serial.characters(P::size(&self.expected) as u64))
+    pub fn lateness<P: Protocol<Expected = E>>(&self, at: Instant, serial: Serial) -> Duration {
+        at.since(self.due + serial.characters(P::size(&self.expected) as u32))
     }
 }
 
@@ -44,7 +44,7 @@ impl<P: Protocol> OutstandingReplies<P> {
     }
 
     /// Adds a request and removes those whose time is over at `now`.
-    pub fn add(&mut self, reply: OutstandingReply<P::Expected>, now: Micros) {
+    pub fn add(&mut self, reply: OutstandingReply<P::Expected>, now: Instant) {
         self.list.retain(|reply| reply.until > now);
         if self.list.is_full() {
             // Only a caller that ignored `may_ask` comes here.
@@ -54,17 +54,17 @@ impl<P: Protocol> OutstandingReplies<P> {
     }
 
     /// When a request for `expected` may be sent, so that its answer cannot be confused with an outstanding one.
-    pub fn clear_at(&self, expected: &P::Expected) -> Micros {
+    pub fn clear_at(&self, expected: &P::Expected) -> Instant {
         let confusable = self.list.iter().filter(|reply| P::confusable(expected, &reply.expected));
         let room = if self.list.is_full() { self.list.first() } else { None };
-        confusable.chain(room).map(|reply| reply.until).max().unwrap_or(Micros::ZERO)
+        confusable.chain(room).map(|reply| reply.until).max().unwrap_or(Instant::ZERO)
     }
 
     /// An answer came during the request begun at `asked`; `fits` says whether it fits an earlier request. Removes and
     /// returns the earlier request that it fits, if there is one.
     pub fn claim(
         &mut self,
-        asked: Micros,
+        asked: Instant,
         fits: impl Fn(&P::Expected) -> bool,
     ) -> Option<OutstandingReply<P::Expected>> {
         let index = self.list.iter().position(|reply| reply.until > asked && fits(&reply.expected))?;

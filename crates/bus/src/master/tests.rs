@@ -44,7 +44,7 @@ impl Bench {
     }
 
     fn ask(&mut self) {
-        let frame = self.master.begin(node(5), &ANGLE, Micros(self.now)).unwrap();
+        let frame = self.master.begin(node(5), &ANGLE, Instant::from_micros(self.now)).unwrap();
         assert_eq!(frame.as_bytes(), [0x05, 0x01, 0x83]);
         self.released();
     }
@@ -52,13 +52,13 @@ impl Bench {
     /// The frame is out after 300 µs.
     fn released(&mut self) {
         self.now += 300;
-        assert!(self.master.on(Event::Released { at: Micros(self.now) }).is_none());
+        assert!(self.master.on(Event::Released { at: Instant::from_micros(self.now) }).is_none());
     }
 
     fn wait_until(&mut self, at: u64) {
-        while let Some(due) = self.master.poll_at().filter(|due| due.0 <= at) {
-            self.now = self.now.max(due.0);
-            self.outcomes.extend(self.master.poll(Micros(self.now)));
+        while let Some(due) = self.master.poll_at().filter(|due| due.as_micros() <= at) {
+            self.now = self.now.max(due.as_micros());
+            self.outcomes.extend(self.master.poll(Instant::from_micros(self.now)));
         }
         self.now = self.now.max(at);
     }
@@ -72,7 +72,7 @@ impl Bench {
 
     fn hear_one(&mut self, at: u64, character: Character) {
         self.wait_until(at);
-        self.outcomes.extend(self.master.on(Event::Heard { character, at: Micros(at) }));
+        self.outcomes.extend(self.master.on(Event::Heard { character, at: Instant::from_micros(at) }));
     }
 
     fn only_outcome(&self) -> &ExchangeOutcome<T7> {
@@ -96,10 +96,13 @@ fn a_good_answer_is_stamped_with_its_last_character() {
     let mut bench = Bench::asked();
     bench.hear(3_083, &ANSWER);
     assert!(bench.is_the_answer());
-    assert_eq!(bench.only_outcome().at, Micros(3_083 + 7 * CHARACTER));
+    assert_eq!(bench.only_outcome().at, Instant::from_micros(3_083 + 7 * CHARACTER));
     assert!(bench.master.is_idle());
     let counters = bench.master.counters();
-    assert_eq!((counters.requests, counters.good, counters.response_max), (1, 1, Micros(2_083)));
+    assert_eq!(
+        (counters.requests, counters.good, counters.response_max),
+        (1, 1, Duration::from_micros(2_083))
+    );
 }
 
 #[test]
@@ -115,13 +118,13 @@ fn a_dead_node_costs_its_first_character_deadline() {
     bench.wait_until(1_000 + DEADLINE - 1);
     assert!(bench.outcomes.is_empty());
     bench.wait_until(1_000 + DEADLINE);
-    assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Micros(DEADLINE) });
+    assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Duration::from_micros(DEADLINE as u32) });
     // Request, wait and quiet together: 3 characters, 2 ms, 3 characters. The limit is 2.6 ms.
     const { assert!(3 * CHARACTER + DEADLINE + CHARACTER <= 2_600) };
     let next = 1_000 + DEADLINE + CHARACTER;
-    assert_eq!(bench.master.ask_at(node(6), &ANGLE), Some(Micros(next)));
-    assert!(bench.master.may_ask(node(6), &ANGLE, Micros(next)));
-    assert!(!bench.master.may_ask(node(6), &ANGLE, Micros(next - 1)));
+    assert_eq!(bench.master.ask_at(node(6), &ANGLE), Some(Instant::from_micros(next)));
+    assert!(bench.master.may_ask(node(6), &ANGLE, Instant::from_micros(next)));
+    assert!(!bench.master.may_ask(node(6), &ANGLE, Instant::from_micros(next - 1)));
 }
 
 #[test]
@@ -137,7 +140,7 @@ fn stray_characters_at_turnaround_costs_nothing() {
 fn a_late_answer_is_counted_and_never_used() {
     let mut bench = Bench::asked();
     bench.hear(1_000 + DEADLINE + 20, &ANSWER);
-    assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Micros(DEADLINE) });
+    assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Duration::from_micros(DEADLINE as u32) });
     assert_eq!(bench.master.counters().late, 1);
     assert_eq!(bench.master.counters().good, 0);
 }
@@ -149,7 +152,7 @@ fn the_quiet_time_ends_only_after_the_late_answer() {
     bench.hear(late, &ANSWER[..4]);
     assert!(!bench.master.is_idle());
     // Four characters of silence and the character that would have followed.
-    let silent = Micros(late + 3 * CHARACTER + 348 + CHARACTER);
+    let silent = Instant::from_micros(late + 3 * CHARACTER + 348 + CHARACTER);
     assert_eq!(bench.master.ask_at(node(6), &ANGLE), Some(silent));
 }
 
@@ -184,7 +187,7 @@ fn an_answer_settled_at_the_deadline_is_stamped_with_its_last_character() {
     held.wait_until(20_000);
     for bench in [bench, held] {
         assert!(bench.is_the_answer());
-        assert_eq!(bench.only_outcome().at, Micros(at));
+        assert_eq!(bench.only_outcome().at, Instant::from_micros(at));
     }
 }
 
@@ -229,8 +232,8 @@ fn a_babbling_node_does_not_hold_the_master() {
     // 50 ms of U without a pause, which is never a frame.
     bench.hear(1_100, &[0x55; 575]);
     assert!(matches!(bench.fault(), Fault::Garbled { .. }), "{:?}", bench.fault());
-    assert!(bench.only_outcome().at <= Micros(1_000 + DEADLINE + 80 * CHARACTER));
-    assert!(bench.master.may_ask(node(6), &ANGLE, Micros(bench.now)));
+    assert!(bench.only_outcome().at <= Instant::from_micros(1_000 + DEADLINE + 80 * CHARACTER));
+    assert!(bench.master.may_ask(node(6), &ANGLE, Instant::from_micros(bench.now)));
 }
 
 #[test]
@@ -272,6 +275,6 @@ fn response_times_count_only_answers_without_stray_characters_before_them() {
     let counters = bench.master.counters();
     assert_eq!(
         (counters.response_last, counters.response_min, counters.response_max),
-        (Micros(500), Micros(500), Micros(2_000))
+        (Duration::from_micros(500), Duration::from_micros(500), Duration::from_micros(2_000))
     );
 }

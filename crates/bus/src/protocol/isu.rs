@@ -5,7 +5,7 @@ use clino_codec::character::Character;
 use clino_codec::checks::{Check, Checks};
 use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
 
-use crate::{FailedCheck, Micros, Protocol, Timing};
+use crate::{Duration, FailedCheck, Protocol, Timing};
 
 /// STT ISU, binary mode. An error answer names no module and counts as one of the module that was asked.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl Protocol for Isu {
         expected.size()
     }
 
-    fn latency(request: &Request, timing: &Timing) -> Micros {
+    fn latency(request: &Request, timing: &Timing) -> Duration {
         if Self::writes(request) { timing.set_latency } else { timing.get_latency }
     }
 

@@ -6,10 +6,10 @@ use clino_codec::t7::{Axis, DecodeError, Request};
 
 const READ: Request = Request::GetAngle(Axis::Two);
 const WRITE: Request = Request::SetDamping { damping_ms: 125 };
-const SILENCE: Fault<DecodeError> = Fault::NoAnswer { waited: Micros(2_174) };
+const SILENCE: Fault<DecodeError> = Fault::NoAnswer { waited: Duration::from_micros(2_174) };
 
-fn after(retry: Retry, tried: u8, request: &Request, fault: Fault<DecodeError>) -> Option<Micros> {
-    retry.after::<T7>(tried, request, &fault, Micros(2_000))
+fn after(retry: Retry, tried: u8, request: &Request, fault: Fault<DecodeError>) -> Option<Instant> {
+    retry.after::<T7>(tried, request, &fault, Instant::from_micros(2_000))
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn a_collection_that_is_over_is_not_repeated() {
 
 #[test]
 fn the_next_try_comes_after_the_pause() {
-    let retry = Retry { times: 1, pause: Micros(50_000) };
-    assert_eq!(after(retry, 1, &READ, SILENCE), Some(Micros(52_000)));
-    assert_eq!(after(Retry::times(1), 1, &READ, SILENCE), Some(Micros(2_000)));
+    let retry = Retry { times: 1, pause: Duration::from_micros(50_000) };
+    assert_eq!(after(retry, 1, &READ, SILENCE), Some(Instant::from_micros(52_000)));
+    assert_eq!(after(Retry::times(1), 1, &READ, SILENCE), Some(Instant::from_micros(2_000)));
 }

@@ -5,7 +5,7 @@
 pub mod expected;
 pub mod transactions;
 
-use clino_bus::{Event, ExchangeOutcome, Fault, Master, Micros, Protocol, Timing};
+use clino_bus::{Event, ExchangeOutcome, Fault, Instant, Master, Protocol, Timing};
 use clino_codec::character::Character;
 use clino_sim::node::{Heard, Node};
 
@@ -44,12 +44,12 @@ pub fn answer_of(node: &mut dyn Node, command: &[u8]) -> Vec<u8> {
 /// A master on a computed line: frames go out at once, and the test supplies what the master hears.
 pub struct Desk<P: Protocol> {
     pub master: Master<P>,
-    pub now: Micros,
+    pub now: Instant,
 }
 
 impl<P: Protocol> Desk<P> {
     pub fn new(timing: Timing) -> Self {
-        Desk { master: Master::new(timing), now: Micros(1_000) }
+        Desk { master: Master::new(timing), now: Instant::from_micros(1_000) }
     }
 
     /// Asks as soon as the master allows; `heard` follows the last stop bit of the request, to its end even when the
@@ -60,15 +60,15 @@ impl<P: Protocol> Desk<P> {
         }
         let frame = self.master.begin(address, request, self.now).ok().expect("a request");
         let timing = *self.master.timing();
-        self.now = self.now + timing.guard + timing.serial.characters(frame.as_ref().len() as u64);
+        self.now = self.now + timing.guard + timing.serial.characters(frame.as_ref().len() as u32);
         assert!(self.master.on(Event::Released { at: self.now }).is_none());
         let mut outcome = None;
-        let mut ended = self.now.0 * 1_000;
+        let mut ended = self.now.as_micros() * 1_000;
         let character_ns = 10_000_000_000 / u64::from(timing.serial.baud);
         for sound in heard {
             ended += sound.pause * 1_000 + character_ns;
             // The centre of the stop bit.
-            let at = Micros((ended - character_ns / 20) / 1_000);
+            let at = Instant::from_micros((ended - character_ns / 20) / 1_000);
             let first = outcome.is_none();
             outcome = self.wait(at).or(outcome);
             let event = Event::Heard { character: sound.character, at };
@@ -80,11 +80,11 @@ impl<P: Protocol> Desk<P> {
             let at = self.master.poll_at().expect("an exchange ends");
             outcome = self.wait(at);
         }
-        self.now = self.now.max(Micros(ended / 1_000));
+        self.now = self.now.max(Instant::from_micros(ended / 1_000));
         outcome.expect("an outcome")
     }
 
-    fn wait(&mut self, until: Micros) -> Option<ExchangeOutcome<P>> {
+    fn wait(&mut self, until: Instant) -> Option<ExchangeOutcome<P>> {
         let mut outcome = None;
         while let Some(at) = self.master.poll_at().filter(|&at| at <= until) {
             self.now = self.now.max(at);

@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use clino_bus::{ExchangeOutcome, Micros, T7};
+use clino_bus::{ExchangeOutcome, Instant, T7};
 use clino_codec::t7::{Address, Request, Response};
 use clino_commissioning::t7::{Cause, Failure};
 use clino_commissioning::{Operation, READ_TRIES, Step, StepOf, TaskProgress};
@@ -28,7 +28,7 @@ impl Operation for AskT7 {
     type Report = Response;
     type Error = Failure;
 
-    fn next(&mut self, _: Micros) -> StepOf<Self> {
+    fn next(&mut self, _: Instant) -> StepOf<Self> {
         match self.ended {
             None => Step::Ask { address: self.address, request: self.request, tries: READ_TRIES },
             Some(result) => Step::Done(result.map_err(|cause| Failure { cause, writes: 0 })),

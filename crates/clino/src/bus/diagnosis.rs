@@ -1,7 +1,7 @@
 //! The probable cause of a failure, from what the bus layer has counted, and what to do next, in order.
 
 use clino_bus::line::EchoMode;
-use clino_bus::{BusCounters, Micros};
+use clino_bus::{BusCounters, Duration};
 use clino_codec::character::Character;
 
 /// What was heard, besides what the master counts.
@@ -12,7 +12,7 @@ pub struct Seen {
     /// What was found out of it.
     pub has_echo: Option<bool>,
     /// What is allowed to the port.
-    pub latency: Micros,
+    pub latency: Duration,
     /// Characters read.
     pub characters: u32,
     /// Frames that came back whole, byte by byte.
@@ -32,7 +32,7 @@ impl Seen {
         Self {
             echo,
             has_echo: None,
-            latency: Micros::ZERO,
+            latency: Duration::ZERO,
             characters: 0,
             returned: 0,
             matched: 0,

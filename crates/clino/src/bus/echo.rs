@@ -7,7 +7,7 @@
 //! Limit: an answer that is the frame, byte by byte, is taken for its echo while that is not known. A T7's answer to Set Angle
 //! Output Range can be that; every operation reads before it writes, and what it reads is longer than its request.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::character::Character;
 
 /// What is known of the echo of the last frame.
@@ -16,9 +16,9 @@ pub struct Echo {
     frame: Vec<u8>,
     state: State,
     /// When the frame began: no answer can be that early.
-    began: Micros,
+    began: Instant,
     /// An echo that is not back by then is lost.
-    late: Micros,
+    late: Instant,
     held: Vec<Character>,
 }
 
@@ -39,14 +39,14 @@ pub enum Whose {
     /// It is not known yet.
     Held,
     /// Our own, sent since that instant.
-    Ours(Vec<Character>, Micros),
+    Ours(Vec<Character>, Instant),
     /// Those of others.
     Others(Vec<Character>),
 }
 
 impl Echo {
     /// A frame begins. `known`: whether the port returns what it sends.
-    pub fn begin(frame: Vec<u8>, known: Option<bool>, began: Micros, late: Micros) -> Self {
+    pub fn begin(frame: Vec<u8>, known: Option<bool>, began: Instant, late: Instant) -> Self {
         let state = match known {
             Some(false) => State::Over,
             Some(true) => State::Coming(0),
@@ -56,7 +56,7 @@ impl Echo {
     }
 
     /// Until when an echo may still come; `None` if none is to come.
-    pub fn until(&self) -> Option<Micros> {
+    pub fn until(&self) -> Option<Instant> {
         matches!(self.state, State::Coming(_)).then_some(self.late)
     }
 
@@ -104,10 +104,10 @@ mod tests {
     use super::*;
 
     const FRAME: [u8; 3] = [0x05, 0x01, 0x83];
-    const BEGAN: Micros = Micros(1_000);
+    const BEGAN: Instant = Instant::from_micros(1_000);
 
     fn echo(known: Option<bool>) -> Echo {
-        Echo::begin(FRAME.to_vec(), known, BEGAN, Micros(9_000))
+        Echo::begin(FRAME.to_vec(), known, BEGAN, Instant::from_micros(9_000))
     }
 
     fn characters(bytes: &[u8]) -> Vec<Character> {
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn a_known_echo_is_ours_even_if_it_is_damaged_and_a_known_silence_is_not() {
         let mut known = echo(Some(true));
-        assert_eq!(known.until(), Some(Micros(9_000)));
+        assert_eq!(known.until(), Some(Instant::from_micros(9_000)));
         for byte in [0x05, 0x81, 0x83] {
             assert_eq!(judge(&mut known, byte), Whose::Ours(characters(&[byte]), BEGAN));
         }

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::{Duration as SystemDuration, Instant as SystemInstant};
 
 use clino_bus::T7;
 use clino_codec::character::LineErrors;
@@ -15,9 +15,9 @@ use super::*;
 const ASK: [u8; 3] = [0x05, 0x01, 0x83];
 /// 12.345°.
 const ANSWER: [u8; 8] = [0x05, 0x06, 0x83, 0x00, 0x00, 0x30, 0x39, 0x09];
-const LATENCY: Duration = Duration::from_millis(30);
+const LATENCY: SystemDuration = SystemDuration::from_millis(30);
 /// What the computer may take for itself.
-const BUSY: Duration = Duration::from_millis(400);
+const BUSY: SystemDuration = SystemDuration::from_millis(400);
 
 /// What was done with the port, in order.
 #[derive(Debug, PartialEq, Eq)]
@@ -32,32 +32,34 @@ struct Fake {
     done: Rc<RefCell<Vec<Done>>>,
     /// What comes back after each frame, and how long after it was handed over.
     answer: Vec<Character>,
-    after: Duration,
+    after: SystemDuration,
     /// How much longer than asked a wait takes.
-    oversleep: Duration,
-    sent: Option<Instant>,
+    oversleep: SystemDuration,
+    sent: Option<SystemInstant>,
     vanishes: bool,
 }
 
 impl Fake {
     fn saying(answer: Vec<Character>) -> (Self, Rc<RefCell<Vec<Done>>>) {
         let done = Rc::new(RefCell::new(Vec::new()));
-        let [after, oversleep] = [Duration::from_millis(3), Duration::ZERO];
+        let [after, oversleep] = [SystemDuration::from_millis(3), SystemDuration::ZERO];
         (Self { done: Rc::clone(&done), answer, after, oversleep, sent: None, vanishes: false }, done)
     }
 }
 
 impl Port for Fake {
-    fn receive(&mut self, wait: Duration, heard: &mut Vec<Character>) -> Result<(), PortError> {
+    fn receive(&mut self, wait: SystemDuration, heard: &mut Vec<Character>) -> Result<(), PortError> {
         if self.vanishes && self.sent.is_some() {
             return Err(PortError::new("fake", crate::port::Problem::Vanished));
         }
         let due = self.sent.map(|sent| sent + self.after);
-        let until_due = due.map_or(wait, |due| due.saturating_duration_since(Instant::now()));
-        let is_wait = wait > Duration::ZERO;
-        thread::sleep(wait.min(until_due) + if is_wait { self.oversleep } else { Duration::ZERO });
+        let until_due = due.map_or(wait, |due| due.saturating_duration_since(SystemInstant::now()));
+        let is_wait = wait > SystemDuration::ZERO;
+        thread::sleep(wait.min(until_due) + if is_wait { self.oversleep } else { SystemDuration::ZERO });
         // What comes during the wait ends it; what comes while the program stands still is there at the next look.
-        if due.is_some_and(|due| due <= Instant::now()) && (!is_wait || self.oversleep == Duration::ZERO) {
+        if due.is_some_and(|due| due <= SystemInstant::now())
+            && (!is_wait || self.oversleep == SystemDuration::ZERO)
+        {
             self.sent = None;
             heard.extend(self.answer.iter().copied());
         }
@@ -65,7 +67,7 @@ impl Port for Fake {
     }
 
     fn send(&mut self, frame: &[u8]) -> Result<(), PortError> {
-        self.sent = Some(Instant::now());
+        self.sent = Some(SystemInstant::now());
         self.done.borrow_mut().push(Done::Sent(frame.to_vec()));
         Ok(())
     }
@@ -84,7 +86,7 @@ impl Port for Fake {
         Ok(())
     }
 
-    fn latency(&self) -> Duration {
+    fn latency(&self) -> SystemDuration {
         LATENCY
     }
 }
@@ -207,7 +209,7 @@ fn a_user_who_wants_to_stop_waits_for_no_answer() {
     let mut bus = bus(port, EchoMode::Detect);
     let stop = Stop::default();
     stop.ask();
-    let began = Instant::now();
+    let began = SystemInstant::now();
     let operation = AskT7::new(Address::new(5).unwrap(), Request::GetAllData);
     let result = bus.run(operation, &stop, &mut Deaf).unwrap();
     assert!(matches!(result, Err(Failure { cause: Cause::Cancelled, .. })));

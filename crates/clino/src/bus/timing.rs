@@ -1,12 +1,10 @@
 //! Waits for a port that delivers late.
 
-use std::time::Duration;
-
-use clino_bus::{Micros, Timing};
+use clino_bus::{Duration, Timing};
 
 /// The same waits, for characters that are read up to `latency` after they were on the pair. A batch may end anywhere, so that
 /// a gap within an answer is prolonged as well as the wait for its beginning.
-pub fn widened(timing: Timing, latency: Micros) -> Timing {
+pub fn widened(timing: Timing, latency: Duration) -> Timing {
     Timing {
         get_latency: timing.get_latency + latency,
         set_latency: timing.set_latency + latency,
@@ -21,11 +19,11 @@ pub fn widened(timing: Timing, latency: Micros) -> Timing {
 }
 
 /// A wait, for the system.
-pub fn duration(span: Micros) -> Duration {
-    Duration::from_micros(span.0)
+pub fn to_system(duration: Duration) -> std::time::Duration {
+    std::time::Duration::from_micros(duration.as_micros().into())
 }
 
 /// A wait of the system, for the bus.
-pub fn micros(span: Duration) -> Micros {
-    Micros(u64::try_from(span.as_micros()).unwrap_or(u64::MAX))
+pub fn of_system(duration: std::time::Duration) -> Duration {
+    u32::try_from(duration.as_micros()).map_or(Duration::MAX, Duration::from_micros)
 }

@@ -6,7 +6,7 @@
 //!    └─┘ 450 ms                        └─┘ 450 ms, at the other address, for 5 s at most
 //! ```
 
-use clino_bus::{ExchangeOutcome, Isu, Micros};
+use clino_bus::{Duration, ExchangeOutcome, Instant, Isu};
 use clino_codec::isu::{Address, DeviceError, Function, Request, Response};
 
 use super::talk::{Said, Talk};
@@ -26,7 +26,7 @@ pub struct Alive {
     /// It is in its Hard Error state.
     pub hard_error: bool,
     /// How long after the answer to the reset it answered.
-    pub after: Micros,
+    pub after: Duration,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -40,18 +40,18 @@ pub(super) struct Boot {
 
 #[derive(Clone, Copy, Debug)]
 enum State {
-    Reset { rounds: u8, from: Micros },
-    Look { reset: Micros, from: Micros },
+    Reset { rounds: u8, from: Instant },
+    Look { reset: Instant, from: Instant },
 }
 
 impl Boot {
     /// After the reset the module is looked for at `at`, then at `other`.
     pub const fn new(at: Address, other: Option<Address>) -> Boot {
-        Boot { state: State::Reset { rounds: 0, from: Micros::ZERO }, at, other }
+        Boot { state: State::Reset { rounds: 0, from: Instant::ZERO }, at, other }
     }
 
     /// What to do next.
-    pub fn next<R, E>(&self, talk: &Talk, now: Micros) -> Step<Address, Request, R, E> {
+    pub fn next<R, E>(&self, talk: &Talk, now: Instant) -> Step<Address, Request, R, E> {
         match self.state {
             State::Reset { from, .. } | State::Look { from, .. } if now < from => Step::Wait { until: from },
             State::Reset { .. } => talk.ask(Request::ResetModule, READ_TRIES),

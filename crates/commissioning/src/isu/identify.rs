@@ -1,6 +1,6 @@
 //! Where a module is, how it is set up, whether its EEPROM is sound.
 
-use clino_bus::{ExchangeOutcome, Isu, Micros};
+use clino_bus::{ExchangeOutcome, Instant, Isu};
 use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom::{Audit, DataWord};
 use clino_codec::isu::{Address, Request, Response};
@@ -52,7 +52,7 @@ impl Operation for Identify {
     type Report = Identity;
     type Error = Failure;
 
-    fn next(&mut self, _: Micros) -> StepOf<Self> {
+    fn next(&mut self, _: Instant) -> StepOf<Self> {
         if let Some(cause) = self.failed {
             return Step::Done(Err(Failure { cause, writes: 0, repair: false }));
         }

@@ -34,21 +34,21 @@ pub use question::{GoToSoftError, Question, ReadAngle};
 pub use repair::{Repair, Repaired};
 pub use reset::Reset;
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 
 /// Wait after a reset before the first request to the module. The document gives no figure; this is
 /// a fifth of the time that a new angle takes.
-pub const BOOT_FIRST: Micros = Micros::from_millis(100);
+pub const BOOT_FIRST: Duration = Duration::from_millis(100);
 
 /// Pause between two attempts to reach a module that boots: longer than the 400 ms after which it forgets half a command
 /// (section 4, Command Timeout).
-pub const BOOT_AGAIN: Micros = Micros::from_millis(450);
+pub const BOOT_AGAIN: Duration = Duration::from_millis(450);
 
 /// A module that does not answer for this long after a reset will not: almost ten times what a new angle takes.
-pub const BOOT_LIMIT: Micros = Micros::from_millis(5_000);
+pub const BOOT_LIMIT: Duration = Duration::from_millis(5_000);
 
 /// From one angle to the next: 8/15 s (section 4).
-pub const REFRESH: Micros = Micros(533_333);
+pub const REFRESH: Duration = Duration::from_micros(533_333);
 
 /// After this there is a new angle: 8/15 s (section 4), an eighth more for the module's clock.
-pub const NEW_ANGLE: Micros = Micros::from_millis(600);
+pub const NEW_ANGLE: Duration = Duration::from_millis(600);

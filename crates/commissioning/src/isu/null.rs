@@ -13,7 +13,7 @@
 //! before is wrong afterwards, and the module in its Hard Error state after the next reset. So the EEPROM is read first.
 //! When power fails meanwhile, it needs a [repair](super::Repair).
 
-use clino_bus::{ExchangeOutcome, Isu, Micros};
+use clino_bus::{Duration, ExchangeOutcome, Instant, Isu};
 use clino_codec::isu::{Address, Function, Request, Response};
 
 use super::image::Reader;
@@ -63,8 +63,8 @@ pub struct Nulled {
 #[derive(Clone, Copy, Debug)]
 enum State {
     Audit,
-    Watch { from: Micros },
-    Read { from: Micros },
+    Watch { from: Instant },
+    Read { from: Instant },
     Write,
     Ended(Result<Nulled, Failure>),
 }
@@ -88,7 +88,7 @@ impl ResetNull {
     }
 
     /// The whole EEPROM has been read.
-    fn audited(&mut self, now: Micros) {
+    fn audited(&mut self, now: Instant) {
         let audit = self.reader.image.audit();
         if audit.is_sound() {
             self.state = State::Watch { from: now };
@@ -98,7 +98,7 @@ impl ResetNull {
     }
 
     /// An angle while it is watched whether the module stands still.
-    fn on_watch(&mut self, seen: u16, from: Micros, at: Micros) {
+    fn on_watch(&mut self, seen: u16, from: Instant, at: Instant) {
         self.before.get_or_insert(seen);
         self.motion.take(seen.into(), at);
         if self.motion.readings() < LOOKS {
@@ -116,7 +116,7 @@ impl ResetNull {
     }
 
     /// The angle after a write.
-    fn on_read_back(&mut self, seen: u16, at: Micros) {
+    fn on_read_back(&mut self, seen: u16, at: Instant) {
         if self.is_zero(seen) {
             self.done(seen);
         } else if self.cancelled {
@@ -131,9 +131,10 @@ impl ResetNull {
 
     /// How fast it moves. The angles are those of refreshes, so that whole refreshes have passed between them.
     fn mdeg_per_s(&self) -> u32 {
-        let half = Micros(REFRESH.0 / 2);
-        let refreshes = (self.motion.span() + half).0.checked_div(REFRESH.0).unwrap_or(0).max(1);
-        let codes = self.motion.rate(Micros(REFRESH.0.saturating_mul(refreshes)));
+        let half = Duration::from_micros(REFRESH.as_micros() / 2);
+        let refreshes =
+            (self.motion.span() + half).as_micros().checked_div(REFRESH.as_micros()).unwrap_or(0).max(1);
+        let codes = self.motion.rate(REFRESH.times(refreshes));
         let mdeg = u64::from(codes).saturating_mul(TURN_MDEG).checked_div(TURN as u64);
         mdeg.and_then(|mdeg| u32::try_from(mdeg).ok()).unwrap_or(u32::MAX)
     }
@@ -155,7 +156,7 @@ impl Operation for ResetNull {
     type Report = Nulled;
     type Error = Failure;
 
-    fn next(&mut self, now: Micros) -> StepOf<Self> {
+    fn next(&mut self, now: Instant) -> StepOf<Self> {
         if self.cancelled && self.writes == 0 && !matches!(self.state, State::Ended(_)) {
             self.fail(Cause::Cancelled, false);
         }

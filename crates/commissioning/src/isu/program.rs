@@ -12,7 +12,7 @@
 //!
 //! Source: AN #201 sections 6 and 7.
 
-use clino_bus::{ExchangeOutcome, Isu, Micros};
+use clino_bus::{ExchangeOutcome, Instant, Isu};
 use clino_codec::isu::eeprom::{Change, Plan, WORDS_PER_DATA_WORD};
 use clino_codec::isu::{Address, Function, Request, Response};
 
@@ -182,7 +182,7 @@ impl Operation for Program {
     type Report = Report<Change>;
     type Error = Failure;
 
-    fn next(&mut self, now: Micros) -> StepOf<Self> {
+    fn next(&mut self, now: Instant) -> StepOf<Self> {
         if self.cancelled && self.writes == 0 && !matches!(self.state, State::Ended(_)) {
             self.fail(Cause::Cancelled);
         }

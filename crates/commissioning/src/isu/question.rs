@@ -1,6 +1,6 @@
 //! Operations of one exchange.
 
-use clino_bus::{ExchangeOutcome, Isu, Micros};
+use clino_bus::{ExchangeOutcome, Instant, Isu};
 use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Request, Response};
 
@@ -47,7 +47,7 @@ impl<T: Copy> Operation for Question<T> {
     type Report = T;
     type Error = Failure;
 
-    fn next(&mut self, _: Micros) -> StepOf<Self> {
+    fn next(&mut self, _: Instant) -> StepOf<Self> {
         match self.ended {
             None => Step::Ask { address: self.address, request: *self.request, tries: READ_TRIES },
             Some(result) => Step::Done(result.map_err(|cause| Failure { cause, writes: 0, repair: false })),

@@ -10,7 +10,7 @@ mod protocol;
 pub use protocol::UnprotectedIsu;
 
 use clino_bus::line::MAX_FRAME;
-use clino_bus::{ExchangeOutcome, Micros};
+use clino_bus::{ExchangeOutcome, Instant};
 use clino_codec::isu::{Address, EncodeError, Function, Request, Response};
 
 use super::talk::response;
@@ -118,7 +118,7 @@ impl Operation for RawWrite {
     type Report = ();
     type Error = Failure;
 
-    fn next(&mut self, _: Micros) -> StepOf<Self> {
+    fn next(&mut self, _: Instant) -> StepOf<Self> {
         if self.cancelled && matches!(self.state, State::Write) {
             self.fail(Cause::Cancelled);
         }

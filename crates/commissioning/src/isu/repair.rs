@@ -12,7 +12,7 @@
 //!
 //! Source: AN #201 section 4 (Module is in Error State), sections 6 and 7, appendix A (function 000).
 
-use clino_bus::{ExchangeOutcome, Isu, Micros};
+use clino_bus::{Duration, ExchangeOutcome, Instant, Isu};
 use clino_codec::isu::eeprom::{Audit, ChecksumReading, Plan};
 use clino_codec::isu::{Address, Function, Request, Response};
 
@@ -153,7 +153,7 @@ impl Repair {
             }
             (None, Some(healthy)) => self.state = State::Ended(Ok(healthy)),
             (None, None) => {
-                let fault = self.fault.unwrap_or(Fault::NoAnswer { waited: Micros::ZERO });
+                let fault = self.fault.unwrap_or(Fault::NoAnswer { waited: Duration::ZERO });
                 self.fail(Cause::NotFound { fault });
             }
         }
@@ -262,7 +262,7 @@ impl Operation for Repair {
     type Report = Repaired;
     type Error = Failure;
 
-    fn next(&mut self, now: Micros) -> StepOf<Self> {
+    fn next(&mut self, now: Instant) -> StepOf<Self> {
         if self.cancelled && self.writes == 0 && !matches!(self.state, State::Ended(_)) {
             self.fail(Cause::Cancelled);
         }

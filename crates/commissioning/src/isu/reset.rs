@@ -1,6 +1,6 @@
 //! Reset, "the equivalent of a power-on reset" (appendix A, function 001), and waiting for the module to come back.
 
-use clino_bus::{ExchangeOutcome, Isu, Micros};
+use clino_bus::{ExchangeOutcome, Instant, Isu};
 
 use super::boot::{Alive, Boot};
 use super::talk::Talk;
@@ -29,7 +29,7 @@ impl Operation for Reset {
     type Report = Alive;
     type Error = Failure;
 
-    fn next(&mut self, now: Micros) -> StepOf<Self> {
+    fn next(&mut self, now: Instant) -> StepOf<Self> {
         match self.ended {
             None => self.boot.next(&self.talk, now),
             Some(result) => Step::Done(result.map_err(|cause| Failure { cause, writes: 0, repair: false })),

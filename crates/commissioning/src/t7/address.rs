@@ -9,7 +9,7 @@
 //! Set Address names the device by type and serial number, so that of two devices at one address only the one named
 //! moves: this separates duplicates. Source: T7 guide sections 2.7.1, 2.8.
 
-use clino_bus::{ExchangeOutcome, Micros, Protocol, T7};
+use clino_bus::{ExchangeOutcome, Instant, Protocol, T7};
 use clino_codec::t7::{
     Address, DeviceInformation, DeviceType, EncodeError, Opcode, Request, Response, Status,
 };
@@ -179,7 +179,7 @@ impl Operation for ChangeAddress {
     type Report = Report<Address>;
     type Error = Failure;
 
-    fn next(&mut self, _: Micros) -> StepOf<Self> {
+    fn next(&mut self, _: Instant) -> StepOf<Self> {
         if self.cancelled && self.writes == 0 && !matches!(self.state, State::Ended(_)) {
             self.fail(Cause::Cancelled);
         }

@@ -4,22 +4,22 @@
 //! one is a suspected collision. Only readings are sent so, and only those whose answers are short enough. Source: T7
 //! guide section 1.4.
 
-use clino_bus::{ExchangeOutcome, Micros, Protocol, Serial, T7, Timing};
+use clino_bus::{Duration, ExchangeOutcome, Instant, Protocol, Serial, T7, Timing};
 use clino_codec::t7::{Address, Answer, Request};
 
 use super::{Cause, Failure, Fault};
 use crate::{Operation, Step, StepOf, TaskProgress};
 
 /// Devices on one line (section 1).
-const DEVICES: u64 = 32;
+const DEVICES: u32 = 32;
 /// Longest answer at this address: length value 8 and the two bytes it does not count.
-const LONGEST: u64 = 10;
+const LONGEST: u32 = 10;
 
 /// Asks all devices one question.
 #[derive(Clone, Copy, Debug)]
 pub struct AskAll {
     request: Request,
-    window: Micros,
+    window: Duration,
     state: State,
 }
 
@@ -55,7 +55,7 @@ impl AskAll {
     /// # Errors
     /// [`Cause::Refused`] for a command whose response length value exceeds eight; [`Cause::WritesToAll`] for one that
     /// writes.
-    pub fn new(request: Request, window: Micros) -> Result<AskAll, Cause> {
+    pub fn new(request: Request, window: Duration) -> Result<AskAll, Cause> {
         if request.opcode().is_set() {
             return Err(Cause::WritesToAll { opcode: request.opcode() });
         }
@@ -64,7 +64,7 @@ impl AskAll {
     }
 
     /// Time for the answers of 32 devices one after the other, should they wait for each other.
-    pub fn window(serial: Serial) -> Micros {
+    pub fn window(serial: Serial) -> Duration {
         Timing::t7(serial).get_latency + serial.characters(DEVICES.saturating_mul(LONGEST))
     }
 }
@@ -75,7 +75,7 @@ impl Operation for AskAll {
     type Report = Collected;
     type Error = Failure;
 
-    fn next(&mut self, _: Micros) -> StepOf<Self> {
+    fn next(&mut self, _: Instant) -> StepOf<Self> {
         match self.state {
             State::Ask => Step::Collect { address: Address::ALL, request: self.request, window: self.window },
             State::Ended(result) => Step::Done(result.map_err(|cause| Failure { cause, writes: 0 })),

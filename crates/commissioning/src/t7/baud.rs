@@ -9,7 +9,7 @@
 //! The device answers at the old rate and changes about 10 ms after (section 2.7.2). Other devices stay at their rate:
 //! on a shared line, change them all. Source: T7 guide sections 1, 2.7.2.
 
-use clino_bus::{ExchangeOutcome, Micros, Protocol, Serial, T7};
+use clino_bus::{ExchangeOutcome, Instant, Protocol, Serial, T7};
 use clino_codec::t7::{BaudRate, EncodeError, Opcode, Request, Response, Status};
 
 use super::set::refusal;
@@ -40,7 +40,7 @@ enum State {
     /// Looks for it at `rate`, not before `from`.
     Look {
         rate: BaudRate,
-        from: Micros,
+        from: Instant,
         looks: u8,
     },
     Ended(Result<Report<BaudRate>, Failure>),
@@ -84,7 +84,7 @@ impl ChangeBaud {
         }
     }
 
-    fn silent_at(&mut self, rate: BaudRate, looks: u8, fault: Fault, at: Micros) {
+    fn silent_at(&mut self, rate: BaudRate, looks: u8, fault: Fault, at: Instant) {
         let looks = looks.saturating_add(1);
         if looks >= LOOKS {
             self.end(Cause::Lost { fault });
@@ -105,7 +105,7 @@ impl Operation for ChangeBaud {
     type Report = Report<BaudRate>;
     type Error = Failure;
 
-    fn next(&mut self, now: Micros) -> StepOf<Self> {
+    fn next(&mut self, now: Instant) -> StepOf<Self> {
         if self.cancelled && self.writes == 0 && !matches!(self.state, State::Ended(_)) {
             self.end(Cause::Cancelled);
         }

@@ -1,6 +1,6 @@
 //! The identity and settings of a device. Source: T7 guide sections 2.2.1, 2.4.1, 2.5.1, 2.6.1, 2.7.1.
 
-use clino_bus::{ExchangeOutcome, Micros, Protocol, T7};
+use clino_bus::{ExchangeOutcome, Instant, Protocol, T7};
 use clino_codec::angle::Range;
 use clino_codec::t7::{
     Address, DeviceInformation, Direction, EncodeError, Millidegrees, Opcode, Request, Response,
@@ -94,7 +94,7 @@ impl Operation for Identify {
     type Report = Identity;
     type Error = Failure;
 
-    fn next(&mut self, _: Micros) -> StepOf<Self> {
+    fn next(&mut self, _: Instant) -> StepOf<Self> {
         match self.state {
             State::Ask(number) => match REQUESTS.get(usize::from(number)) {
                 Some(&request) => Step::Ask { address: self.address, request, tries: READ_TRIES },

@@ -11,7 +11,7 @@
 //!
 //! Source: T7 guide sections 2.2, 2.4, 2.5, 2.6.
 
-use clino_bus::{ExchangeOutcome, Micros, Protocol, T7};
+use clino_bus::{ExchangeOutcome, Instant, Protocol, T7};
 use clino_codec::angle::Range;
 use clino_codec::t7::{EncodeError, Millidegrees, Opcode, Request, Response, Status};
 
@@ -112,7 +112,7 @@ impl Operation for Set {
     type Report = Report<DeviceSetting>;
     type Error = Failure;
 
-    fn next(&mut self, _: Micros) -> StepOf<Self> {
+    fn next(&mut self, _: Instant) -> StepOf<Self> {
         if self.cancelled && self.writes == 0 && !matches!(self.state, State::Ended(_)) {
             self.fail(Cause::Cancelled);
         }

@@ -13,7 +13,7 @@
 
 use core::convert::Infallible;
 
-use clino_bus::{ExchangeOutcome, Micros, Serial, T7};
+use clino_bus::{ExchangeOutcome, Instant, Serial, T7};
 use clino_codec::t7::{Address, BaudRate, DeviceInformation, Request, Response};
 
 use super::{Fault, RESYNC};
@@ -120,7 +120,7 @@ pub struct Sweep {
     /// What the line runs at.
     line: Serial,
     /// Devices at the line's rate may be deaf until then.
-    deaf_until: Micros,
+    deaf_until: Instant,
     /// Not yet begun.
     rates: Rates,
     passes: u8,
@@ -149,7 +149,7 @@ impl Sweep {
         let mut sweep = Sweep {
             home,
             line: home,
-            deaf_until: Micros::ZERO,
+            deaf_until: Instant::ZERO,
             rates,
             passes: 1,
             answered: 0,
@@ -229,7 +229,7 @@ impl Operation for Sweep {
     type Report = Swept;
     type Error = Infallible;
 
-    fn next(&mut self, now: Micros) -> StepOf<Self> {
+    fn next(&mut self, now: Instant) -> StepOf<Self> {
         let serial = self.asking.map_or(self.home, |asking| Serial { baud: asking.rate.bits_per_second() });
         if self.line != serial {
             self.line = serial;
@@ -268,7 +268,7 @@ impl Operation for Sweep {
 
     /// At another rate than the line's own, and until devices at its own hear again.
     fn is_exclusive(&self) -> bool {
-        self.line != self.home || (self.asking.is_none() && self.deaf_until > Micros::ZERO)
+        self.line != self.home || (self.asking.is_none() && self.deaf_until > Instant::ZERO)
     }
 }
 

@@ -12,7 +12,7 @@
 //! The reported angle is an average over the damping time (section 2.5), so that it is right only when the axis has
 //! stood still for that long. Whether it does is [watched](WATCH) before each write. Source: T7 guide sections 2.1.5, 2.5.1.
 
-use clino_bus::{ExchangeOutcome, Micros, T7};
+use clino_bus::{Duration, ExchangeOutcome, Instant, T7};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{Axis, MAX_DAMPING_MS, Millidegrees, Opcode, Request, Response, Status};
 
@@ -29,7 +29,7 @@ pub const ZERO_TOLERANCE: Millidegrees = Millidegrees(100);
 const TURN_MDEG: i32 = 360_000;
 
 /// Added to the damping time, for the device's clock.
-const SETTLE_MARGIN: Micros = Micros::from_millis(10);
+const SETTLE_MARGIN: Duration = Duration::from_millis(10);
 
 /// Pauses between the readings by which motion is seen, 258 ms together.
 ///
@@ -38,8 +38,12 @@ const SETTLE_MARGIN: Micros = Micros::from_millis(10);
 ///   [`ZERO_TOLERANCE`] until then. At a steady rate that is 0.1° in 258 ms, 0.39° a second.
 /// - The sensor's bandwidth is 8 Hz (data sheet): a vibration of 125 ms and longer is seen over two periods. The pauses
 ///   differ, so that no period fits them all.
-const WATCH: [Micros; 4] =
-    [Micros::from_millis(37), Micros::from_millis(53), Micros::from_millis(71), Micros::from_millis(97)];
+const WATCH: [Duration; 4] = [
+    Duration::from_millis(37),
+    Duration::from_millis(53),
+    Duration::from_millis(71),
+    Duration::from_millis(97),
+];
 
 /// Makes an axis read zero.
 #[derive(Clone, Copy, Debug)]
@@ -72,8 +76,8 @@ pub struct Zeroed {
 #[derive(Clone, Copy, Debug)]
 enum State {
     Damping,
-    Settle { until: Micros },
-    Watch { from: Micros },
+    Settle { until: Instant },
+    Watch { from: Instant },
     Read,
     Write,
     Ended(Result<Zeroed, Failure>),
@@ -108,7 +112,7 @@ impl SetZero {
     }
 
     /// A reading while it is watched whether the axis stands still.
-    fn on_watch(&mut self, seen: Millidegrees, at: Micros) {
+    fn on_watch(&mut self, seen: Millidegrees, at: Instant) {
         if self.writes == 0 {
             self.before = Some(seen);
         }
@@ -129,7 +133,7 @@ impl SetZero {
     }
 
     /// A reading after a write.
-    fn on_read_back(&mut self, seen: Millidegrees, at: Micros) {
+    fn on_read_back(&mut self, seen: Millidegrees, at: Instant) {
         let was_zero = self.note(seen);
         if self.was_zero {
             // Still State::Read until it is zero twice in a row.
@@ -166,7 +170,7 @@ impl Operation for SetZero {
     type Report = Zeroed;
     type Error = Failure;
 
-    fn next(&mut self, now: Micros) -> StepOf<Self> {
+    fn next(&mut self, now: Instant) -> StepOf<Self> {
         if self.cancelled && self.writes == 0 && !matches!(self.state, State::Ended(_)) {
             self.fail(Cause::Cancelled);
         }
@@ -192,7 +196,7 @@ impl Operation for SetZero {
         match (self.state, outcome.result) {
             (State::Damping, Ok(answer)) => {
                 if let Response::GetDamping { damping_ms } = answer.response {
-                    let damping = Micros::from_millis(u32::from(damping_ms.min(MAX_DAMPING_MS)));
+                    let damping = Duration::from_millis(u32::from(damping_ms.min(MAX_DAMPING_MS)));
                     self.state = State::Settle { until: outcome.at + damping + SETTLE_MARGIN };
                 }
             }

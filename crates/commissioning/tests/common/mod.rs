@@ -8,7 +8,7 @@ pub mod t7;
 
 use std::fmt::Debug;
 
-use clino_bus::{Micros, Protocol, Serial, Timing, earliest};
+use clino_bus::{Duration, Protocol, Serial, Timing, earliest};
 use clino_commissioning::{Commissionable, Operation, Runner, RunnerAction};
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, SegmentSettings};
@@ -18,7 +18,7 @@ pub const MS: u64 = 1_000_000;
 pub const SECOND: u64 = 1_000_000_000;
 
 /// No operation under test takes longer than this.
-const LIMIT: Micros = Micros(60_000_000);
+const LIMIT: Duration = Duration::from_micros(60_000_000);
 
 pub fn quiet() -> SegmentSettings {
     SegmentSettings { chance: Chance::new(1), echo: false, noise: Noise::default() }
@@ -33,7 +33,7 @@ pub struct Run<V, R, E> {
     pub requests: u32,
     /// Bit rates the line was set to, in order.
     pub rates: Vec<u32>,
-    pub took: Micros,
+    pub took: Duration,
 }
 
 pub type RunOf<O> = Run<<O as Operation>::Event, <O as Operation>::Report, <O as Operation>::Error>;
@@ -115,7 +115,7 @@ where
             RunnerAction::Idle => {}
         }
         let at = earliest(bench.master.poll_at(), runner.poll_at().filter(|&at| at > now));
-        let at = at.unwrap_or(now + Micros(1_000)).max(now + Micros(1));
+        let at = at.unwrap_or(now + Duration::from_micros(1_000)).max(now + Duration::from_micros(1));
         if let Some(event) = bench.port.run(at) {
             events.extend(bench.master.on(event).and_then(|outcome| runner.settle(&outcome)));
         }
@@ -123,7 +123,7 @@ where
 }
 
 /// Lets time pass on the line without a request.
-pub fn idle_for<P: Protocol>(bench: &mut Bench<P>, time: Micros) {
+pub fn idle_for<P: Protocol>(bench: &mut Bench<P>, time: Duration) {
     let until = bench.port.now() + time;
     while bench.port.now() < until {
         let _ = bench.master.poll(bench.port.now());

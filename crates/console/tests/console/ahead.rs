@@ -1,6 +1,6 @@
 //! What is typed ahead: of a question, of the end of a task, of the end of a stream; and what is pasted.
 
-use clino_bus::{Event, Micros};
+use clino_bus::{Duration, Event};
 use clino_codec::character::LineErrors;
 use clino_console::Received;
 use clino_gateway::order::Order;
@@ -109,7 +109,7 @@ fn the_rest_of_an_answer_that_came_too_late_is_no_command() {
 fn finish(desk: &mut Desk) -> String {
     let mut said = String::new();
     for _ in 0..100_000 {
-        desk.rest.now = desk.rest.now + Micros(500);
+        desk.rest.now = desk.rest.now + Duration::from_micros(500);
         let mut sent = false;
         desk.rest.gateway.poll(Bus::T7, desk.rest.now, |action| sent |= matches!(action, Action::Send(_)));
         if sent {
@@ -173,6 +173,19 @@ fn a_prompt_left_alone_gives_way_to_the_stream() {
     assert!(said.starts_with(begin), "{said:?}");
     assert!(desk.wait_ms(1_000).contains("{\"stats\":\"t7\""));
     assert!(desk.type_in("\r").ends_with("clino> "));
+}
+
+/// The longest idle time is a day, and a line that was begun waits for ten.
+#[test]
+fn a_prompt_is_kept_for_a_day_and_a_line_for_ten() {
+    const DAY_MS: u64 = 86_400_000;
+    for (typed, days) in [("", 1), ("t7 ", 10)] {
+        let mut desk = Desk::left_alone_after(86_400);
+        desk.type_in("\r");
+        desk.type_in(typed);
+        assert_eq!(desk.wait_ms(days * DAY_MS - 1), "");
+        assert!(desk.wait_ms(1).contains("\"why\":\"idle\""), "{days} days");
+    }
 }
 
 /// A cable that picks up disturbances types nothing: neither the prompt nor a paste that is dropped waits for it.
@@ -242,7 +255,7 @@ fn statistics_are_not_made_up_for() {
 
 #[test]
 fn a_line_check_is_taken_off_and_required_from_then_on() {
-    let answer = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","boots":1,"uid":"000000020000000100000000"}"#;
+    let answer = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","power_ups":0,"boots":1,"uid":"000000020000000100000000"}"#;
     let refused = |length| {
         format!(
             "{{\"error\":{{\"kind\":\"damaged_line\",\"reason\":\"check\",\"characters\":{length}}}}}\r\n"

@@ -4,7 +4,7 @@ use clino_codec::pwm::Ticks;
 use clino_gateway::{Capture, PwmInput};
 
 use super::desk::Desk;
-use clino_bus::Micros;
+use clino_bus::Duration;
 
 /// One cycle of the PWM output at 33.3 ms, in ticks of 84 MHz.
 const PERIOD: u32 = 2_800_000;
@@ -13,7 +13,7 @@ const PERIOD: u32 = 2_800_000;
 fn turn_to(desk: &mut Desk, degrees: f64) {
     let duty = (degrees + 157.45) / 674.9;
     let high = (f64::from(PERIOD) * duty).round() as u32;
-    desk.rest.now = desk.rest.now + Micros(33_333);
+    desk.rest.now = desk.rest.now + Duration::from_micros(33_333);
     let cycle = Capture::Cycle(Ticks { period: PERIOD, high });
     desk.rest.gateway.pwm(PwmInput::Pwm1, cycle, desk.rest.now);
     desk.rest.publish();
@@ -32,9 +32,9 @@ fn desk() -> Desk {
 /// The lines about alarms, without what depends on the angle's rounding.
 fn told(printed: &str) -> Vec<(String, String)> {
     let lines = printed.lines().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
-    let alarms = lines.filter(|line| line.get("alarm").is_some_and(|alarm| alarm.is_string()));
+    let alarms = lines.filter(|line| line.get("alarm").is_some_and(|alarm| alarm.is_number()));
     let text = |value: &serde_json::Value| value.as_str().expect("a word").to_owned();
-    alarms.map(|line| (text(&line["alarm"]), text(&line["state"]))).collect()
+    alarms.map(|line| (text(&line["name"]), text(&line["state"]))).collect()
 }
 
 fn pairs(of: &[(&str, &str)]) -> Vec<(String, String)> {
@@ -50,9 +50,9 @@ fn each_change_is_a_line_of_the_stream() {
     turn_to(&mut desk, 110.0);
     let printed = desk.stream();
     assert_eq!(told(&printed), pairs(&[("high", "active")]));
-    let line = printed.lines().find(|line| line.contains("alarm\":\"high")).expect("the line");
+    let line = printed.lines().find(|line| line.contains("\"name\":\"high\"")).expect("the line");
     let line: serde_json::Value = serde_json::from_str(line).expect("an object");
-    assert_eq!((&line["slot"], &line["age_ms"], &line["unit"]), (&2.into(), &0.into(), &"deg".into()));
+    assert_eq!((&line["alarm"], &line["age_ms"], &line["unit"]), (&2.into(), &0.into(), &"deg".into()));
     assert!((line["extreme"].as_f64().expect("a number") - 110.0).abs() < 0.01, "{line}");
     assert_eq!(line["extreme"], line["angle_deg"]);
     // It ends behind the hysteresis, and waits.
@@ -61,7 +61,7 @@ fn each_change_is_a_line_of_the_stream() {
     turn_to(&mut desk, 94.0);
     assert_eq!(told(&desk.stream()), pairs(&[("high", "unacknowledged")]));
     // Without a value nothing ends.
-    desk.rest.now = desk.rest.now + Micros::from_millis(5_000);
+    desk.rest.now = desk.rest.now + Duration::from_millis(5_000);
     assert_eq!(told(&desk.stream()), []);
     assert_eq!(desk.type_in("acknowledge 2\r"), "{\"done\":true}\r\n");
     assert_eq!(told(&desk.stream()), pairs(&[("high", "quiet")]));
@@ -100,7 +100,7 @@ fn extremes_are_told_and_cleared() {
     for degrees in [75.0, 75.0, 20.0, 90.0] {
         turn_to(&mut desk, degrees);
     }
-    desk.rest.now = desk.rest.now + Micros(5_000_000);
+    desk.rest.now = desk.rest.now + Duration::from_micros(5_000_000);
     let told = |desk: &mut Desk, line: &str| desk.type_in(&format!("{line}\r"));
     let line: serde_json::Value = serde_json::from_str(&told(&mut desk, "extremes 2")).expect("an object");
     let number = |key: &str| line[key].as_f64().expect("a number");

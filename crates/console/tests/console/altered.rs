@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use std::env;
 use std::fmt::Write as _;
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::character::LineErrors;
 use clino_console::{BusState, Host, LONGEST_LINE, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
@@ -20,7 +20,7 @@ use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, Reading, SlotConfig, SlotCounters};
+use clino_gateway::{Bus, Detail, Reading, SlotConfig};
 use clino_recovery::Start;
 
 use crate::desk::{Desk, Port, Rest};
@@ -78,11 +78,11 @@ const SCRIPT: [&str; 42] = [
 struct Notes {
     rest: Rest,
     noted: String,
-    now: Micros,
+    now: Instant,
 }
 
 impl Host for Notes {
-    fn now(&self) -> Micros {
+    fn now(&self) -> Instant {
         self.now
     }
 
@@ -94,8 +94,8 @@ impl Host for Notes {
         self.rest.config(slot)
     }
 
-    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
-        self.rest.slot_counters(slot)
+    fn detail(&self, slot: usize) -> Option<Detail> {
+        self.rest.detail(slot)
     }
 
     fn summary(&self) -> clino_gateway::summary::Summary {
@@ -174,6 +174,10 @@ impl Host for Notes {
         self.rest.console()
     }
 
+    fn modbus_counters(&self) -> Option<clino_modbus::Counters> {
+        None
+    }
+
     fn set_modbus(&mut self, settings: clino_modbus::Settings) {
         write!(self.noted, "{settings:?} ").expect("memory");
     }
@@ -203,7 +207,7 @@ enum Done {
 impl Bench {
     fn new(person: bool, sent: &[String]) -> Bench {
         let port = Port::default();
-        let host = Notes { rest: Desk::new().rest, noted: String::new(), now: Micros::from_millis(10) };
+        let host = Notes { rest: Desk::new().rest, noted: String::new(), now: Instant::from_millis(10) };
         let shell = Shell::new(port.clone());
         let mut bench = Bench { shell, port, host, is_person: person, known: HashMap::new() };
         bench.type_in(if person { "\r" } else { "json on\r" });
@@ -413,7 +417,7 @@ fn run(bench: &mut Bench, way: &[Way], lines: &[String], (person, traceless): (b
     // A person's session begins with a carriage return.
     let mut returned = person;
     for &way in way {
-        bench.host.now = bench.host.now + Micros::from_millis(way.pause_ms);
+        bench.host.now = bench.host.now + Duration::from_millis(way.pause_ms);
         let Received { byte, errors, lost } = way.received;
         let after_return = std::mem::take(&mut returned) && lost == 0 && errors.is_none();
         if !(errors.is_none() && matches!(byte, b'\r' | b'\n')) {

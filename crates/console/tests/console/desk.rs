@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::convert::Infallible;
 use std::rc::Rc;
 
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Instant, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
 use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
@@ -14,7 +14,7 @@ use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::{Standing, Summary};
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Asker, Bus, Gateway, Reading, Settings, SlotConfig, SlotCounters, Source};
+use clino_gateway::{Asker, Bus, Detail, Gateway, Reading, Settings, SlotConfig, Source};
 use clino_recovery::{Start, StartCause, Uid};
 use embedded_io::{ErrorType, Write};
 
@@ -49,7 +49,7 @@ pub struct Rest {
     pub gateway: Gateway,
     pub readings: BTreeMap<usize, Reading>,
     pub orders: Vec<Order>,
-    pub now: Micros,
+    pub now: Instant,
     /// What the port has received and nobody has fetched.
     pub waiting: VecDeque<Received>,
     pub modbus: Option<clino_modbus::Settings>,
@@ -64,7 +64,7 @@ pub struct Rest {
 }
 
 impl Host for Rest {
-    fn now(&self) -> Micros {
+    fn now(&self) -> Instant {
         self.now
     }
 
@@ -79,7 +79,7 @@ impl Host for Rest {
             status: reading.status(self.now),
             health: reading.health,
             alarms: reading.alarms,
-            age: reading.age(self.now),
+            age_ms: reading.age_ms(self.now),
         };
         Summary::of(|slot| self.readings.get(&slot).map(standing), &parts)
     }
@@ -88,8 +88,8 @@ impl Host for Rest {
         self.gateway.config(slot).copied()
     }
 
-    fn slot_counters(&self, slot: usize) -> Option<SlotCounters> {
-        self.gateway.slot_counters(slot).copied()
+    fn detail(&self, slot: usize) -> Option<Detail> {
+        self.gateway.detail(slot)
     }
 
     fn alarm(&self, slot: usize, alarm: clino_gateway::Alarm) -> Option<clino_gateway::AlarmDetail> {
@@ -188,6 +188,10 @@ impl Host for Rest {
         self.modbus
     }
 
+    fn modbus_counters(&self) -> Option<clino_modbus::Counters> {
+        Some(clino_modbus::Counters { messages: 12, requests: 9, ..Default::default() })
+    }
+
     fn set_modbus(&mut self, settings: clino_modbus::Settings) {
         self.modbus = Some(settings);
     }
@@ -203,7 +207,7 @@ impl Rest {
 }
 
 /// A prompt is left alone after so long.
-pub const IDLE: Micros = Micros::from_millis(60_000);
+pub const IDLE_S: u32 = 60;
 
 /// A console after power-up, streaming.
 pub struct Desk {
@@ -214,24 +218,24 @@ pub struct Desk {
 
 impl Desk {
     pub fn new() -> Desk {
-        Desk::left_alone_after(IDLE)
+        Desk::left_alone_after(IDLE_S)
     }
 
-    /// The same, with another idle time.
-    pub fn left_alone_after(idle: Micros) -> Desk {
+    /// The same, with another idle time, in seconds.
+    pub fn left_alone_after(idle_s: u32) -> Desk {
         let table = [
             SlotConfig::usual(Source::T7 { address: t7::Address::new(5).unwrap(), axis: t7::Axis::Two }),
             SlotConfig::usual(Source::Isu { address: isu::Address::new(3).unwrap() }),
         ];
         let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
-        let console = ConsoleSettings { idle_s: u32::try_from(idle.0 / 1_000_000).unwrap() };
+        let console = ConsoleSettings { idle_s };
         let settings = Settings { console, ..Settings::new(&table, t7, isu) };
         let gateway = Gateway::new(&settings, pwm::Limits::new(84_000_000));
         let mut rest = Rest {
             gateway,
             readings: BTreeMap::new(),
             orders: Vec::new(),
-            now: Micros::ZERO,
+            now: Instant::ZERO,
             waiting: VecDeque::new(),
             modbus: Some(clino_modbus::Settings::DEFAULT),
             done: Vec::new(),
@@ -284,8 +288,8 @@ impl Desk {
     }
 
     /// Time passes; what is printed meanwhile.
-    pub fn wait_ms(&mut self, ms: u32) -> String {
-        self.rest.now = self.rest.now + Micros::from_millis(ms);
+    pub fn wait_ms(&mut self, ms: u64) -> String {
+        self.rest.now = Instant::from_micros(self.rest.now.as_micros() + 1_000 * ms);
         self.stream()
     }
 

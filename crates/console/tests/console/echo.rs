@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_console::Received;
 
 use crate::desk::Desk;
@@ -14,7 +14,7 @@ const DELAYS_MS: [u64; 6] = [0, 1, 10, 100, 200, 500];
 /// Characters on the wire in a millisecond, at 115200 bit/s.
 const PER_MS: usize = 11;
 /// Shorter than that of the image: there is no need to wait for it.
-const IDLE: Micros = Micros::from_millis(4_000);
+const IDLE_S: u32 = 4;
 /// The main loop wakes up this often when nothing happens.
 const ROUND_MS: u64 = 65;
 
@@ -50,7 +50,7 @@ struct Loop {
 impl Loop {
     fn new(echo: Echo, delay_ms: u64) -> Loop {
         let (back, out) = (VecDeque::new(), VecDeque::new());
-        Loop { desk: Desk::left_alone_after(IDLE), echo, delay_ms, now_ms: 0, back, out }
+        Loop { desk: Desk::left_alone_after(IDLE_S), echo, delay_ms, now_ms: 0, back, out }
     }
 
     /// Types this as fast as the wire takes it, while everything comes back; returns what is printed until then.
@@ -60,7 +60,7 @@ impl Loop {
         while self.now_ms < until_ms {
             let is_busy = !(typed.is_empty() && self.out.is_empty() && self.back.is_empty());
             self.now_ms += if is_busy { 1 } else { ROUND_MS };
-            self.desk.rest.now = Micros(self.now_ms * 1_000);
+            self.desk.rest.now = Instant::from_micros(self.now_ms * 1_000);
             let mut is_polled = false;
             for _ in 0..PER_MS {
                 let mut arrived = typed.pop_front();
@@ -139,7 +139,7 @@ fn what_comes_back_ends_and_changes_nothing() {
 /// The other way round: the prompt is there first, and the echo comes when somebody opens the port.
 #[test]
 fn an_echo_at_a_prompt_that_was_left_ends_too() {
-    let idle_ms = IDLE.0 / 1_000;
+    let idle_ms = 1_000 * u64::from(IDLE_S);
     for echo in [raw as Echo, cooked] {
         for delay_ms in DELAYS_MS {
             for typed in ["", "\r", "a", "\x08", "a\x08b\x08", "nonsense\r"] {

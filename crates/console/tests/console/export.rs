@@ -1,13 +1,13 @@
 //! The configuration as text: pasted into another gateway it makes the same one, and there the same text.
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 use clino_bus::line::EchoMode;
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::Axis;
 use clino_gateway::config::{Ask, Direction, Filter, Kind, Name};
 use clino_gateway::order::Order;
 use clino_gateway::settings::console::ConsoleSettings;
-use clino_gateway::{Bus, BusChange, MAX_SLOTS, SlotConfig, Source, Span};
+use clino_gateway::{Bus, BusChange, MAX_SLOTS, SlotConfig, Source};
 use clino_modbus::settings::{Parity, Pauses, Settings, StopBits};
 
 use crate::desk::Desk;
@@ -51,10 +51,10 @@ fn furnished() -> Desk {
         direction: Direction::Reversed,
         range: Range::Bidirectional,
         tolerance: 12_345,
-        period: Span::from_micros(1_199_999_999),
-        timeout: Span::from_micros(499_999),
-        stale: Span::from_micros(3_599_999_999),
-        report_every: Span::from_micros(3_599_999_999),
+        period: Duration::from_micros(1_199_999_999),
+        timeout: Duration::from_micros(499_999),
+        stale: Duration::from_micros(3_599_999_999),
+        report_every: Duration::from_micros(3_599_999_999),
         soft_zero: Angle::from_udeg(-359_999_999),
         max_rate: 35_999_999,
         ..SlotConfig::usual(source)
@@ -64,7 +64,7 @@ fn furnished() -> Desk {
         rich(Source::of(Kind::T7, 100, Axis::Zero)),
         SlotConfig { ask: Ask::Angle, tolerance: 0, ..rich(of(Kind::Isu, 0)) },
         SlotConfig {
-            timeout: Span::ZERO,
+            timeout: Duration::ZERO,
             partner: Some(47),
             retries: 0,
             ask: Ask::Angle,
@@ -76,7 +76,7 @@ fn furnished() -> Desk {
         SlotConfig { retries: 5, ..SlotConfig::usual(Source::held(Kind::Isu, 0, Axis::Two)) },
         SlotConfig::usual(of(Kind::Pwm, 9)),
         SlotConfig::usual(of(Kind::Off, 9)),
-        SlotConfig { held_axis: Axis::One, period: Span::from_micros(12_345), ..SlotConfig::OFF },
+        SlotConfig { held_axis: Axis::One, period: Duration::from_micros(12_345), ..SlotConfig::OFF },
     ];
     for (slot, config) in (0..).zip(table) {
         desk.rest
@@ -87,9 +87,9 @@ fn furnished() -> Desk {
     let bus = |bus, post, echo| Order::Bus {
         bus,
         change: BusChange {
-            guard: Some(Micros(19_999)),
-            pre_delay: Some(Micros(4_999)),
-            post_delay: Some(Micros(post)),
+            guard: Some(Duration::from_micros(19_999)),
+            pre_delay: Some(Duration::from_micros(4_999)),
+            post_delay: Some(Duration::from_micros(post)),
             echo: Some(echo),
             ..BusChange::NONE
         },

@@ -1,6 +1,6 @@
 //! What an order does besides what it says is told before it is done; *done* means done.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_gateway::Bus;
 
 use crate::desk::Desk;
@@ -84,7 +84,7 @@ fn done_is_said_when_it_is_and_accepted_before() {
     assert_eq!(Desk::new().type_in("bus t7 -g 100\r"), done);
     // A request is out: the change waits for its end.
     let mut desk = Desk::new();
-    desk.rest.now = Micros(1_000);
+    desk.rest.now = Instant::from_micros(1_000);
     let mut sent = false;
     desk.rest.gateway.poll(Bus::T7, desk.rest.now, |action| {
         sent |= matches!(action, clino_gateway::Action::Send(_));
@@ -100,7 +100,7 @@ fn done_is_said_when_it_is_and_accepted_before() {
     desk.type_in("t7 info 5\r");
     assert_eq!(desk.type_in("cancel\r"), "{\"accepted\":true}\r\n");
     let mut person = Desk::with_person();
-    person.rest.gateway.poll(Bus::T7, Micros(1_000), |_| {});
+    person.rest.gateway.poll(Bus::T7, Instant::from_micros(1_000), |_| {});
     let said = person.type_in("bus t7 -g 100\r");
     assert!(said.contains("\r\naccepted\r\n"), "{said}");
 }

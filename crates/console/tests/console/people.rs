@@ -1,7 +1,7 @@
 //! A person at a terminal.
 
-use clino_bus::Micros;
 use clino_bus::line::Event;
+use clino_bus::{Duration, Instant};
 use clino_gateway::order::Order;
 use clino_gateway::{Action, Bus};
 use clino_recovery::Mode;
@@ -14,7 +14,7 @@ fn enter_brings_a_prompt_and_what_is_typed_is_echoed() {
     assert!(desk.type_in("\r").ends_with("clino> "));
     assert_eq!(desk.type_in("vers"), "vers");
     assert!(desk.type_in("\t").contains("ion"), "completion");
-    assert!(desk.type_in("\r").contains("clino: version 9.8.7, uptime_ms 0, mode normal, clock crystal, boots 1, uid 000000020000000100000000\r\n"));
+    assert!(desk.type_in("\r").contains("clino: version 9.8.7, uptime_ms 0, mode normal, clock crystal, power_ups 0, boots 1, uid 000000020000000100000000\r\n"));
 }
 
 /// Tab, below the first word, too: what is typed, and what then stands there.
@@ -155,7 +155,7 @@ fn former_lines_come_back_with_the_arrow() {
 fn json_is_a_mode_without_echo_and_back() {
     let mut desk = Desk::with_person();
     desk.type_in("json on\r");
-    let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","boots":1,"uid":"000000020000000100000000"}"#;
+    let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","power_ups":0,"boots":1,"uid":"000000020000000100000000"}"#;
     assert_eq!(desk.type_in("version\r"), format!("{version}\r\n"));
     assert!(desk.type_in("json off\r").ends_with("clino> "));
 }
@@ -223,15 +223,15 @@ fn what_cannot_be_undone_is_asked_about_and_only_y_does_it() {
 fn a_question_waits_for_thirty_seconds() {
     let mut desk = Desk::with_person();
     desk.type_in("reboot\r");
-    desk.rest.now = Micros::from_millis(29_999);
+    desk.rest.now = Instant::from_millis(29_999);
     desk.stream();
     assert_eq!(desk.type_in("y"), "y");
-    desk.rest.now = Micros::from_millis(30_000);
+    desk.rest.now = Instant::from_millis(30_000);
     assert!(desk.stream().contains("not done\r\n"));
     assert!(desk.type_in("\r").ends_with("clino> "));
     // Nobody has polled meanwhile: the answer alone comes too late.
     desk.type_in("reboot\r");
-    desk.rest.now = Micros::from_millis(60_000);
+    desk.rest.now = Instant::from_millis(60_000);
     assert!(desk.type_in("y\r").contains("not done\r\n"));
     assert_eq!(desk.rest.done, [""; 0]);
 }
@@ -276,7 +276,7 @@ fn what_is_refused_anyway_is_not_asked_about() {
 fn a_task_shows_how_far_it_is_and_stops_on_ctrl_c() {
     let mut desk = Desk::with_person();
     assert!(!desk.type_in("t7 scan\r").contains("clino> "), "no prompt before the end");
-    desk.rest.now = Micros::from_millis(1_000);
+    desk.rest.now = Instant::from_millis(1_000);
     let shown = desk.stream();
     assert!(shown.starts_with("under way: done ") && shown.ends_with(", of 101\r\n"), "{shown:?}");
     desk.type_in("\x03");
@@ -346,7 +346,7 @@ fn what_is_watched_is_written_over() {
     // No sensor answers; each slot tells so again and again.
     for round in 0..3 {
         for _ in 0..4_000 {
-            desk.rest.now = desk.rest.now + Micros(500);
+            desk.rest.now = desk.rest.now + Duration::from_micros(500);
             for bus in [Bus::T7, Bus::Isu] {
                 let mut sent = false;
                 desk.rest

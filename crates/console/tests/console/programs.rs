@@ -1,9 +1,9 @@
 //! JSON lines in, JSON lines out.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_console::Host;
 use clino_gateway::order::Order;
-use clino_gateway::{Bus, SlotConfig, Source, Span};
+use clino_gateway::{Bus, SlotConfig, Source};
 
 use crate::desk::Desk;
 
@@ -17,14 +17,14 @@ fn a_program_may_speak_into_the_stream() {
     assert_eq!(desk.rest.orders.len(), 48);
     let Order::Slot { slot: 47, config } = desk.rest.orders[47] else { panic!("{:?}", desk.rest.orders[47]) };
     assert!(matches!(config.source, Source::T7 { address, .. } if address.get() == 48));
-    assert_eq!((config.period, config.stale_after()), (Span::ZERO, Span::from_millis(1_000)));
+    assert_eq!((config.period, config.stale_after()), (Duration::ZERO, Duration::from_millis(1_000)));
 }
 
 #[test]
 fn either_line_end_or_both_end_a_command() {
     let mut desk = Desk::new();
     for end in ["\r", "\n", "\r\n"] {
-        let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","boots":1,"uid":"000000020000000100000000"}"#;
+        let version = r#"{"what":"clino","version":"9.8.7","uptime_ms":0,"mode":"normal","clock":"crystal","power_ups":0,"boots":1,"uid":"000000020000000100000000"}"#;
         assert_eq!(desk.type_in(&format!("version{end}")), format!("{version}\r\n"));
     }
 }
@@ -168,7 +168,7 @@ fn every_line_is_an_object_and_no_value_is_none() {
     let mut desk = Desk::new();
     let mut said = desk.type_in("list\r");
     said += &desk.type_in("counters\r");
-    desk.rest.now = Micros(1_000_000);
+    desk.rest.now = Instant::from_micros(1_000_000);
     said += &desk.stream();
     assert!(said.lines().count() >= 2 + 7 + 6, "{said}");
     for line in said.lines() {
@@ -261,7 +261,7 @@ fn ctrl_c_of_a_program_stops_tasks_and_drops_the_line() {
     let mut desk = Desk::new();
     desk.type_in("json on\r");
     assert_eq!(desk.type_in("t7 scan\r"), "");
-    desk.rest.now = Micros::from_millis(1_000);
+    desk.rest.now = Instant::from_millis(1_000);
     let said = desk.stream();
     assert!(said.starts_with(r#"{"progress":"t7","done":"#) && said.ends_with(",\"of\":101}\r\n"), "{said}");
     assert_eq!(desk.type_in("rebo\x03version\r").matches("9.8.7").count(), 1);
@@ -293,15 +293,15 @@ fn the_stream_begins_with_a_summary_and_tells_its_changes() {
     );
     assert_eq!(first.lines().nth(1), Some(expected));
     // Nothing has changed.
-    desk.rest.now = Micros(900_000);
+    desk.rest.now = Instant::from_micros(900_000);
     assert_eq!(summaries(&desk.stream()), [""; 0]);
-    desk.rest.now = Micros(1_000_000);
+    desk.rest.now = Instant::from_micros(1_000_000);
     assert_eq!(summaries(&desk.stream()), [expected]);
     // One slot fewer, and no ISU any more.
     desk.rest.order(Order::Slot { slot: 1, config: SlotConfig::OFF }).unwrap();
-    desk.rest.now = Micros(1_050_000);
+    desk.rest.now = Instant::from_micros(1_050_000);
     assert_eq!(summaries(&desk.stream()), [""; 0]);
-    desk.rest.now = Micros(1_100_000);
+    desk.rest.now = Instant::from_micros(1_100_000);
     let changed = r#"{"summary":["t7_bus_dead","slot_fault"],"enabled":1,"online":0,"ok":0}"#;
     assert_eq!(summaries(&desk.stream()), [changed]);
     // `list` has it, too, for programs and for people.

@@ -1,11 +1,11 @@
 //! Settings of slots, their values, and what happened to them.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::pwm::Ticks;
 use clino_gateway::config::{Ask, Direction, Filter};
 use clino_gateway::order::Order;
-use clino_gateway::{Bus, Capture, PwmInput, SlotConfig, Span};
+use clino_gateway::{Bus, Capture, PwmInput, SlotConfig};
 
 use crate::desk::Desk;
 
@@ -16,7 +16,7 @@ const HALF: Capture = Capture::Cycle(Ticks { period: 2_800_000, high: 1_400_000 
 fn with_angle() -> Desk {
     let mut desk = Desk::new();
     desk.type_in("slot 2 pwm 1\r");
-    desk.rest.now = Micros::from_millis(100);
+    desk.rest.now = Instant::from_millis(100);
     desk.rest.gateway.pwm(PwmInput::Pwm1, HALF, desk.rest.now);
     desk.rest.publish();
     desk
@@ -37,11 +37,11 @@ fn a_setting_is_changed_and_the_others_stay() {
         ("enabled off", |c| c.enabled = false),
         ("enabled on", |c| c.enabled = true),
         ("ask everything", |c| c.ask = Ask::Everything),
-        ("period 33.333", |c| c.period = Span::from_micros(33_333)),
-        ("timeout 500", |c| c.timeout = Span::from_millis(500)),
+        ("period 33.333", |c| c.period = Duration::from_micros(33_333)),
+        ("timeout 500", |c| c.timeout = Duration::from_millis(500)),
         ("retries 10", |c| c.retries = 10),
-        ("stale 500", |c| c.stale = Span::from_millis(500)),
-        ("report 3600000", |c| c.report_every = Span::from_millis(3_600_000)),
+        ("stale 500", |c| c.stale = Duration::from_millis(500)),
+        ("report 3600000", |c| c.report_every = Duration::from_millis(3_600_000)),
         ("confirm off", |c| c.confirm = false),
         ("filter mean 8", |c| (c.filter, c.samples) = (Filter::Mean, 8)),
         ("filter median 5", |c| (c.filter, c.samples) = (Filter::Median, 5)),
@@ -51,7 +51,7 @@ fn a_setting_is_changed_and_the_others_stay() {
         ("range unidirectional", |c| c.range = Range::Unidirectional),
         ("rate 0.5", |c| c.max_rate = 500),
         ("samples 3", |c| c.samples = 3),
-        ("stale_auto on", |c| c.stale = Span::ZERO),
+        ("stale_auto on", |c| c.stale = Duration::ZERO),
         ("tolerance 0.25", |c| c.tolerance = 250),
     ];
     for (line, change) in changes {
@@ -95,12 +95,13 @@ fn how_a_slot_is_set_is_told() {
 #[test]
 fn a_value_is_told_with_all_that_is_known_of_it() {
     let mut desk = with_angle();
-    desk.rest.now = Micros::from_millis(103);
+    desk.rest.now = Instant::from_millis(103);
     assert_eq!(
         desk.type_in("read 2\r"),
         concat!(
             r#"{"slot":2,"kind":"pwm","bus":"pwm1","address":0,"status":"ok","angle_deg":180.000,"age_ms":3,"#,
-            r#""health":[],"raw_deg":180.000,"rate_deg_s":0,"turns":0,"temperature_c":null,"fresh":true,"sequence":2}"#,
+            r#""health":[],"raw_deg":180.000,"rate_deg_s":0,"turns":0,"temperature_c":null,"fresh":true,"sequence":2,"#,
+            r#""last_error":null,"unconfirmed":false,"quarantine":false}"#,
             "\r\n"
         )
     );
@@ -115,7 +116,7 @@ fn a_slot_reads_zero_as_it_stands() {
     desk.rest.publish();
     assert!(desk.type_in("read 2\r").contains(r#""angle_deg":0.000,"#));
     // Two periods and a half later it is stale.
-    desk.rest.now = Micros::from_millis(1_000);
+    desk.rest.now = Instant::from_millis(1_000);
     assert_eq!(
         desk.type_in("zero 2\r"),
         "{\"error\":{\"kind\":\"no_value\",\"slot\":2,\"status\":\"stale\"}}\r\n"
@@ -127,8 +128,8 @@ fn transactions_come_newest_first_and_are_counted() {
     let mut desk = Desk::new();
     // Nobody sends what the gateway wants sent.
     for second in 0..3 {
-        desk.rest.gateway.poll(Bus::T7, Micros::from_millis(second * 10_000), |_| {});
-        desk.rest.gateway.poll(Bus::T7, Micros::from_millis(second * 10_000 + 5_000), |_| {});
+        desk.rest.gateway.poll(Bus::T7, Instant::from_millis(second * 10_000), |_| {});
+        desk.rest.gateway.poll(Bus::T7, Instant::from_millis(second * 10_000 + 5_000), |_| {});
     }
     let trace = desk.type_in("trace\r");
     let at = |line: &str| {

@@ -18,6 +18,7 @@ fn crash(crash: Crash) -> String {
     let mut desk = Desk::new();
     desk.rest.start = Start {
         cause: crash.cause,
+        power_ups: 0,
         boots: 13,
         crashes: 3,
         mode: Mode::Safe,

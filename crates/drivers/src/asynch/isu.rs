@@ -1,6 +1,6 @@
 //! STT ISU, async.
 
-use clino_bus::{BusCounters, Micros, Retry, Timing};
+use clino_bus::{BusCounters, Duration, Retry, Timing};
 use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Data, Request, Response, Words};
 
@@ -119,7 +119,7 @@ impl<P> Isu<P> {
     }
 
     /// As [`crate::Isu::pass`].
-    pub fn pass(&mut self, span: Micros) {
+    pub fn pass(&mut self, span: Duration) {
         self.exchanges.pass(span);
     }
 

@@ -1,6 +1,6 @@
 //! US Digital T7, async.
 
-use clino_bus::{BusCounters, Micros, Retry, Timing};
+use clino_bus::{BusCounters, Duration, Retry, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{Address, Axis, DeviceInformation, Direction, Request, Response};
 
@@ -180,7 +180,7 @@ impl<P> T7<P> {
     }
 
     /// As [`crate::T7::pass`].
-    pub fn pass(&mut self, span: Micros) {
+    pub fn pass(&mut self, span: Duration) {
         self.exchanges.pass(span);
     }
 

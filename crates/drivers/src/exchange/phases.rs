@@ -3,7 +3,7 @@
 
 use core::ops::ControlFlow;
 
-use clino_bus::{Event, ExchangeOutcome, Fault, Micros};
+use clino_bus::{Duration, Event, ExchangeOutcome, Fault, Instant};
 use clino_codec::character::Character;
 
 use super::{Exchanges, Sensor};
@@ -12,10 +12,13 @@ use super::{Exchanges, Sensor};
 /// not stop transmitting. Our choice: larger than the usual buffers.
 const MOST_STALE: u32 = 1_024;
 
+/// Characters after which the time that they took is added up: a [`Duration`] holds it at 300 bit/s and above.
+const MOST_COUNTED: u32 = 100_000;
+
 /// What the port has to do next.
 pub enum Step<S: Sensor> {
     /// Hand over what is heard, and say when the span has passed.
-    Listen(Micros),
+    Listen(Duration),
     /// Send, and say whether it got out whole.
     Send(S::Frame),
     /// Nothing more.
@@ -30,7 +33,7 @@ pub struct Exchange<'a, S: Sensor> {
     /// Tries that failed.
     tried: u8,
     /// The next one not before this.
-    next: Micros,
+    next: Instant,
     phase: Phase<S>,
 }
 
@@ -38,12 +41,12 @@ enum Phase<S: Sensor> {
     /// What was before still has its effects. What is heard may be a late answer.
     Settling {
         /// Until then, a sensor may take what we send for the end of a frame that was cut.
-        recovered_at: Option<Micros>,
+        recovered_at: Option<Instant>,
     },
     /// The line has to be silent. What is heard is left over from before.
     Guarding {
         /// The request has to be sent by then.
-        give_up: Micros,
+        give_up: Instant,
         /// Characters heard.
         stale: u32,
         silence: Silence,
@@ -67,7 +70,7 @@ enum Silence {
 
 impl<'a, S: Sensor> Exchange<'a, S> {
     pub fn new(all: &'a mut Exchanges<S>, address: S::Address, request: &'a S::Request) -> Self {
-        Self { all, address, request, tried: 0, next: Micros::ZERO, phase: Phase::SETTLING }
+        Self { all, address, request, tried: 0, next: Instant::ZERO, phase: Phase::SETTLING }
     }
 
     /// What to do next.
@@ -106,7 +109,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     }
 
     /// From when on the request may be sent.
-    fn settled_at(&mut self) -> Option<Micros> {
+    fn settled_at(&mut self) -> Option<Instant> {
         let all = &mut *self.all;
         if all.half_sent
             && let Phase::Settling { recovered_at } = &mut self.phase
@@ -122,15 +125,19 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         clear.map(|clear| clear.max(self.next)).or_else(|| all.master.poll_at())
     }
 
-    fn listen_until(&self, at: Micros) -> Step<S> {
+    fn listen_until(&self, at: Instant) -> Step<S> {
         let span = at.since(self.all.now);
-        Step::Listen(self.all.piece.map_or(span, |piece| piece.max(Micros(1)).min(span)))
+        Step::Listen(self.all.piece.map_or(span, |piece| piece.max(Duration::from_micros(1)).min(span)))
     }
 
     /// A character came `after` the beginning of the span. Breaks when the rest of the span is of no interest.
-    pub fn heard(&mut self, character: Character, after: Micros) -> ControlFlow<()> {
+    pub fn heard(&mut self, character: Character, after: Duration) -> ControlFlow<()> {
         let all = &mut *self.all;
         all.heard = all.heard.saturating_add(1);
+        if all.heard > MOST_COUNTED {
+            all.heard = all.heard.saturating_sub(MOST_COUNTED);
+            all.released = all.released + all.master.timing().serial.characters(MOST_COUNTED);
+        }
         // The first may have begun before our driver was off.
         let proven = all.released + all.master.timing().serial.characters(all.heard.saturating_sub(1));
         let at = (all.now + after).max(proven);
@@ -158,7 +165,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     }
 
     /// The span has passed.
-    pub fn passed(&mut self, span: Micros) {
+    pub fn passed(&mut self, span: Duration) {
         let all = &mut *self.all;
         all.now = all.now + span;
         let outcome = all.master.poll(all.now);
@@ -209,7 +216,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     }
 
     /// When to try again after what came out.
-    fn again_at(&self) -> Option<Micros> {
+    fn again_at(&self) -> Option<Instant> {
         let Phase::Over(ExchangeOutcome { result: Err(fault), at }) = &self.phase else { return None };
         self.all.retry.after::<S>(self.tried.saturating_add(1), self.request, fault, *at)
     }

@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Display};
 
-use clino_bus::{Blame, Fault, Micros};
+use clino_bus::{Blame, Duration, Fault};
 use clino_codec::isu::{DecodeError, DeviceError, EncodeError, Function};
 
 use crate::exchange::Failure;
@@ -23,7 +23,7 @@ pub enum Error<E> {
     /// The line stayed silent.
     NoAnswer {
         /// For how long.
-        waited: Micros,
+        waited: Duration,
     },
     /// Characters came, but no frame.
     Garbled {
@@ -77,7 +77,7 @@ impl<E: Display> Display for Error<E> {
             Self::NotSingleDevice => write!(f, "not sent: all ISUs of the line would answer at once"),
             Self::Port(error) => write!(f, "not sent whole: {error}"),
             Self::LineBusy => write!(f, "not sent: the line did not fall silent"),
-            Self::NoAnswer { waited } => write!(f, "no answer within {} µs", waited.0),
+            Self::NoAnswer { waited } => write!(f, "no answer within {} µs", waited.as_micros()),
             Self::Garbled { characters } => write!(f, "no frame in {characters} characters"),
             Self::Bad(error) => write!(f, "bad answer: {error}"),
             Self::Other { function } => write!(f, "an answer to {function:?}, which was not asked"),

@@ -8,7 +8,7 @@ use core::ops::ControlFlow;
 use core::pin::pin;
 use core::task::Poll;
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 use clino_codec::character::Character;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_async::delay::DelayNs;
@@ -22,7 +22,7 @@ use crate::uart::Io;
 
 /// An executor may be busy with other tasks for this long while the UART sends: after a longer time the UART counts as
 /// stuck. Our choice.
-const STALL: Micros = Micros::from_millis(20);
+const STALL: Duration = Duration::from_millis(20);
 
 impl<U: Read + Write, DE: OutputPin, D: DelayNs> AsyncPort for Rs485<Io<U>, DE, D> {
     type Error = Error<U::Error, DE::Error>;
@@ -64,15 +64,15 @@ impl<U: Read + Write, DE: OutputPin, D: DelayNs> AsyncPort for Rs485<Io<U>, DE, 
 
     async fn listen(
         &mut self,
-        span: Micros,
-        mut take: impl FnMut(Character, Micros) -> ControlFlow<()>,
+        span: Duration,
+        mut take: impl FnMut(Character, Duration) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let Self { uart, delay, peeked, .. } = self;
         if let Some(character) = peeked.take() {
             take(character, span)?;
         }
         // One timer for the whole span: only so is its end known, as nothing tells the time when a character comes.
-        let mut timer = pin!(delay.delay_us(u32::try_from(span.0).unwrap_or(u32::MAX)));
+        let mut timer = pin!(delay.delay_us(span.as_micros()));
         loop {
             match first(receive(uart), timer.as_mut()).await {
                 Some(character) => take(character, span)?,
@@ -117,15 +117,15 @@ async fn first<T>(future: impl Future<Output = T>, mut timer: impl Future<Output
 }
 
 /// What `future` comes to within `span`.
-async fn within<T>(delay: &mut impl DelayNs, span: Micros, future: impl Future<Output = T>) -> Option<T> {
-    let timer = pin!(delay.delay_us(u32::try_from(span.0).unwrap_or(u32::MAX)));
+async fn within<T>(delay: &mut impl DelayNs, span: Duration, future: impl Future<Output = T>) -> Option<T> {
+    let timer = pin!(delay.delay_us(span.as_micros()));
     first(future, timer).await
 }
 
 /// Waits for at least `span`; zero costs nothing.
-async fn pause(delay: &mut impl DelayNs, span: Micros) {
-    if span > Micros::ZERO {
-        delay.delay_us(u32::try_from(span.0).unwrap_or(u32::MAX)).await;
+async fn pause(delay: &mut impl DelayNs, span: Duration) {
+    if span > Duration::ZERO {
+        delay.delay_us(span.as_micros()).await;
     }
 }
 

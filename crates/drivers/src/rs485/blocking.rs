@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 use clino_codec::character::Character;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
@@ -42,10 +42,10 @@ impl<U: Uart, DE: OutputPin, D: DelayNs> Port for Rs485<U, DE, D> {
 
     fn listen(
         &mut self,
-        span: Micros,
-        mut take: impl FnMut(Character, Micros) -> ControlFlow<()>,
+        span: Duration,
+        mut take: impl FnMut(Character, Duration) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let mut waited = Micros::ZERO;
+        let mut waited = Duration::ZERO;
         loop {
             while let Some(character) = self.receive() {
                 take(character, waited)?;
@@ -69,17 +69,17 @@ impl<U: Uart, DE, D> Rs485<U, DE, D> {
 /// Waits for a transmitter, but not for ever.
 struct Patience<'a, D> {
     delay: &'a mut D,
-    step: Micros,
-    waited: Micros,
-    longest: Micros,
+    step: Duration,
+    waited: Duration,
+    longest: Duration,
     /// How long a character may take to come back.
-    echo: Micros,
+    echo: Duration,
 }
 
 impl<'a, D: DelayNs> Patience<'a, D> {
     fn new(delay: &'a mut D, settings: &PortSettings, length: usize) -> Self {
         let (step, longest, echo) = (settings.send_step(), settings.longest(length), settings.echo_time());
-        Self { delay, step, waited: Micros::ZERO, longest, echo }
+        Self { delay, step, waited: Duration::ZERO, longest, echo }
     }
 
     /// Hands over the frame; with an echo character by character, so that a receiver that holds one character keeps up.
@@ -107,7 +107,7 @@ impl<'a, D: DelayNs> Patience<'a, D> {
 
     /// Waits until no more than `left` characters have still to come back.
     fn await_echo<U: Uart>(&mut self, uart: &mut U, echo: &mut EchoCheck<'_>, left: usize) {
-        let mut waited = Micros::ZERO;
+        let mut waited = Duration::ZERO;
         while echo.pending() > left {
             match uart.receive() {
                 Some(character) => echo.take(character),
@@ -135,9 +135,9 @@ impl<'a, D: DelayNs> Patience<'a, D> {
 }
 
 /// Waits for at least `span` and returns it; zero costs nothing.
-fn pause(delay: &mut impl DelayNs, span: Micros) -> Micros {
-    if span > Micros::ZERO {
-        delay.delay_us(u32::try_from(span.0).unwrap_or(u32::MAX));
+fn pause(delay: &mut impl DelayNs, span: Duration) -> Duration {
+    if span > Duration::ZERO {
+        delay.delay_us(span.as_micros());
     }
     span
 }

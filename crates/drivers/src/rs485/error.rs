@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Debug, Display};
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 use clino_codec::character::{Character, LineErrors};
 
 use super::echo::Difference;
@@ -18,7 +18,7 @@ pub enum Error<U, P> {
     /// The UART did not send its characters in time: the driver was switched off in the middle of a frame.
     Stuck {
         /// For how long it was given time.
-        waited: Micros,
+        waited: Duration,
     },
     /// What came back is not what was sent: another node transmitted, or the receiver is off. The frame is out, but
     /// the sensor may not have understood it.
@@ -45,7 +45,7 @@ impl<U: Debug, P: Debug> Display for Error<U, P> {
         match self {
             Self::Uart(error) => write!(f, "UART: {error:?}"),
             Self::Pin(error) => write!(f, "driver-enable pin: {error:?}"),
-            Self::Stuck { waited } => write!(f, "the UART did not send within {} µs", waited.0),
+            Self::Stuck { waited } => write!(f, "the UART did not send within {} µs", waited.as_micros()),
             Self::Echo { index, sent, heard: Some(Character { byte, errors }) } => {
                 write!(f, "character {index} was sent as {sent:02X} and came back as {byte:02X} ({errors:?})")
             }

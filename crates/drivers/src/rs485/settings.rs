@@ -1,6 +1,6 @@
 //! The numbers of a half-duplex line.
 
-use clino_bus::{Micros, Serial};
+use clino_bus::{Duration, Serial};
 
 /// When the last stop bit is out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,10 +41,10 @@ pub struct PortSettings {
     /// Bit rate of the UART; all other times are derived from it.
     pub serial: Serial,
     /// From DE high to the first start bit, µs, besides what the code takes; for slow transceivers or optocouplers.
-    pub before: Micros,
+    pub before: Duration,
     /// From the last stop bit to DE low, µs, besides what the code takes. An answer may begin at once: leave it 0
     /// unless the transceiver needs it.
-    pub after: Micros,
+    pub after: Duration,
     /// When the last stop bit is out.
     pub release: Release,
     /// Whether we hear ourselves.
@@ -54,15 +54,21 @@ pub struct PortSettings {
 impl PortSettings {
     /// No delays, a `flush` that is true, no echo.
     pub const fn new(serial: Serial) -> Self {
-        Self { serial, before: Micros(0), after: Micros(0), release: Release::Flushed, echo: Echo::Off }
+        Self {
+            serial,
+            before: Duration::ZERO,
+            after: Duration::ZERO,
+            release: Release::Flushed,
+            echo: Echo::Off,
+        }
     }
 
     /// How long DE is held after the UART's `flush` for a frame of `length` characters.
-    pub(super) fn hold(&self, length: usize) -> Micros {
+    pub(super) fn hold(&self, length: usize) -> Duration {
         match self.release {
-            Release::Flushed => Micros::ZERO,
+            Release::Flushed => Duration::ZERO,
             Release::Held { characters } => {
-                let characters = u64::from(characters).min(length as u64);
+                let characters = u32::from(characters).min(length as u32);
                 // A bit in forty is 2.5 %: more than 8N1 lets two clocks be apart.
                 self.serial.characters(characters) + self.serial.bits(characters.div_ceil(4))
             }
@@ -71,27 +77,27 @@ impl PortSettings {
 
     /// How long the UART may take to send `length` characters before it counts as stuck: a quarter more than their
     /// own time, at least two characters.
-    pub(super) fn longest(&self, length: usize) -> Micros {
-        let length = length as u64;
+    pub(super) fn longest(&self, length: usize) -> Duration {
+        let length = length as u32;
         self.serial.characters(length.saturating_add(length.div_ceil(4).max(2)))
     }
 
     /// From handing over a character to its echo: its own time, an idle character that a buffered receiver may wait
     /// for before it hands it over, and one for the code.
-    pub(super) fn echo_time(&self) -> Micros {
+    pub(super) fn echo_time(&self) -> Duration {
         self.serial.characters(3)
     }
 
     /// Between two looks at a receiver that holds one character: often enough never to lose one, seldom enough
     /// that what the delay itself costs does not matter.
-    pub(super) fn listen_step(&self) -> Micros {
-        Micros(self.serial.characters(1).0 / LOOKS_PER_CHARACTER)
+    pub(super) fn listen_step(&self) -> Duration {
+        Duration::from_micros(self.serial.characters(1).as_micros() / LOOKS_PER_CHARACTER)
     }
 
     /// Between two looks at the transmitter: it decides how late DE falls.
-    pub(super) fn send_step(&self) -> Micros {
+    pub(super) fn send_step(&self) -> Duration {
         self.serial.half_bit()
     }
 }
 
-const LOOKS_PER_CHARACTER: u64 = 8;
+const LOOKS_PER_CHARACTER: u32 = 8;

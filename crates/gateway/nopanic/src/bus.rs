@@ -2,7 +2,7 @@
 
 use clino_bus::line::{LineSettings, SubmitError};
 use clino_bus::{
-    Blame, BusCounters, Fault, Isu, Line, Master, Micros, Protocol, Retry, Serial, T7, Timing, earliest,
+    Blame, BusCounters, Duration, Fault, Instant, Isu, Line, Master, Protocol, Retry, Serial, T7, Timing, earliest,
 };
 
 use crate::{Entry, entries};
@@ -24,12 +24,23 @@ pub static ENTRIES: &[Entry] = &entries![
     LineSettings::new,
     SubmitError::blame,
     BusCounters::default,
-    Micros::from_millis,
-    Micros::as_millis,
-    Micros::since,
-    Micros::times,
-    <Micros as core::ops::Add>::add,
-    <Micros as core::ops::Sub>::sub,
+    Instant::from_micros,
+    Instant::from_millis,
+    Instant::as_micros,
+    Instant::since,
+    Instant::micros_since,
+    Instant::millis_since,
+    <Instant as core::ops::Add<Duration>>::add,
+    <Instant as core::ops::Sub<Duration>>::sub,
+    Duration::from_micros,
+    Duration::from_millis,
+    Duration::as_micros,
+    Duration::as_millis,
+    Duration::times,
+    Duration::plus,
+    Duration::longer,
+    <Duration as core::ops::Add>::add,
+    <Duration as core::ops::Sub>::sub,
     earliest,
     Serial::bits,
     Serial::half_bit,

@@ -1,6 +1,6 @@
 //! clino-gateway.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_gateway::lint::{Finding, Lint};
 use clino_gateway::order::Order;
 use clino_gateway::settings::{bus, console, port, slot};
@@ -8,7 +8,7 @@ use clino_gateway::task::News;
 use clino_gateway::trace::{Entry as Exchange, Purpose, Trace, Verdict};
 use clino_gateway::{
     Action, Bus, BusChange, BusSettings, Configuration, Gateway, Glance, Health, Reading, StreamEntry, Reporter, Settings, SlotConfig, SlotCounters,
-    Snapshot, Source, Span, Status, Value, View,
+    Snapshot, Source, Status, Value, View,
 };
 
 use crate::{Entry, entries};
@@ -57,12 +57,6 @@ pub static ENTRIES: &[Entry] = &entries![
     SlotConfig::stale_after,
     Source::of,
     Source::held,
-    Span::from_micros,
-    Span::from_millis,
-    Span::as_micros,
-    Span::times,
-    <Micros as From<Span>>::from,
-    <Span as TryFrom<Micros>>::try_from,
     SlotCounters::response_last,
     SlotCounters::response_min,
     SlotCounters::response_max,
@@ -109,12 +103,12 @@ pub static ENTRIES: &[Entry] = &entries![
     Reading::turns,
     Reading::temperature,
     Reading::is_fresh,
-    Reading::age,
+    Reading::age_ms,
 ];
 
 // What takes a function or returns an iterator exists only where it is used.
 
-fn poll(gateway: &mut Gateway, bus: Bus, now: Micros, act: fn(Action<'_>)) {
+fn poll(gateway: &mut Gateway, bus: Bus, now: Instant, act: fn(Action<'_>)) {
     gateway.poll(bus, now, act);
 }
 
@@ -126,7 +120,7 @@ fn findings(lint: Lint<'_>, found: fn(Finding)) {
     lint.findings(&mut |finding| found(finding));
 }
 
-fn next(reporter: &mut Reporter, look: fn(usize) -> Option<Glance>, now: Micros) -> Option<StreamEntry> {
+fn next(reporter: &mut Reporter, look: fn(usize) -> Option<Glance>, now: Instant) -> Option<StreamEntry> {
     reporter.next(look, now)
 }
 

@@ -8,6 +8,7 @@ use std::vec::Vec;
 
 /// A value every 20 ms.
 const STEP: u64 = 20_000;
+const STEP_MS: u64 = STEP / 1_000;
 
 /// Both limits at ±10°, 1° of hysteresis.
 const BOTH: AlarmConfig = AlarmConfig {
@@ -37,11 +38,11 @@ impl Bench {
 
     fn take(&mut self, angle: i32, rate: i32) {
         self.now += STEP;
-        self.watch.take(&self.config, angle, rate, Micros(self.now), false);
+        self.watch.take(&self.config, angle, rate, Instant::from_micros(self.now), false);
     }
 
     fn detail(&self, alarm: Alarm) -> Option<(u64, Option<i32>)> {
-        self.watch.detail(alarm, Micros(self.now)).map(|detail| (detail.age.0, detail.extreme))
+        self.watch.detail(alarm, Instant::from_micros(self.now)).map(|detail| (detail.age_ms, detail.extreme))
     }
 }
 
@@ -91,7 +92,7 @@ fn a_condition_has_to_hold_for_the_whole_delay() {
     let mut bench = Bench::new(AlarmConfig { delay: 1, ..BOTH });
     bench.take(11_000, 0);
     bench.now += 200_000;
-    bench.watch.take(&bench.config, 11_000, 0, Micros(bench.now), true);
+    bench.watch.take(&bench.config, 11_000, 0, Instant::from_micros(bench.now), true);
     assert!(bench.watch.alarms().is_quiet());
 }
 
@@ -101,13 +102,13 @@ fn first_time_and_extreme_are_kept() {
     for angle in [11_000, 15_000, 12_000] {
         bench.take(angle, 0);
     }
-    assert_eq!(bench.detail(Alarm::High), Some((2 * STEP, Some(15_000))));
+    assert_eq!(bench.detail(Alarm::High), Some((2 * STEP_MS, Some(15_000))));
     bench.take(0, 0);
     assert_eq!(bench.detail(Alarm::High), None);
     for angle in [-11_000, -12_000, -11_500] {
         bench.take(angle, 0);
     }
-    assert_eq!(bench.detail(Alarm::Low), Some((2 * STEP, Some(-12_000))));
+    assert_eq!(bench.detail(Alarm::Low), Some((2 * STEP_MS, Some(-12_000))));
 }
 
 #[test]
@@ -120,7 +121,7 @@ fn one_that_latches_waits_for_its_acknowledgement() {
     assert_eq!(bench.angle(0, Alarm::High), Unacknowledged);
     // Again, at once, with its first time; the extreme goes on.
     assert_eq!(bench.angle(13_000, Alarm::High), Active);
-    assert_eq!(bench.detail(Alarm::High), Some((2 * STEP, Some(13_000))));
+    assert_eq!(bench.detail(Alarm::High), Some((2 * STEP_MS, Some(13_000))));
     assert!(bench.watch.acknowledge() && !bench.watch.acknowledge());
     assert_eq!(bench.angle(13_000, Alarm::High), Acknowledged);
     assert_eq!(bench.angle(0, Alarm::High), Quiet);
@@ -147,15 +148,16 @@ fn a_rate_counts_either_way() {
 
 #[test]
 fn no_value_is_an_alarm_after_its_time_with_or_without_a_last_one() {
-    for measured in [Some(Micros(1_000_000)), None] {
+    for measured in [Some(Instant::from_micros(1_000_000)), None] {
         let config = AlarmConfig { no_value: 20, ..AlarmConfig::OFF };
         let mut watch = Watch::default();
-        let raised = (10..=40).find(|tenth| watch.miss(&config, measured, Micros(tenth * 100_000)));
+        let raised =
+            (10..=40).find(|tenth| watch.miss(&config, measured, Instant::from_micros(tenth * 100_000)));
         // Two seconds after the last one, or after the first look.
         assert_eq!(raised, Some(31), "{measured:?}");
         assert_eq!(watch.alarms().state(Alarm::NoValue), AlarmState::Active);
-        assert_eq!(watch.detail(Alarm::NoValue, Micros(4_000_000)).unwrap().extreme, None);
-        watch.take(&config, 0, 0, Micros(4_100_000), true);
+        assert_eq!(watch.detail(Alarm::NoValue, Instant::from_micros(4_000_000)).unwrap().extreme, None);
+        watch.take(&config, 0, 0, Instant::from_micros(4_100_000), true);
         assert!(watch.alarms().is_quiet());
     }
 }
@@ -164,7 +166,7 @@ fn no_value_is_an_alarm_after_its_time_with_or_without_a_last_one() {
 fn other_alarms_stay_as_they_are_without_a_value() {
     let mut bench = Bench::new(AlarmConfig { no_value: 1, ..BOTH });
     bench.take(11_000, 0);
-    let (last, later) = (Micros(bench.now), Micros(bench.now + 10_000_000));
+    let (last, later) = (Instant::from_micros(bench.now), Instant::from_micros(bench.now + 10_000_000));
     assert!(bench.watch.miss(&bench.config, Some(last), later));
     assert_eq!(bench.watch.alarms().bits(), 0b1001_1001, "high and no_value, both unacknowledged");
 }
@@ -179,6 +181,29 @@ fn other_numbers_end_what_they_raised() {
     bench.take(11_000, 0);
     bench.watch.restart(&bench.config);
     assert_eq!(bench.watch.alarms().state(Alarm::High), AlarmState::Unacknowledged);
+}
+
+/// A change of one thing that is watched ends that, and nothing else.
+#[test]
+fn what_is_watched_as_before_stays_as_it_is() {
+    let all = AlarmConfig { rate: 5_000, no_value: 10, ..BOTH };
+    let raised = || {
+        let mut bench = Bench::new(all);
+        bench.take(11_000, 9_000);
+        assert!(bench.watch.miss(&all, Some(Instant::from_micros(0)), Instant::from_micros(20_000_000)));
+        bench
+    };
+    let quiet = |to: AlarmConfig| {
+        let mut bench = raised();
+        bench.watch.change(&all, &to);
+        let is_quiet = |alarm: &Alarm| bench.watch.alarms().state(*alarm) == AlarmState::Quiet;
+        [Alarm::High, Alarm::Rate, Alarm::NoValue].into_iter().filter(is_quiet).collect::<Vec<_>>()
+    };
+    assert_eq!(quiet(AlarmConfig { hysteresis: 2_000, delay: 9, latching: true, low: -1, ..all }), []);
+    assert_eq!(quiet(AlarmConfig { high: 10_001, ..all }), [Alarm::High]);
+    assert_eq!(quiet(AlarmConfig { limits: AlarmLimits::Low, ..all }), [Alarm::High]);
+    assert_eq!(quiet(AlarmConfig { rate: 0, ..all }), [Alarm::Rate]);
+    assert_eq!(quiet(AlarmConfig { no_value: 11, ..all }), [Alarm::NoValue]);
 }
 
 proptest! {

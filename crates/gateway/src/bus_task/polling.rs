@@ -5,7 +5,7 @@
 
 use core::marker::PhantomData;
 
-use clino_bus::{FailedCheck, Fault, Master, Micros, Protocol, Retry};
+use clino_bus::{Duration, FailedCheck, Fault, Instant, Master, Protocol, Retry};
 use clino_codec::checks::Check;
 
 use crate::counters::{bump16, bump32};
@@ -14,7 +14,7 @@ use crate::schedule::queue::{Asked, Queue};
 use crate::schedule::{Polled, Turn};
 use crate::slot::{Identity, Sample, Slot};
 use crate::trace::{Purpose, Verdict};
-use crate::{Bus, SlotConfig, Span, Status};
+use crate::{Bus, SlotConfig, Status};
 
 mod isu;
 mod t7;
@@ -23,14 +23,14 @@ mod t7;
 pub(crate) trait Poll: Protocol {
     const BUS: Bus;
     /// Dead nodes together get one part in so many of the bus.
-    const PROBE_SHARE: u64;
+    const PROBE_SHARE: u32;
     /// After this silence every node takes the next character for the beginning of a request, whatever it has taken noise
     /// for; zero if that is not known.
-    const SILENCE: Micros;
+    const SILENCE: Duration;
     /// Two angles this close are the same, in µ°.
     const RESOLUTION: u32;
     /// From the end of an exchange that may change what a node says to the last instant at which it does.
-    const SETTLES: Micros;
+    const SETTLES: Duration;
     /// Whether a request with this command may change what the node's angle means.
     fn alters(command: u8) -> bool;
     /// The request that reads a slot. One that confirms differs from the first, if the protocol has two that say the same.
@@ -43,7 +43,7 @@ pub(crate) trait Poll: Protocol {
     /// What a refused answer says about the slot.
     fn refused(error: &Self::DecodeError) -> Status;
     /// A good reading ended at `at`: returns whether the sensor has measured anew, and may change when the slot is due.
-    fn note(turn: &mut Turn, config: &SlotConfig, sample: &Sample, asked: &Asked, at: Micros) -> bool;
+    fn note(turn: &mut Turn, config: &SlotConfig, sample: &Sample, asked: &Asked, at: Instant) -> bool;
     /// Address and command in a request.
     fn named(frame: &[u8]) -> (u8, u8);
 }
@@ -80,24 +80,24 @@ impl<P: Poll> Polling<P> {
         self.queue.forget(index, config.bus() == Some(P::BUS));
         self.watch.forget(index);
         if self.queue.is_empty() {
-            self.queue.set_faulty(false, &mut [], Micros::ZERO);
+            self.queue.set_faulty(false, &mut [], Instant::ZERO);
             self.watch.retire();
         }
     }
 
     /// The bus has another bit rate: the nodes may have taken what was sent until `since` for anything. Nobody is asked
     /// until all hear again.
-    pub fn keep_silent(&mut self, since: Micros) {
+    pub fn keep_silent(&mut self, since: Instant) {
         self.queue.keep_silent(since);
     }
 
     /// Nobody is asked before this.
-    pub fn silent_until(&self) -> Micros {
+    pub fn silent_until(&self) -> Instant {
         self.queue.silent_until()
     }
 
     /// Somebody on the bus has answered.
-    pub fn heard(&mut self, master: &Master<P>, at: Micros, slots: &mut [Polled]) {
+    pub fn heard(&mut self, master: &Master<P>, at: Instant, slots: &mut [Polled]) {
         if self.watch.answered(master.counters()) {
             self.queue.set_faulty(false, slots, at);
         }
@@ -109,12 +109,12 @@ impl<P: Poll> Polling<P> {
     }
 
     /// When [`Polling::next`] has something to begin, if ever.
-    pub fn poll_at(&self) -> Option<Micros> {
+    pub fn poll_at(&self) -> Option<Instant> {
         self.queue.poll_at()
     }
 
     /// Our last stop bit was out at `at`; there is time to see who is next.
-    pub fn look_ahead(&mut self, at: Micros, slots: &[Polled]) {
+    pub fn look_ahead(&mut self, at: Instant, slots: &[Polled]) {
         self.queue.look_ahead(at, slots);
     }
 
@@ -123,7 +123,7 @@ impl<P: Poll> Polling<P> {
     pub fn next(
         &mut self,
         master: &mut Master<P>,
-        now: Micros,
+        now: Instant,
         slots: &mut [Polled],
     ) -> Option<(P::Frame, Purpose)> {
         let index = self.queue.next(now, slots, &|polled| ask_at(master, &polled.slot))?;
@@ -131,7 +131,7 @@ impl<P: Poll> Polling<P> {
         let (address, request) = P::request(&polled.slot)?;
         let purpose = polled.purpose();
         let Polled { slot, turn } = polled;
-        if purpose != Purpose::Retry && turn.due <= now && turn.book_next(slot.config.period(), now) {
+        if purpose != Purpose::Retry && turn.due <= now && turn.book_next(slot.config.period, now) {
             bump16(&mut slot.counters.skipped);
         }
         let frame = match purpose {
@@ -140,13 +140,13 @@ impl<P: Poll> Polling<P> {
         };
         let frame = frame.ok()?;
         if slot.config.timeout.as_micros() > 0 {
-            master.allow(slot.config.timeout.into());
+            master.allow(slot.config.timeout);
         }
         bump32(&mut slot.counters.requests);
         if purpose == Purpose::Retry {
             bump32(&mut slot.counters.retries);
         }
-        let rest = (P::size(&P::expected(address, &request)) as u64).saturating_sub(1);
+        let rest = (P::size(&P::expected(address, &request)) as u32).saturating_sub(1);
         self.queue.begin(Asked { slot: index, since: now, purpose, released: now, rest_characters: rest });
         Some((frame, purpose))
     }
@@ -156,7 +156,7 @@ impl<P: Poll> Polling<P> {
         &mut self,
         master: &Master<P>,
         answer: &P::Answer,
-        at: Micros,
+        at: Instant,
         slots: &mut [Polled],
     ) -> Option<(Asked, Said)> {
         self.heard(master, at, slots);
@@ -180,7 +180,7 @@ impl<P: Poll> Polling<P> {
         asked: &Asked,
         said: Said,
         used: bool,
-        at: Micros,
+        at: Instant,
         slots: &mut [Polled],
     ) -> Option<usize> {
         let polled = slots.get_mut(asked.slot)?;
@@ -211,7 +211,7 @@ impl<P: Poll> Polling<P> {
         &mut self,
         master: &Master<P>,
         fault: &Fault<P::DecodeError>,
-        at: Micros,
+        at: Instant,
         slots: &mut [Polled],
     ) -> Option<usize> {
         let asked = self.queue.end_badly()?;
@@ -239,7 +239,7 @@ impl<P: Poll> Polling<P> {
         master: &Master<P>,
         slot: usize,
         verdict: Verdict,
-        at: Micros,
+        at: Instant,
         slots: &mut [Polled],
     ) {
         if verdict == Verdict::NoAnswer {
@@ -259,7 +259,7 @@ fn is_retried<P: Poll>(
     master: &Master<P>,
     polled: &mut Polled,
     fault: &Fault<P::DecodeError>,
-    at: Micros,
+    at: Instant,
 ) -> bool {
     let Polled { slot, turn } = polled;
     let retry = if turn.dead { Retry::NEVER } else { Retry::times(slot.config.retries) };
@@ -270,8 +270,8 @@ fn is_retried<P: Poll>(
     });
     // A retry that would be late for half of the next reading's period is left to that reading. A slot without a period has
     // no next reading to be late for.
-    let half = Micros((slot.config.period.as_micros() / 2).into());
-    again.is_some_and(|again| slot.config.period == Span::ZERO || again <= turn.due + half)
+    let half = Duration::from_micros(slot.config.period.as_micros() / 2);
+    again.is_some_and(|again| slot.config.period == Duration::ZERO || again <= turn.due + half)
 }
 
 /// There was no good answer. Returns whether something is wrong with the line.
@@ -287,7 +287,7 @@ fn failed<E: FailedCheck>(slot: &mut Slot, fault: &Fault<E>) -> bool {
 }
 
 /// When the master can ask for it.
-fn ask_at<P: Poll>(master: &Master<P>, slot: &Slot) -> Option<Micros> {
+fn ask_at<P: Poll>(master: &Master<P>, slot: &Slot) -> Option<Instant> {
     let (address, request) = P::request(slot)?;
     master.ask_at(address, &request)
 }

@@ -2,7 +2,7 @@
 //!
 //! A gateway is 14 KB. It is made idle, for which there is little to write; then it is set up where it stays.
 
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Instant, Serial, Timing};
 use clino_codec::pwm;
 
 use super::Gateway;
@@ -32,7 +32,7 @@ impl Gateway {
             restraint: Restraint::None,
             console: ConsoleSettings::DEFAULT,
             watched: Bits::EMPTY,
-            watch_at: Micros::ZERO,
+            watch_at: Instant::ZERO,
         }
     }
 

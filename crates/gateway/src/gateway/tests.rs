@@ -3,10 +3,10 @@
 
 use super::*;
 use crate::Source;
-use crate::config::{SlotConfig, Span};
+use crate::config::SlotConfig;
 use crate::settings::Settings;
 use crate::value::Status;
-use clino_bus::line::LineStep;
+use clino_bus::{Duration, line::LineStep};
 use clino_bus::{Line, Serial};
 use clino_codec::character::{Character, LineErrors};
 use clino_codec::pwm::{self, Ticks};
@@ -25,11 +25,11 @@ mod schedule;
 mod world;
 mod zeros;
 
-const T7_PERIOD: Span = Span::from_millis(20);
-const ISU_PERIOD: Span = Span::from_millis(266);
+const T7_PERIOD: Duration = Duration::from_millis(20);
+const ISU_PERIOD: Duration = Duration::from_millis(266);
 
-fn slot(source: Source, period: Span) -> SlotConfig {
-    SlotConfig { report_every: Span::ZERO, ..SlotConfig::usual(source).every(period) }
+fn slot(source: Source, period: Duration) -> SlotConfig {
+    SlotConfig { report_every: Duration::ZERO, ..SlotConfig::usual(source).every(period) }
 }
 
 fn table() -> [SlotConfig; 3] {
@@ -54,21 +54,21 @@ struct Wire {
 struct Bench {
     gateway: Gateway,
     wires: [Wire; 2],
-    now: Micros,
+    now: Instant,
 }
 
 impl Bench {
     fn new() -> Bench {
         let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
         let wire = |bus, timing: &Timing| {
-            let line = Line::new(timing.line(), Micros::ZERO);
+            let line = Line::new(timing.line(), Instant::ZERO);
             Wire { bus, line, asked: None, frame: Vec::new() }
         };
         let wires = [wire(Bus::T7, &t7), wire(Bus::Isu, &isu)];
         Bench {
             gateway: Gateway::new(&Settings::new(&table(), t7, isu), pwm::Limits::new(84_000_000)),
             wires,
-            now: Micros::ZERO,
+            now: Instant::ZERO,
         }
     }
 
@@ -79,7 +79,7 @@ impl Bench {
             let (line, frame) = (&mut wire.line, &mut wire.frame);
             self.gateway.poll(wire.bus, now, |action| {
                 let Action::Send(bytes) = action else { return };
-                if line.submit(bytes, now + Micros(5_900)).is_ok() {
+                if line.submit(bytes, now + Duration::from_micros(5_900)).is_ok() {
                     *frame = bytes.to_vec();
                 }
             });
@@ -105,7 +105,7 @@ impl Bench {
     }
 
     /// Lets `span` pass with good sensors on both buses.
-    fn clean(&mut self, span: Micros) {
+    fn clean(&mut self, span: Duration) {
         let end = self.now + span;
         while self.now < end {
             self.run();
@@ -116,7 +116,7 @@ impl Bench {
                     }
                 }
             }
-            self.now = self.now + Micros(100);
+            self.now = self.now + Duration::from_micros(100);
         }
     }
 
@@ -151,22 +151,22 @@ const ALL_RIGHT: [(Status, Option<i32>); 3] =
 #[test]
 fn clean_buses_are_read_right() {
     let mut bench = Bench::new();
-    bench.clean(Micros::from_millis(100));
+    bench.clean(Duration::from_millis(100));
     assert_eq!(bench.statuses(), ALL_RIGHT);
 }
 
 #[test]
 fn a_value_that_is_not_renewed_grows_stale_even_if_nobody_calls() {
     let mut bench = Bench::new();
-    bench.clean(Micros::from_millis(100));
-    bench.now = bench.now + ISU_PERIOD.times(3).into() + Micros(100_000);
+    bench.clean(Duration::from_millis(100));
+    bench.now = bench.now + ISU_PERIOD.times(3) + Duration::from_micros(100_000);
     assert!(bench.statuses().iter().all(|&(status, angle)| (status, angle) == (Status::Stale, None)));
 }
 
 #[test]
 fn what_a_pwm_input_sees_becomes_a_value_or_a_reason() {
     let mut table = table().to_vec();
-    table.push(slot(Source::Pwm { input: PwmInput::Pwm1 }, Span::from_micros(33_333)));
+    table.push(slot(Source::Pwm { input: PwmInput::Pwm1 }, Duration::from_micros(33_333)));
     let timing = Timing::isu();
     let mut gateway = Gateway::new(&Settings::new(&table, timing, timing), pwm::Limits::new(84_000_000));
     let cycle = |period, high| Capture::Cycle(Ticks { period, high });
@@ -180,12 +180,15 @@ fn what_a_pwm_input_sees_becomes_a_value_or_a_reason() {
         (Capture::NoSignal { high: false }, Status::StuckLow, None),
         (cycle(2_800_000, 1_400_000), Status::Ok, Some(180_000)),
     ] {
-        gateway.pwm(PwmInput::Pwm1, capture, Micros(1));
-        gateway.pwm(PwmInput::Pwm2, cycle(2_800_000, 700_000), Micros(1));
+        gateway.pwm(PwmInput::Pwm1, capture, Instant::from_micros(1));
+        gateway.pwm(PwmInput::Pwm2, cycle(2_800_000, 700_000), Instant::from_micros(1));
         gateway.slots[3].slot.digest();
         let reading = gateway.slots[3].slot.reading(3);
         assert_eq!(
-            (reading.status(Micros(1)), reading.angle(Micros(1)).map(|a| a.mdeg())),
+            (
+                reading.status(Instant::from_micros(1)),
+                reading.angle(Instant::from_micros(1)).map(|a| a.mdeg())
+            ),
             (status, mdeg),
             "{capture:?}"
         );
@@ -230,7 +233,7 @@ fn survive(
     let mut bench = Bench::new();
     for trouble in troubles {
         match trouble {
-            Trouble::Wait(span) => bench.now = bench.now + Micros(span.into()),
+            Trouble::Wait(span) => bench.now = bench.now + Duration::from_micros(span),
             Trouble::Character { bus, byte, clean } => {
                 bench.hear(bus, byte, if clean { LineErrors::NONE } else { LineErrors::FRAMING });
             }
@@ -256,7 +259,7 @@ fn survive(
         wire.asked = None;
     }
     // A late answer of the ISU may have to be waited out first: 400 ms.
-    bench.clean(ISU_PERIOD.times(3).into());
+    bench.clean(ISU_PERIOD.times(3));
     prop_assert_eq!(bench.statuses(), ALL_RIGHT);
     Ok(())
 }

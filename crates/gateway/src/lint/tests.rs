@@ -4,18 +4,18 @@ use std::string::ToString;
 use std::vec::Vec;
 
 use super::*;
-use crate::config::{PwmInput, Span};
-use clino_bus::{Serial, Timing};
+use crate::config::PwmInput;
+use clino_bus::{Duration, Serial, Timing};
 use clino_codec::{isu, t7};
 
 fn t7(address: u8, ms: u32) -> SlotConfig {
     let address = t7::Address::of_request(address).unwrap();
-    SlotConfig::usual(Source::T7 { address, axis: t7::Axis::Two }).every(Span::from_millis(ms))
+    SlotConfig::usual(Source::T7 { address, axis: t7::Axis::Two }).every(Duration::from_millis(ms))
 }
 
 fn isu(address: u8, ms: u32) -> SlotConfig {
     SlotConfig::usual(Source::Isu { address: isu::Address::new(address).unwrap() })
-        .every(Span::from_millis(ms))
+        .every(Duration::from_millis(ms))
 }
 
 fn check(table: &[SlotConfig], damping_ms: fn(u8) -> Option<u16>) -> Vec<Finding> {

@@ -1,6 +1,6 @@
 //! Every order in every time.
 
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Instant, Serial, Timing};
 use clino_codec::isu::eeprom::Change;
 use clino_codec::t7::{Address, Axis, BaudRate};
 use clino_codec::{isu, pwm};
@@ -88,7 +88,7 @@ fn what_is_refused_is_not_begun_and_its_own_fault_comes_first() {
     for order in reading() {
         assert!(gateway.carry_out(order, Asker::Console).is_err());
     }
-    gateway.poll(Bus::T7, Micros(1_000_000), |_| panic!("nothing is asked"));
+    gateway.poll(Bus::T7, Instant::from_micros(1_000_000), |_| panic!("nothing is asked"));
     assert_eq!((gateway.progress(Bus::T7), gateway.progress(Bus::Isu)), (None, None));
     let wrong = Order::T7(OfT7::Set(Device::at(address(5)).unwrap(), DeviceSetting::Damping(5_001)));
     assert!(matches!(gateway.carry_out(wrong, Asker::Console), Err(Refusal::T7(_))));

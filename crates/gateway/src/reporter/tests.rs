@@ -3,8 +3,9 @@
 use super::*;
 use crate::Reading;
 use crate::alarm::Alarms;
-use crate::config::{PwmInput, Source, Span};
+use crate::config::{PwmInput, Source};
 use crate::health::Health;
+use clino_bus::Duration;
 use clino_codec::angle::Angle;
 use std::vec::Vec;
 
@@ -24,15 +25,15 @@ fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Read
         rate: 0,
         turns: 0,
         temperature: None,
-        measured: Some(Micros(measured)),
-        stale_after: Span::from_millis(1_000),
-        period: Span::from_millis(33),
-        report_every: Span::from_millis(report_every_ms),
+        measured: Some(Instant::from_micros(measured)),
+        stale_after: Duration::from_millis(1_000),
+        period: Duration::from_millis(33),
+        report_every: Duration::from_millis(report_every_ms),
     }
 }
 
 fn next(reporter: &mut Reporter, readings: &[Reading], now_ms: u32) -> Option<u8> {
-    let now = Micros::from_millis(now_ms);
+    let now = Instant::from_millis(now_ms);
     let next = reporter.next(|slot| readings.get(slot).map(|reading| reading.glance(now)), now);
     next.and_then(|report| readings.get(report.slot)).map(|reading| reading.slot)
 }
@@ -119,7 +120,7 @@ fn each_alarm_that_changes_is_printed_once_and_first() {
     let mut reporter = Reporter::new();
     let mut readings = [reading(0, 1, 0, 1_000), reading(1, 1, 0, 1_000)];
     let mut look = |readings: &[Reading], now_ms| {
-        let now = Micros::from_millis(now_ms);
+        let now = Instant::from_millis(now_ms);
         let report = reporter.next(|slot| readings.get(slot).map(|reading| reading.glance(now)), now);
         report.map(|report| (report.slot, report.alarm))
     };

@@ -20,7 +20,7 @@
 //! ([`Health::NOISY`](crate::Health::NOISY)) and in the counters. Behind a transceiver whose receiver is off while it drives,
 //! a driver that is always on makes the gateway deaf: that is mute, as a cut pair is.
 
-use clino_bus::{BusCounters, Micros};
+use clino_bus::{BusCounters, Duration, Instant};
 
 use crate::bits::Bits;
 use crate::trace::Verdict;
@@ -29,7 +29,7 @@ use crate::trace::Verdict;
 const ROUNDS: u8 = 2;
 /// From the first request in vain to a fault, at least: longer than the bursts of noise that a plant has, shorter than the
 /// second after which a node is taken for dead, so that no node of a faulty bus is.
-const FAULTY_AFTER: Micros = Micros::from_millis(500);
+const FAULTY_AFTER: Duration = Duration::from_millis(500);
 /// One exchange in so many: a babbler that pauses for a millisecond hits every fourth of our frames of 0.3 ms.
 const BABBLE_SHARE: u8 = 4;
 
@@ -112,7 +112,7 @@ struct Marks {
 pub(crate) struct Watch {
     health: BusHealth,
     /// When the first of the requests in vain ended.
-    since: Micros,
+    since: Instant,
     /// Who has been asked in vain in this round,
     failed: Bits,
     /// and what was seen then, counted by fault.
@@ -167,7 +167,7 @@ impl Watch {
         verdict: Verdict,
         counters: &BusCounters,
         living: Bits,
-        at: Micros,
+        at: Instant,
     ) -> Consequence {
         let seen = self.look(verdict, counters);
         if self.health.in_vain == 0 {

@@ -19,7 +19,7 @@
 //! *Time.* Looking through all slots takes longer than the bus should wait between two exchanges. So it is done while an
 //! answer is awaited ([`Queue::look_ahead`]), and again only if that exchange does not end well.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 
 use super::Polled;
 use super::silence::Silence;
@@ -28,29 +28,29 @@ use crate::trace::Purpose;
 
 /// A value that has to be confirmed is asked for again after this. What has damaged the first answer is over then: twenty
 /// milliseconds are two periods of the mains' harmonics, and the exchanges of several other nodes.
-pub(crate) const CONFIRM_AFTER: Micros = Micros::from_millis(20);
+pub(crate) const CONFIRM_AFTER: Duration = Duration::from_millis(20);
 /// Readings in a row without any answer after which a node is taken for dead.
 const DEAD_AFTER: u8 = 3;
 /// A node that has answered within this time is not dead, but has perhaps taken noise for the beginning of a long
 /// command: it then takes what is asked for the rest of that, and the more often it is asked the sooner it is back.
-const GONE_AFTER: Micros = Micros::from_millis(1_000);
+const GONE_AFTER: Duration = Duration::from_millis(1_000);
 /// A pause between two probes of a node grows by one part in so many, and by a millisecond.
 const PAUSE_GROWS: u16 = 16;
 /// The longest pause. What is left of 2 s is for the other dead nodes.
 const LONGEST_PAUSE_MS: u16 = 1_200;
 /// Nothing will be to be asked.
-const NEVER: Micros = Micros(u64::MAX);
+const NEVER: Instant = Instant::NEVER;
 
 /// The exchange in hand.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked {
     pub slot: usize,
-    pub since: Micros,
+    pub since: Instant,
     pub purpose: Purpose,
     /// Our last stop bit.
-    pub released: Micros,
+    pub released: Instant,
     /// Characters of the answer after the first.
-    pub rest_characters: u64,
+    pub rest_characters: u32,
 }
 
 pub(crate) struct Queue {
@@ -60,7 +60,7 @@ pub(crate) struct Queue {
     /// Who is next if the exchange in hand ends well.
     ahead: Option<usize>,
     /// Dead nodes together get one part in so many of the bus.
-    probe_share: u64,
+    probe_share: u32,
     silence: Silence,
     /// Nobody on the bus answers.
     faulty: bool,
@@ -69,19 +69,19 @@ pub(crate) struct Queue {
     /// Who was dead before that.
     gone: Bits,
     /// No dead node is asked before this, unless nobody else is due.
-    probe_at: Micros,
+    probe_at: Instant,
     /// What the last probe took.
-    probe_took: Micros,
+    probe_took: Duration,
     /// Nothing is to be asked before this. Found by looking through all slots, which is not done for every character
     /// that comes in.
-    idle_until: Micros,
+    idle_until: Instant,
 }
 
 impl Queue {
     /// The queue of no slot. Dead nodes together get one part in `probe_share` of the bus; after a silence of
     /// `silence` all nodes hear again, whatever they have taken for a request.
     #[inline(always)]
-    pub fn new(probe_share: u64, silence: Micros) -> Self {
+    pub fn new(probe_share: u32, silence: Duration) -> Self {
         Queue {
             silence: Silence::new(silence),
             faulty: false,
@@ -91,9 +91,9 @@ impl Queue {
             asked: None,
             ahead: None,
             probe_share,
-            probe_at: Micros::ZERO,
-            probe_took: Micros::ZERO,
-            idle_until: Micros::ZERO,
+            probe_at: Instant::ZERO,
+            probe_took: Duration::ZERO,
+            idle_until: Instant::ZERO,
         }
     }
 
@@ -109,20 +109,20 @@ impl Queue {
 
     /// Something has happened that may change what is to be asked, and when.
     pub fn look_again(&mut self) {
-        self.idle_until = Micros::ZERO;
+        self.idle_until = Instant::ZERO;
     }
 
     /// When something is to be asked, if ever.
-    pub fn poll_at(&self) -> Option<Micros> {
+    pub fn poll_at(&self) -> Option<Instant> {
         (self.idle_until != NEVER).then_some(self.idle_until)
     }
 
     /// The slot to be asked now, if there is one. `ask_at` says when the master can ask for a slot.
     pub fn next(
         &mut self,
-        now: Micros,
+        now: Instant,
         slots: &[Polled],
-        ask_at: &dyn Fn(&Polled) -> Option<Micros>,
+        ask_at: &dyn Fn(&Polled) -> Option<Instant>,
     ) -> Option<usize> {
         let silent_until = self.silence.keep(now);
         if now < silent_until {
@@ -164,11 +164,11 @@ impl Queue {
     }
 
     /// Our last stop bit was out at `at`; there is time to see who is next.
-    pub fn look_ahead(&mut self, at: Micros, slots: &[Polled]) {
+    pub fn look_ahead(&mut self, at: Instant, slots: &[Polled]) {
         let Some(asked) = &mut self.asked else { return };
         asked.released = at;
         let in_hand = asked.slot;
-        let mut ahead: Option<(Micros, usize)> = None;
+        let mut ahead: Option<(Instant, usize)> = None;
         for (index, polled) in self.mine(slots) {
             // What the slot in hand is due for besides its next reading, the exchange in hand will tell.
             let due = if index == in_hand { polled.turn.due } else { polled.due(CONFIRM_AFTER, at) };
@@ -187,11 +187,11 @@ impl Queue {
     /// The slot that may be asked first, and when; of those that may be asked now, the one that is due for longest.
     fn soonest(
         &self,
-        now: Micros,
+        now: Instant,
         slots: &[Polled],
-        ask_at: &dyn Fn(&Polled) -> Option<Micros>,
-    ) -> Option<(Micros, usize)> {
-        let mut soonest: Option<(Micros, Micros, usize)> = None;
+        ask_at: &dyn Fn(&Polled) -> Option<Instant>,
+    ) -> Option<(Instant, usize)> {
+        let mut soonest: Option<(Instant, Instant, usize)> = None;
         let mut next_living = NEVER;
         for dead in [false, true] {
             for (index, polled) in self.mine(slots).filter(|(_, polled)| polled.turn.dead == dead) {
@@ -218,7 +218,7 @@ impl Queue {
     }
 
     /// When the slot may be asked: when it is due, and there is time for dead nodes if it is one.
-    fn free(&self, polled: &Polled, now: Micros) -> Micros {
+    fn free(&self, polled: &Polled, now: Instant) -> Instant {
         if polled.turn.dead {
             polled.due(CONFIRM_AFTER, now).max(self.probe_at)
         } else {
@@ -242,7 +242,7 @@ impl Queue {
     }
 
     /// Something was wrong with the line at `at`: what was heard was no answer, or somebody else talked.
-    pub fn note_trouble(&mut self, at: Micros) {
+    pub fn note_trouble(&mut self, at: Instant) {
         self.silence.trouble(at);
         self.troubled = self.faulty;
     }
@@ -268,13 +268,13 @@ impl Queue {
     }
 
     /// Nobody is asked until all nodes hear again, whatever they have taken what was sent until `since` for.
-    pub fn keep_silent(&mut self, since: Micros) {
+    pub fn keep_silent(&mut self, since: Instant) {
         self.silence.begin(since);
         self.look_again();
     }
 
     /// Nobody is asked before this.
-    pub fn silent_until(&self) -> Micros {
+    pub fn silent_until(&self) -> Instant {
         self.silence.until()
     }
 
@@ -286,7 +286,7 @@ impl Queue {
 
     /// These are due at once.
     #[inline(never)]
-    pub fn schedule_now(&mut self, those: Bits, slots: &mut [Polled], at: Micros) {
+    pub fn schedule_now(&mut self, those: Bits, slots: &mut [Polled], at: Instant) {
         for index in those.iter() {
             if let Some(polled) = slots.get_mut(index) {
                 polled.turn.due = polled.turn.due.min(at);
@@ -297,7 +297,7 @@ impl Queue {
 
     /// The bus is faulty as a whole, or is so no more. Whoever was dead may be back: all begin anew.
     #[inline(never)]
-    pub fn set_faulty(&mut self, faulty: bool, slots: &mut [Polled], at: Micros) {
+    pub fn set_faulty(&mut self, faulty: bool, slots: &mut [Polled], at: Instant) {
         self.faulty = faulty;
         self.troubled = false;
         if faulty {
@@ -316,7 +316,7 @@ impl Queue {
     }
 
     /// A reading of the slot ended at `at`, in silence or not.
-    pub fn note_silence(&mut self, polled: &mut Polled, asked: &Asked, silent: bool, at: Micros) {
+    pub fn note_silence(&mut self, polled: &mut Polled, asked: &Asked, silent: bool, at: Instant) {
         let was_dead = polled.turn.dead;
         polled.turn.silent = if silent { polled.turn.silent.saturating_add(1) } else { 0 };
         if silent {
@@ -336,7 +336,7 @@ impl Queue {
             let grown =
                 polled.turn.pause_ms.saturating_add(polled.turn.pause_ms / PAUSE_GROWS).saturating_add(1);
             polled.turn.pause_ms = grown.min(LONGEST_PAUSE_MS);
-            polled.turn.due = polled.turn.due.max(at + Micros::from_millis(polled.turn.pause_ms.into()));
+            polled.turn.due = polled.turn.due.max(at + Duration::from_millis(polled.turn.pause_ms.into()));
         } else {
             self.silence.died(at);
         }

@@ -14,21 +14,21 @@
 //! misses some of a fast one's, one in thirteen at 8 %. An angle of a slow one that is read again may be taken for a new
 //! one that is the same. A module asked less often than it refreshes is not followed.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 
 use crate::stamp::Stamp;
 
 /// From one angle to the next: 8/15 s (AN #201 section 4).
-pub(crate) const REFRESH: Micros = Micros(533_333);
+pub(crate) const REFRESH: Duration = Duration::from_micros(533_333);
 /// How far a module's clock may be off: one in a hundred, a ceramic resonator's worst. The document gives no figure.
-const TOLERANCE: Micros = Micros(REFRESH.0 / 100);
-const SHORTEST: Micros = Micros(REFRESH.0 - TOLERANCE.0);
-const LONGEST: Micros = Micros(REFRESH.0 + TOLERANCE.0);
+const TOLERANCE: Duration = Duration::from_micros(REFRESH.as_micros() / 100);
+const SHORTEST: Duration = Duration::from_micros(REFRESH.as_micros() - TOLERANCE.as_micros());
+const LONGEST: Duration = Duration::from_micros(REFRESH.as_micros() + TOLERANCE.as_micros());
 /// Two exchanges of 12.5 ms: a reading in the middle of less than this would be of no use.
-const NARROW: Micros = Micros(25_000);
+const NARROW: Duration = Duration::from_micros(25_000);
 /// Longest time between two readings while the instant is not known: a refresh less the 5 % by which the PWM output of the
 /// same clock may be off, and an exchange.
-const BLIND: Micros = Micros(490_000);
+const BLIND: Duration = Duration::from_micros(490_000);
 
 /// What is known of a module's next angle.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,7 +48,7 @@ pub(crate) struct RefreshTracker {
 impl RefreshTracker {
     /// An angle was read with a request that was out at `asked` and whose answer ended at `at`. Returns whether it was not
     /// read before; an angle that equals its predecessor counts as new when a refresh has certainly passed.
-    pub fn read(&mut self, code: i32, asked: Micros, at: Micros) -> bool {
+    pub fn read(&mut self, code: i32, asked: Instant, at: Instant) -> bool {
         let changed = !self.known || code != self.code;
         let (from, by) = self.bounds(at);
         let overdue = asked >= by;
@@ -64,7 +64,7 @@ impl RefreshTracker {
         };
         *self = RefreshTracker {
             from: Stamp::of(from),
-            width: u32::try_from(by.since(from).0).unwrap_or(u32::MAX),
+            width: by.since(from).as_micros(),
             code,
             known: true,
             locked,
@@ -73,23 +73,23 @@ impl RefreshTracker {
     }
 
     /// After when, and by when, the next angle appears.
-    fn bounds(&self, now: Micros) -> (Micros, Micros) {
+    fn bounds(&self, now: Instant) -> (Instant, Instant) {
         let from = self.from.near(now);
-        (from, from + Micros(self.width.into()))
+        (from, from + Duration::from_micros(self.width))
     }
 
     /// When to ask after a request at `asked`, at most about `period` later; `None` if the module is not followed.
-    pub fn next(&self, asked: Micros, period: Micros) -> Option<Micros> {
+    pub fn next(&self, asked: Instant, period: Duration) -> Option<Instant> {
         if period > REFRESH || !self.known {
             return None;
         }
         let (from, by) = self.bounds(asked);
-        let middle = from + Micros((self.width / 2).into());
+        let middle = from + Duration::from_micros(self.width / 2);
         let is_wide = by.since(from) > NARROW && middle > asked;
         let best = if is_wide { middle } else { by };
         let period = if self.locked { period } else { period.min(BLIND) };
         // A reading shortly before the best instant would find nothing new.
-        let at_most = asked + period + Micros(period.0 / 8);
+        let at_most = asked + period + Duration::from_micros(period.as_micros() / 8);
         Some(if best <= at_most { best } else { asked + period })
     }
 }

@@ -18,7 +18,7 @@
 //! Limit: a change that nothing on the bus shows (somebody else's tool, a magnet) is not noticed; a T7 that is asked for
 //! everything says its serial number, and another one is another sensor.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 
 use super::Polled;
 use crate::bits::Bits;
@@ -83,7 +83,7 @@ pub(crate) fn readers(slots: &[Polled], bus: Bus, nodes: Nodes) -> Bits {
 pub(crate) struct Settling {
     nodes: Nodes,
     /// They say their new numbers to whatever is asked after this,
-    until: Micros,
+    until: Instant,
     /// and after the end of the task.
     task: bool,
     /// The exchange in hand is one that may change them.
@@ -92,13 +92,13 @@ pub(crate) struct Settling {
 
 impl Settling {
     /// A request that may change these nodes goes out for a task.
-    pub fn begin(&mut self, nodes: Nodes, now: Micros) {
+    pub fn begin(&mut self, nodes: Nodes, now: Instant) {
         self.add(nodes, now, now);
         (self.task, self.in_hand) = (true, true);
     }
 
     /// What was asked of these nodes before `until` is not used.
-    pub fn add(&mut self, nodes: Nodes, until: Micros, now: Micros) {
+    pub fn add(&mut self, nodes: Nodes, until: Instant, now: Instant) {
         if !self.task && now >= self.until {
             self.nodes = Nodes::NONE;
         }
@@ -106,7 +106,7 @@ impl Settling {
     }
 
     /// An exchange of the task has ended, answered or not. If it may have changed its nodes, they have done so by `until`.
-    pub fn sent(&mut self, until: Micros) {
+    pub fn sent(&mut self, until: Instant) {
         if core::mem::take(&mut self.in_hand) {
             self.until = self.until.max(until);
         }
@@ -118,7 +118,7 @@ impl Settling {
     }
 
     /// Whether what these nodes say to a request of `asked` is not used.
-    pub fn holds(&self, nodes: Nodes, asked: Micros) -> bool {
+    pub fn holds(&self, nodes: Nodes, asked: Instant) -> bool {
         (self.task || asked < self.until) && self.nodes.meet(nodes)
     }
 }

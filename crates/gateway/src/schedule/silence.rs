@@ -9,26 +9,26 @@
 //! - when everybody had [reason to be deaf](Silence::doubt) and somebody does not answer. Everybody is asked once before
 //!   that: those who hear need not wait for those who do not.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 
 use crate::bits::Bits;
 
 /// What was wrong with the line so long ago has nothing to do with a node that is silent now: the second after which a node
 /// is taken for dead, and as much.
-const TROUBLE_LASTS: Micros = Micros::from_millis(2_000);
+const TROUBLE_LASTS: Duration = Duration::from_millis(2_000);
 /// A node that is unplugged while it answers makes one bad answer; more is something else.
 const TROUBLES: u8 = 2;
 /// From one silence to the next, at least: 10 % of the time at most, on a line that is never without noise.
-const SILENCE_EVERY: Micros = Micros::from_millis(5_000);
+const SILENCE_EVERY: Duration = Duration::from_millis(5_000);
 
 pub(super) struct Silence {
     /// After so long every node takes the next character for the beginning of a request; zero if the nodes need no silence.
-    span: Micros,
+    span: Duration,
     /// When something was wrong with the line last, and how often in a row.
-    trouble_at: Micros,
+    trouble_at: Instant,
     troubles: u8,
     /// Nobody is asked before this.
-    until: Micros,
+    until: Instant,
     /// A node may be deaf and has not been given its silence yet.
     owed: bool,
     /// Everybody may be deaf.
@@ -41,12 +41,12 @@ pub(super) struct Silence {
 
 impl Silence {
     /// After a silence of `span` all nodes hear again, whatever they have taken for a request.
-    pub fn new(span: Micros) -> Self {
+    pub fn new(span: Duration) -> Self {
         Silence {
             span,
-            trouble_at: Micros::ZERO,
+            trouble_at: Instant::ZERO,
             troubles: 0,
-            until: Micros::ZERO,
+            until: Instant::ZERO,
             owed: false,
             doubted: false,
             unasked: Bits::EMPTY,
@@ -55,27 +55,27 @@ impl Silence {
     }
 
     /// Something was wrong with the line at `at`: what was heard was no answer, or somebody else talked.
-    pub fn trouble(&mut self, at: Micros) {
+    pub fn trouble(&mut self, at: Instant) {
         let before = if self.is_in_trouble(at) { self.troubles } else { 0 };
         (self.trouble_at, self.troubles) = (at, before.saturating_add(1));
     }
 
-    fn is_in_trouble(&self, at: Micros) -> bool {
+    fn is_in_trouble(&self, at: Instant) -> bool {
         at.since(self.trouble_at) <= TROUBLE_LASTS
     }
 
     /// A node has just been taken for dead, at `at`.
-    pub fn died(&mut self, at: Micros) {
+    pub fn died(&mut self, at: Instant) {
         self.owed |= self.troubles >= TROUBLES && self.is_in_trouble(at);
     }
 
     /// All who have heard something until `since` are given their silence.
-    pub fn begin(&mut self, since: Micros) {
+    pub fn begin(&mut self, since: Instant) {
         self.until = self.until.max(since + self.span);
     }
 
     /// Nobody is asked before this.
-    pub fn until(&self) -> Micros {
+    pub fn until(&self) -> Instant {
         self.until
     }
 
@@ -109,8 +109,8 @@ impl Silence {
 
     /// Until when nobody is asked. To be called while no exchange is in hand.
     #[inline(never)]
-    pub fn keep(&mut self, now: Micros) -> Micros {
-        let often = self.until > Micros::ZERO && now < self.until + SILENCE_EVERY;
+    pub fn keep(&mut self, now: Instant) -> Instant {
+        let often = self.until > Instant::ZERO && now < self.until + SILENCE_EVERY;
         let all_asked = self.doubted && self.unasked.is_empty();
         if (self.owed && !often) || (all_asked && !self.missed.is_empty()) {
             self.owed = false;

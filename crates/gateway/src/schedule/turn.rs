@@ -1,6 +1,6 @@
 //! What the scheduler keeps about a slot: when it is due, how its tries went, whether its node is taken for dead.
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 
 use super::refresh::RefreshTracker;
 use crate::config::SlotConfig;
@@ -13,7 +13,7 @@ use crate::value::Status;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Turn {
     /// When the next reading is due.
-    pub due: Micros,
+    pub due: Instant,
     /// Tries of the reading in hand that have failed.
     pub tried: u8,
     /// Readings in a row to which there was no answer.
@@ -29,13 +29,13 @@ pub(crate) struct Turn {
 impl Turn {
     /// Books the next reading one period after this one was due: no drift. A reading that comes so late that
     /// the next one is due already is not made up for. Returns whether one was left out like that.
-    pub fn book_next(&mut self, period: Micros, now: Micros) -> bool {
+    pub fn book_next(&mut self, period: Duration, now: Instant) -> bool {
         let next = self.due + period;
-        if next > now || period == Micros::ZERO {
+        if next > now || period == Duration::ZERO {
             self.due = next.max(now);
             return false;
         }
-        let skipped = self.due > Micros::ZERO;
+        let skipped = self.due > Instant::ZERO;
         self.due = now + period;
         skipped
     }
@@ -95,9 +95,9 @@ impl Polled {
     }
 
     /// When the slot wants to be asked; a retry goes first, a value that is to be confirmed `confirm_after` it came.
-    pub fn due(&self, confirm_after: Micros, now: Micros) -> Micros {
+    pub fn due(&self, confirm_after: Duration, now: Instant) -> Instant {
         match self.slot.confirm_at(confirm_after, now) {
-            _ if self.turn.tried > 0 => Micros::ZERO,
+            _ if self.turn.tried > 0 => Instant::ZERO,
             Some(confirm_at) => confirm_at.min(self.turn.due),
             None => self.turn.due,
         }

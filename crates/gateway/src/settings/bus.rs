@@ -3,7 +3,7 @@
 //! A bit rate brings its usual waits with it ([`BusSettings::usual`]). What comes of a change is in `change.rs`.
 
 use clino_bus::line::EchoMode;
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Duration, Serial, Timing};
 
 use super::BusSettings;
 use super::setting::{Form, Setting, names};
@@ -60,7 +60,7 @@ pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
             unit: "us",
             form: us(LONGEST_GUARD),
             get: |s| micros(s.timing.guard),
-            set: |s, v| s.set_guard(Micros(v as u64)),
+            set: |s, v| s.set_guard(Duration::from_micros(v as u32)),
             with: &["baud"],
             text: "silence before our driver is switched on",
         },
@@ -70,7 +70,7 @@ pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
             unit: "us",
             form: us(LONGEST_PRE),
             get: |s| micros(s.line.pre_delay),
-            set: |s, v| s.line.pre_delay = Micros(v as u64),
+            set: |s, v| s.line.pre_delay = Duration::from_micros(v as u32),
             with: &[],
             text: "from DE high to our first start bit",
         },
@@ -80,7 +80,7 @@ pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
             unit: "us",
             form: us(longest_post),
             get: |s| micros(s.line.post_delay),
-            set: |s, v| s.line.post_delay = Micros(v as u64),
+            set: |s, v| s.line.post_delay = Duration::from_micros(v as u32),
             with: &[],
             text: "from our last stop bit to DE low",
         },
@@ -139,7 +139,7 @@ impl BusSettings {
         }
     }
 
-    fn set_guard(&mut self, guard: Micros) {
+    fn set_guard(&mut self, guard: Duration) {
         self.timing.guard = guard;
         self.line.guard = guard;
     }
@@ -149,8 +149,8 @@ const fn us(most: i64) -> Form {
     Form::Number { least: 0, most, decimals: 0 }
 }
 
-fn micros(span: Micros) -> i64 {
-    i64::try_from(span.0).unwrap_or(i64::MAX)
+fn micros(span: Duration) -> i64 {
+    span.as_micros().into()
 }
 
 /// The code of an echo mode.

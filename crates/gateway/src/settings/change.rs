@@ -8,7 +8,7 @@
 //! present rate was set by hand, and stays at every rate.
 
 use clino_bus::line::{self, EchoMode};
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Duration, Serial, Timing};
 
 use super::bus::id;
 use super::{BusSettings, Given, Named, bus};
@@ -22,11 +22,11 @@ pub struct BusChange {
     /// Bit rate, bit/s. The usual waits of that rate come with it.
     pub baud: Option<u32>,
     /// Silence before our driver is switched on.
-    pub guard: Option<Micros>,
+    pub guard: Option<Duration>,
     /// From there to the first start bit.
-    pub pre_delay: Option<Micros>,
+    pub pre_delay: Option<Duration>,
     /// From the last stop bit until the driver is switched off.
-    pub post_delay: Option<Micros>,
+    pub post_delay: Option<Duration>,
     /// Whether our own characters come back.
     pub echo: Option<EchoMode>,
 }
@@ -42,7 +42,7 @@ impl BusChange {
             let Some(Given { value, scale }) = named(setting.id) else { continue };
             let value = value.saturating_mul(scale);
             setting.check(value)?;
-            let micros = Some(Micros(value as u64));
+            let micros = Some(Duration::from_micros(value as u32));
             match setting.id {
                 id::BAUD => change.baud = Some(value as u32),
                 id::GUARD => change.guard = micros,

@@ -1,7 +1,5 @@
 //! What can be set of the console.
 
-use clino_bus::Micros;
-
 use super::setting::{Form, Named, Setting, change, names};
 use crate::refusal::Refusal;
 
@@ -26,9 +24,10 @@ impl ConsoleSettings {
     /// A minute: longer than a person hesitates between two commands, and a logger misses no more.
     pub const DEFAULT: ConsoleSettings = ConsoleSettings { idle_s: 60 };
 
-    /// Time at an empty prompt after which the stream goes on, if it ever does.
-    pub fn idle(&self) -> Option<Micros> {
-        (self.idle_s > 0).then(|| Micros::from_millis(self.idle_s.saturating_mul(1_000)))
+    /// Time at an empty prompt after which the stream goes on, if it ever does, in milliseconds: a day is more than a
+    /// [`Duration`](clino_bus::Duration) holds.
+    pub fn idle_ms(&self) -> Option<u32> {
+        (self.idle_s > 0).then(|| self.idle_s.saturating_mul(1_000))
     }
 }
 

@@ -9,14 +9,12 @@
 //! - A stale limit that is not set follows period and timeout; one that is set has to fit them.
 //! - What the kind does not have ([`applies`]) is held without effect.
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7;
 
 use super::setting::{Form, Given, NO_SLOT, Named, Setting, change, names};
-use crate::config::{
-    AlarmLimits, Ask, Direction, Filter, Kind, PWM_PERIOD, SINGLE_AXIS, SlotConfig, Source, Span,
-};
+use crate::config::{AlarmLimits, Ask, Direction, Filter, Kind, PWM_PERIOD, SINGLE_AXIS, SlotConfig, Source};
 use crate::refusal::{Number, Refusal};
 
 /// The settings' numbers in the stored record. A number is never given to another setting.
@@ -55,9 +53,9 @@ pub mod id {
 }
 
 /// Longest period: twenty minutes.
-pub const LONGEST_PERIOD: Micros = Micros(1_200_000_000);
+pub const LONGEST_PERIOD: Duration = Duration::from_micros(1_200_000_000);
 /// Longest age of a good value: an hour, three of the longest periods.
-pub const LONGEST_STALE: Micros = Micros(3_600_000_000);
+pub const LONGEST_STALE: Duration = Duration::from_micros(3_600_000_000);
 /// Shortest age at which a value may be called stale: a slower T7 answers within 25 ms, µs.
 const SHORTEST_STALE: i64 = 10_000;
 /// Longest time allowed for an answer to begin: the only one an ISU's document knows, 400 ms (AN #201 section 4), and
@@ -77,9 +75,9 @@ const LONGEST_DELAY: i64 = 36_000;
 const HIGHEST_ADDRESS: i64 = 127;
 
 /// What a T7 is allowed before it answers (T7 guide section 1): shorter timeouts refuse good answers.
-const T7_LATENCY: Span = Span::from_millis(2);
+const T7_LATENCY: Duration = Duration::from_millis(2);
 /// An ISU raises its driver 1 ms before its first bit (AN #201 section 2, TXEN).
-const ISU_LATENCY: Span = Span::from_millis(1);
+const ISU_LATENCY: Duration = Duration::from_millis(1);
 
 const fn ms(least: i64, most: i64) -> Form {
     thousandths(least, most)
@@ -168,9 +166,9 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         id: id::PERIOD,
         name: "period",
         unit: "ms",
-        form: ms(0, LONGEST_PERIOD.0 as i64),
+        form: ms(0, LONGEST_PERIOD.as_micros() as i64),
         get: |c| c.period.as_micros().into(),
-        set: |c, v| c.period = Span::from_micros(v as u32),
+        set: |c, v| c.period = Duration::from_micros(v as u32),
         with: &["stale"],
         text: "from one reading to the next; 0: as often as the bus can",
     },
@@ -180,7 +178,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         unit: "ms",
         form: ms(0, LONGEST_TIMEOUT),
         get: |c| c.timeout.as_micros().into(),
-        set: |c, v| c.timeout = Span::from_micros(v as u32),
+        set: |c, v| c.timeout = Duration::from_micros(v as u32),
         with: &["stale"],
         text: "longest wait for an answer; 0: as the sensor's document says",
     },
@@ -198,9 +196,9 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         id: id::STALE,
         name: "stale",
         unit: "ms",
-        form: ms(SHORTEST_STALE, LONGEST_STALE.0 as i64),
+        form: ms(SHORTEST_STALE, LONGEST_STALE.as_micros() as i64),
         get: |c| c.stale_after().as_micros().into(),
-        set: |c, v| c.stale = Span::from_micros(v as u32),
+        set: |c, v| c.stale = Duration::from_micros(v as u32),
         with: &["period", "timeout", "stale_auto"],
         text: "a value older than this is stale",
     },
@@ -209,8 +207,8 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         name: "stale_auto",
         unit: "",
         form: Form::Flag,
-        get: |c| (c.stale == Span::ZERO).into(),
-        set: |c, v| c.stale = if v == 0 { c.stale_after() } else { Span::ZERO },
+        get: |c| (c.stale == Duration::ZERO).into(),
+        set: |c, v| c.stale = if v == 0 { c.stale_after() } else { Duration::ZERO },
         with: &["stale"],
         text: "1: stale follows, three times the longer of period and timeout; 0: stale is as it was set",
     },
@@ -218,9 +216,9 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         id: id::REPORT,
         name: "report",
         unit: "ms",
-        form: ms(0, LONGEST_STALE.0 as i64),
+        form: ms(0, LONGEST_STALE.as_micros() as i64),
         get: |c| c.report_every.as_micros().into(),
-        set: |c, v| c.report_every = Span::from_micros(v as u32),
+        set: |c, v| c.report_every = Duration::from_micros(v as u32),
         with: &[],
         text: "least time between two lines of the stream while the status stays",
     },
@@ -458,7 +456,7 @@ pub fn changed(now: &SlotConfig, named: Named<'_>) -> Result<SlotConfig, Refusal
     // A limit that is told beside the period may be the one that follows from it; told alone, it is meant.
     if let (Some(given), None, None) = (named(id::STALE), named(id::PERIOD), named(id::STALE_AUTO)) {
         config.stale =
-            Span::from_micros(u32::try_from(given.value.saturating_mul(given.scale)).unwrap_or(u32::MAX));
+            Duration::from_micros(u32::try_from(given.value.saturating_mul(given.scale)).unwrap_or(u32::MAX));
     }
     check(&config)?;
     Ok(config)
@@ -511,7 +509,7 @@ pub fn check(config: &SlotConfig) -> Result<(), Refusal> {
     {
         return Err(Refusal::Shorter { number: high.number(config), least: low.number(config) });
     }
-    if config.timeout > Span::ZERO {
+    if config.timeout > Duration::ZERO {
         fits(config, id::TIMEOUT, config.timeout, span("latency", latency(config.source.kind())))?;
     }
     // The cycles of a PWM output come at their own period.
@@ -524,16 +522,16 @@ pub fn check(config: &SlotConfig) -> Result<(), Refusal> {
 }
 
 /// What the sensor's document allows it before it answers.
-pub const fn latency(kind: Kind) -> Span {
+pub const fn latency(kind: Kind) -> Duration {
     match kind {
         Kind::T7 => T7_LATENCY,
         Kind::Isu => ISU_LATENCY,
-        Kind::Off | Kind::Pwm => Span::ZERO,
+        Kind::Off | Kind::Pwm => Duration::ZERO,
     }
 }
 
 /// A span is not shorter than another.
-fn fits(config: &SlotConfig, id: u8, is: Span, least: Number) -> Result<(), Refusal> {
+fn fits(config: &SlotConfig, id: u8, is: Duration, least: Number) -> Result<(), Refusal> {
     match setting(id) {
         Some(setting) if i64::from(is.as_micros()) < least.value => {
             Err(Refusal::Shorter { number: setting.number(config), least })
@@ -542,7 +540,7 @@ fn fits(config: &SlotConfig, id: u8, is: Span, least: Number) -> Result<(), Refu
     }
 }
 
-fn span(name: &'static str, span: Span) -> Number {
+fn span(name: &'static str, span: Duration) -> Number {
     Number { name, unit: "ms", value: span.as_micros().into(), decimals: 3 }
 }
 

@@ -1,12 +1,13 @@
 //! The tables are sound, and what comes of a change of a slot.
 
+use clino_bus::Duration;
 use std::collections::BTreeSet;
 use std::vec::Vec;
 
 use super::setting::{Form, Given, Setting};
 use super::slot::{self, id};
 use super::{bus, console, port};
-use crate::config::{Bus, Filter, Kind, Name, SlotConfig, Source, Span};
+use crate::config::{Bus, Filter, Kind, Name, SlotConfig, Source};
 use crate::refusal::Refusal;
 use clino_codec::t7::Axis;
 
@@ -119,7 +120,7 @@ fn each_setting_is_a_field_of_its_own() {
     // A stale limit and whether it follows are one field; kind, address and axis are a source.
     let linked = |id| matches!(id, id::KIND | id::ADDRESS | id::AXIS | id::STALE | id::STALE_AUTO);
     for kind in Kind::ALL {
-        let before = SlotConfig { stale: Span::from_millis(2_000), ..usual(kind, 1) };
+        let before = SlotConfig { stale: Duration::from_millis(2_000), ..usual(kind, 1) };
         for setting in slot::SETTINGS.iter().filter(|setting| !linked(setting.id)) {
             let (least, most) = setting.form.limits();
             for value in [least, most] {
@@ -177,7 +178,7 @@ fn a_stale_limit_follows() {
             expected_us,
             "{kind:?} {period_ms} {timeout_ms}"
         );
-        assert_eq!(config.stale, Span::ZERO);
+        assert_eq!(config.stale, Duration::ZERO);
     }
 }
 
@@ -213,7 +214,7 @@ fn another_kind_brings_its_usual_settings_for_what_is_not_named() {
     };
     assert_eq!(changed(&t7, &[(id::KIND, 2)]), Ok(usual(Kind::Isu, 5)));
     let kept = changed(&t7, &[(id::KIND, 2), (id::ADDRESS, 3), (id::PERIOD, 20_000), (id::RETRIES, 1)]);
-    assert_eq!(kept, Ok(SlotConfig { period: Span::from_millis(20), ..usual(Kind::Isu, 3) }));
+    assert_eq!(kept, Ok(SlotConfig { period: Duration::from_millis(20), ..usual(Kind::Isu, 3) }));
     assert_eq!(changed(&t7, &[(id::KIND, 0)]), Ok(SlotConfig::OFF));
     // An address that the kind does not have is held; one that is named is refused.
     let held = changed(&t7, &[(id::KIND, 3)]).expect("held");
@@ -237,7 +238,7 @@ fn an_unused_slot_holds_what_it_is_told() {
     let config = changed(&config, &[(id::KIND, 1)]).expect("a T7");
     let expected = SlotConfig {
         source: Source::of(Kind::T7, 9, Axis::One),
-        period: Span::from_millis(50),
+        period: Duration::from_millis(50),
         filter: Filter::Median,
         samples: 5,
         ..usual(Kind::T7, 9)
@@ -264,7 +265,7 @@ fn a_coarse_value_that_is_there_is_left_as_it_is() {
     let pwm = usual(Kind::Pwm, 1);
     let named = |value| move |id: u8| (id == id::PERIOD).then_some(Given { value, scale: 1_000 });
     assert_eq!(slot::changed(&pwm, &named(33)), Ok(pwm));
-    assert_eq!(slot::changed(&pwm, &named(34)).map(|config| config.period), Ok(Span::from_millis(34)));
+    assert_eq!(slot::changed(&pwm, &named(34)).map(|config| config.period), Ok(Duration::from_millis(34)));
 }
 
 #[test]

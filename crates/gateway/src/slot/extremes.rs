@@ -2,7 +2,7 @@
 //!
 //! They are forgotten when the angle means something else (source, zero, direction, range, filter), and with a reset.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 
 use crate::stamp::Stamp;
 
@@ -26,13 +26,13 @@ pub struct Extremes {
 pub struct ExtremeAngle {
     /// In 0.001°, in the slot's range.
     pub mdeg: i32,
-    /// Time since it came last.
-    pub age: Micros,
+    /// Time since it came last, in milliseconds.
+    pub age_ms: u64,
 }
 
 impl Extremes {
     /// An angle came at `at`, in 0.001°. One that is as low, or as high, as the extreme renews it.
-    pub(crate) fn take(&mut self, mdeg: i32, at: Micros) {
+    pub(crate) fn take(&mut self, mdeg: i32, at: Instant) {
         let now = Extreme { mdeg, at: Stamp::of(at) };
         if !core::mem::replace(&mut self.begun, true) {
             (self.lowest, self.highest) = (now, now);
@@ -46,17 +46,18 @@ impl Extremes {
     }
 
     /// The lowest angle; `None` if there was none.
-    pub fn lowest(&self, now: Micros) -> Option<ExtremeAngle> {
+    pub fn lowest(&self, now: Instant) -> Option<ExtremeAngle> {
         self.told(self.lowest, now)
     }
 
     /// The highest angle; `None` if there was none.
-    pub fn highest(&self, now: Micros) -> Option<ExtremeAngle> {
+    pub fn highest(&self, now: Instant) -> Option<ExtremeAngle> {
         self.told(self.highest, now)
     }
 
-    fn told(&self, extreme: Extreme, now: Micros) -> Option<ExtremeAngle> {
-        self.begun.then(|| ExtremeAngle { mdeg: extreme.mdeg, age: extreme.at.age(now) })
+    fn told(&self, extreme: Extreme, now: Instant) -> Option<ExtremeAngle> {
+        self.begun
+            .then(|| ExtremeAngle { mdeg: extreme.mdeg, age_ms: now.millis_since(extreme.at.near(now)) })
     }
 }
 
@@ -68,7 +69,10 @@ mod tests {
     #[test]
     fn there_is_none_before_the_first_angle() {
         let extremes = Extremes::default();
-        assert_eq!((extremes.lowest(Micros(5)), extremes.highest(Micros(5))), (None, None));
+        assert_eq!(
+            (extremes.lowest(Instant::from_micros(5)), extremes.highest(Instant::from_micros(5))),
+            (None, None)
+        );
     }
 
     proptest! {
@@ -77,16 +81,16 @@ mod tests {
         fn they_are_those_of_the_history(angles in prop::collection::vec(-20_i32..20, 1..40)) {
             let mut extremes = Extremes::default();
             for (index, &angle) in angles.iter().enumerate() {
-                extremes.take(angle, Micros(index as u64 * 1_000));
+                extremes.take(angle, Instant::from_micros(index as u64 * 1_000));
             }
-            let now = Micros(1_000_000);
-            let age = |of: i32| {
+            let now = Instant::from_micros(1_000_000);
+            let age_ms = |of: i32| {
                 let last = angles.iter().rposition(|&angle| angle == of).unwrap();
-                Micros(1_000_000 - last as u64 * 1_000)
+                1_000 - last as u64
             };
             let (least, most) = (*angles.iter().min().unwrap(), *angles.iter().max().unwrap());
-            prop_assert_eq!(extremes.lowest(now), Some(ExtremeAngle { mdeg: least, age: age(least) }));
-            prop_assert_eq!(extremes.highest(now), Some(ExtremeAngle { mdeg: most, age: age(most) }));
+            prop_assert_eq!(extremes.lowest(now), Some(ExtremeAngle { mdeg: least, age_ms: age_ms(least) }));
+            prop_assert_eq!(extremes.highest(now), Some(ExtremeAngle { mdeg: most, age_ms: age_ms(most) }));
         }
     }
 }

@@ -4,7 +4,7 @@
 //! angle, so that the published angle plus 360° for every turn is the unwrapped angle. The rate is that of the angles
 //! before they are rounded for publication.
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::angle::{Angle, Range};
 
 use super::maths::step;
@@ -32,10 +32,10 @@ pub(crate) struct Motion {
 impl Motion {
     /// Takes the next angle, to be published in `range`, which has to be the same every time. After a `gap` there is no
     /// rate.
-    pub fn take(&mut self, angle: Angle, range: Range, at: Micros, gap: bool) {
+    pub fn take(&mut self, angle: Angle, range: Range, at: Instant, gap: bool) {
         if self.begun {
             let step = step(self.angle, angle);
-            self.rate = if gap { 0 } else { rate(step, self.at.age(at)) };
+            self.rate = if gap { 0 } else { rate(step, self.at.micros_ago(at)) };
             // The published angles differ from the step by whole turns, and by what was rounded.
             let udeg = |angle: Angle| i64::from(Published::new(angle, range).angle().udeg());
             let across = udeg(self.angle).saturating_add(step.into()).saturating_sub(udeg(angle));
@@ -59,9 +59,9 @@ impl Motion {
     }
 }
 
-/// Millidegrees a second, towards zero; as far as the number goes.
-fn rate(step_udeg: i32, span: Micros) -> i32 {
-    let span = i64::try_from(span.0).unwrap_or(i64::MAX).max(1);
+/// Millidegrees a second of a step that took `us` microseconds, towards zero; as far as the number goes.
+fn rate(step_udeg: i32, us: u64) -> i32 {
+    let span = i64::try_from(us).unwrap_or(i64::MAX).max(1);
     let rate = i64::from(step_udeg).saturating_mul(MDEG_PER_S).checked_div(span).unwrap_or(0);
     i32::try_from(rate).unwrap_or(if rate < 0 { i32::MIN } else { i32::MAX })
 }

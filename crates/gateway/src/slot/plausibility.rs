@@ -12,7 +12,7 @@
 //!
 //! [`CONFIRM_AFTER`]: crate::schedule::queue::CONFIRM_AFTER
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::angle::Angle;
 
 use super::maths::step;
@@ -42,19 +42,24 @@ pub(crate) struct Demands {
     /// In 0.001°/s; [`NO_LIMIT`] allows any.
     pub max_rate: u32,
     /// A value older than this confirms nothing.
-    pub life: Micros,
+    pub life: Duration,
 }
 
 impl Demands {
-    /// Whether an angle can have become the other within `span`.
-    fn allow(&self, from: Angle, to: Angle, span: Micros) -> bool {
+    /// Whether an angle can have become the other within `us` microseconds.
+    fn allow(&self, from: Angle, to: Angle, us: u64) -> bool {
         let moved = step(from, to).unsigned_abs().saturating_sub(self.resolution);
-        let most = u64::from(self.max_rate).saturating_mul(span.0);
+        let most = u64::from(self.max_rate).saturating_mul(us);
         self.max_rate == NO_LIMIT || u64::from(moved).saturating_mul(PER_MDEG_PER_S) <= most
     }
 
-    fn agree(&self, one: Angle, other: Angle, span: Micros) -> bool {
-        span <= self.life && self.allow(one, other, span)
+    fn agree(&self, one: Angle, other: Angle, us: u64) -> bool {
+        self.holds(us) && self.allow(one, other, us)
+    }
+
+    /// Whether a value that came `us` microseconds ago can confirm another.
+    fn holds(&self, us: u64) -> bool {
+        us <= self.life.as_micros().into()
     }
 }
 
@@ -84,7 +89,7 @@ impl Plausibility {
         state: State::Distrusting,
         hurry: false,
         candidate: Angle::ZERO,
-        at: Stamp::of(Micros::ZERO),
+        at: Stamp::of(Instant::ZERO),
     };
 
     /// The witness did not come: it is not asked for out of turn again.
@@ -113,7 +118,7 @@ impl Plausibility {
     }
 
     /// When the value came that wants a witness.
-    pub fn since(&self, now: Micros) -> Micros {
+    pub fn since(&self, now: Instant) -> Instant {
         self.at.near(now)
     }
 
@@ -121,17 +126,19 @@ impl Plausibility {
     pub fn judge(
         &mut self,
         value: Angle,
-        at: Micros,
-        last: Option<(Angle, Micros)>,
+        at: Instant,
+        last: Option<(Angle, Instant)>,
         demands: &Demands,
     ) -> Acceptance {
-        let waited = self.at.age(at);
+        let waited = self.at.micros_ago(at);
         let acceptance = match self.state {
             State::Waiting if demands.agree(self.candidate, value, waited) => Acceptance::Publish,
-            State::Waiting if waited <= demands.life => Acceptance::Suspect,
+            State::Waiting if demands.holds(waited) => Acceptance::Suspect,
             State::Waiting | State::Distrusting => Acceptance::Hold,
             State::Trusting => match last {
-                Some((angle, then)) if demands.allow(angle, value, at.since(then)) => Acceptance::Publish,
+                Some((angle, then)) if demands.allow(angle, value, at.micros_since(then)) => {
+                    Acceptance::Publish
+                }
                 _ => Acceptance::Hold,
             },
         };

@@ -6,9 +6,9 @@ use std::vec::Vec;
 
 use super::*;
 use crate::alarm::Alarms;
-use crate::config::{PwmInput, Source, Span};
+use crate::config::{PwmInput, Source};
 use crate::{Health, Status};
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::angle::Angle;
 use clino_codec::{isu, t7};
 
@@ -35,10 +35,10 @@ fn reading(slot: u8, n: u32) -> Reading {
         rate: -3 * n as i32,
         turns: n as i32 / 7,
         temperature: (!n.is_multiple_of(7)).then_some(-(n as i16)),
-        measured: (!n.is_multiple_of(11)).then_some(Micros(u64::from(n) * 0x1_0000_0001)),
-        stale_after: Span::from_micros(n + 1),
-        period: Span::from_micros(n + 2),
-        report_every: Span::from_micros(n + 3),
+        measured: (!n.is_multiple_of(11)).then_some(Instant::from_micros(u64::from(n) * 0x1_0000_0001)),
+        stale_after: Duration::from_micros(n + 1),
+        period: Duration::from_micros(n + 2),
+        report_every: Duration::from_micros(n + 3),
     }
 }
 
@@ -72,19 +72,20 @@ fn a_value_is_that_of_the_reading() {
         let measured = u64::from(n) * 0x1_0000_0001;
         // Before, at, and after the instant at which it grows stale.
         for late in [0, u64::from(n), u64::from(n) + 1, u64::from(n) + 2, 1 << 40] {
-            let now = Micros(measured + late);
+            let now = Instant::from_micros(measured + late);
             let view = snapshot.view();
             let (value, whole) = (view.value(0, now).unwrap(), view.reading(0).unwrap());
-            let expected = Value { status: whole.status(now), angle: whole.angle(now), age: whole.age(now) };
+            let expected =
+                Value { status: whole.status(now), angle: whole.angle(now), age_ms: whole.age_ms(now) };
             assert_eq!(value, expected, "{n} {late}");
             assert_eq!(view.glance(0, now), Some(whole.glance(now)), "{n} {late}");
             let Reading { source, health, alarms, .. } = whole;
             let standing =
-                Standing { source, status: whole.status(now), health, alarms, age: whole.age(now) };
+                Standing { source, status: whole.status(now), health, alarms, age_ms: whole.age_ms(now) };
             assert_eq!(view.standing(0, now), Some(standing), "{n} {late}");
         }
     }
-    assert_eq!(snapshot.view().value(MAX_SLOTS, Micros::ZERO), None);
+    assert_eq!(snapshot.view().value(MAX_SLOTS, Instant::ZERO), None);
 }
 
 #[test]
@@ -112,7 +113,11 @@ fn an_empty_snapshot_has_empty_slots() {
     for slot in 0..MAX_SLOTS {
         let reading = snapshot.read(|view| view.reading(slot)).unwrap();
         assert_eq!(
-            (reading.source, reading.status(Micros(0)), reading.age(Micros(0))),
+            (
+                reading.source,
+                reading.status(Instant::from_micros(0)),
+                reading.age_ms(Instant::from_micros(0))
+            ),
             (Source::Off, Status::Disabled, None)
         );
     }

@@ -12,12 +12,12 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use clino_bus::Micros;
+use clino_bus::{Duration, Instant};
 use clino_codec::angle::Angle;
 use clino_codec::t7;
 
 use crate::alarm::Alarms;
-use crate::config::{Kind, Source, Span};
+use crate::config::{Kind, Source};
 use crate::health::Health;
 use crate::snapshot::Value;
 use crate::summary::Standing;
@@ -52,7 +52,7 @@ pub(super) fn words(reading: &Reading) -> [u32; WORDS] {
         | flag(MEASURED, reading.measured.is_some())
         | (source.kind() as u8) << KIND
         | part << PART;
-    let measured = reading.measured.unwrap_or(Micros::ZERO).0;
+    let measured = reading.measured.unwrap_or(Instant::ZERO).as_micros();
     [
         u32::from_le_bytes([reading.status as u8, flags, reading.health.bits(), source.address()]),
         reading.sequence,
@@ -74,7 +74,7 @@ pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
     let [first, sequence, raw, angle, rate, turns, temperature, low, high, stale, period, report] = *words;
     let [status, flags, health, address] = first.to_le_bytes();
     let has = |flag| flags & flag != 0;
-    let measured = Micros(u64::from(high) << u32::BITS | u64::from(low));
+    let measured = Instant::from_micros(u64::from(high) << u32::BITS | u64::from(low));
     Reading {
         alarms: alarms(temperature),
         slot,
@@ -90,53 +90,51 @@ pub(super) fn reading(slot: u8, words: &[u32; WORDS]) -> Reading {
         turns: turns.cast_signed(),
         temperature: has(WARM).then_some((temperature as u16).cast_signed()),
         measured: has(MEASURED).then_some(measured),
-        stale_after: Span::from_micros(stale),
-        period: Span::from_micros(period),
-        report_every: Span::from_micros(report),
+        stale_after: Duration::from_micros(stale),
+        period: Duration::from_micros(period),
+        report_every: Duration::from_micros(report),
     }
 }
 
-pub(super) fn value(words: &[AtomicU32; WORDS], now: Micros) -> Value {
+pub(super) fn value(words: &[AtomicU32; WORDS], now: Instant) -> Value {
     let [_, _, _, angle, ..] = words;
-    let (status, age) = worth(words, now);
+    let (status, age_ms) = worth(words, now);
     let angle = (status == Status::Ok).then(|| Published::from_mdeg(load(angle).cast_signed()));
-    Value { status, angle, age }
+    Value { status, angle, age_ms }
 }
 
-pub(super) fn standing(words: &[AtomicU32; WORDS], now: Micros) -> Standing {
+pub(super) fn standing(words: &[AtomicU32; WORDS], now: Instant) -> Standing {
     let [first, _, _, _, _, _, sixth, ..] = words;
     let [_, flags, health, address] = load(first).to_le_bytes();
-    let (status, age) = worth(words, now);
+    let (status, age_ms) = worth(words, now);
     let source = source(flags >> KIND & TWO_BITS, flags >> PART & TWO_BITS, address);
-    Standing { source, status, health: Health::from_bits(health), alarms: alarms(load(sixth)), age }
+    Standing { source, status, health: Health::from_bits(health), alarms: alarms(load(sixth)), age_ms }
 }
 
-pub(super) fn glance(words: &[AtomicU32; WORDS], now: Micros) -> Glance {
+pub(super) fn glance(words: &[AtomicU32; WORDS], now: Instant) -> Glance {
     let [_, sequence, _, _, _, _, sixth, _, _, _, period, report] = words;
     Glance {
         status: worth(words, now).0,
         sequence: load(sequence),
         alarms: alarms(load(sixth)),
-        period: Span::from_micros(load(period)),
-        report_every: Span::from_micros(load(report)),
+        period: Duration::from_micros(load(period)),
+        report_every: Duration::from_micros(load(report)),
     }
 }
 
-/// Status and age at `now`.
-fn worth(words: &[AtomicU32; WORDS], now: Micros) -> (Status, Option<Micros>) {
+/// Status and age at `now`, in milliseconds.
+fn worth(words: &[AtomicU32; WORDS], now: Instant) -> (Status, Option<u64>) {
     let [first, _, _, _, _, _, _, low, high, stale, ..] = words;
     let [status, flags, ..] = load(first).to_le_bytes();
     let status = Status::ALL.get(usize::from(status)).copied().unwrap_or_default();
-    let age = (flags & MEASURED != 0).then(|| {
-        let measured = Micros(u64::from(load(high)) << u32::BITS | u64::from(load(low)));
-        now.since(measured)
-    });
-    let status = match (status, age) {
-        (Status::Ok, Some(age)) if age.0 <= u64::from(load(stale)) => Status::Ok,
+    let measured = (flags & MEASURED != 0)
+        .then(|| Instant::from_micros(u64::from(load(high)) << u32::BITS | u64::from(load(low))));
+    let status = match (status, measured) {
+        (Status::Ok, Some(at)) if now <= at + Duration::from_micros(load(stale)) => Status::Ok,
         (Status::Ok, _) => Status::Stale,
         (other, _) => other,
     };
-    (status, age)
+    (status, measured.map(|at| now.millis_since(at)))
 }
 
 /// The state of the alarms, in the word of the temperature.

@@ -1,7 +1,7 @@
 //! Stamps against the instants they were made of, up to ages that no setting allows and no uptime has reached yet.
 
 use super::*;
-use clino_bus::Micros;
+use clino_bus::Instant;
 use proptest::prelude::*;
 
 const SECOND: u64 = 1_000_000;
@@ -19,9 +19,9 @@ fn ages_are_right_on_both_sides_of_every_seam() {
             SECOND,
             3_600 * SECOND,
         ]) {
-            let (at, now) = (Micros(made), Micros(made + passed));
+            let (at, now) = (Instant::from_micros(made), Instant::from_micros(made + passed));
             assert_eq!(Stamp::of(at).near(now), at, "{made} seen {passed} later");
-            assert_eq!(Stamp::of(at).age(now), Micros(passed), "{made} seen {passed} later");
+            assert_eq!(Stamp::of(at).micros_ago(now), passed, "{made} seen {passed} later");
         }
     }
 }
@@ -29,8 +29,14 @@ fn ages_are_right_on_both_sides_of_every_seam() {
 #[test]
 fn an_instant_to_come_has_no_age() {
     for now in SEAMS.into_iter().chain([0]) {
-        let at = Micros(now + 540_000);
-        assert_eq!((Stamp::of(at).near(Micros(now)), Stamp::of(at).age(Micros(now))), (at, Micros::ZERO));
+        let at = Instant::from_micros(now + 540_000);
+        assert_eq!(
+            (
+                Stamp::of(at).near(Instant::from_micros(now)),
+                Stamp::of(at).micros_ago(Instant::from_micros(now))
+            ),
+            (at, 0)
+        );
     }
 }
 
@@ -38,14 +44,17 @@ fn an_instant_to_come_has_no_age() {
 fn the_longest_age_is_years_and_longer_than_every_setting() {
     // Eight years; a stale limit of an hour, a period of twenty minutes.
     let longest = [8 * 365 * DAY, 3_600 * SECOND, 1_200 * SECOND];
-    assert!(longest.into_iter().all(|span| LONGEST_AGE.0 > span), "{longest:?}");
-    assert_eq!(Stamp::of(Micros(7)).age(Micros(7 + LONGEST_AGE.0)), LONGEST_AGE);
+    assert!(longest.into_iter().all(|span| LONGEST_AGE > span), "{longest:?}");
+    assert_eq!(
+        Stamp::of(Instant::from_micros(7)).micros_ago(Instant::from_micros(7 + LONGEST_AGE)),
+        LONGEST_AGE
+    );
     assert_eq!(size_of::<Stamp>(), 6);
 }
 
 proptest! {
     #[test]
-    fn every_age_that_fits_is_exact(made in 0_u64..1 << 60, passed in 0..=LONGEST_AGE.0) {
-        prop_assert_eq!(Stamp::of(Micros(made)).age(Micros(made + passed)), Micros(passed));
+    fn every_age_that_fits_is_exact(made in 0_u64..1 << 60, passed in 0..=LONGEST_AGE) {
+        prop_assert_eq!(Stamp::of(Instant::from_micros(made)).micros_ago(Instant::from_micros(made + passed)), passed);
     }
 }

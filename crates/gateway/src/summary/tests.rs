@@ -34,7 +34,7 @@ fn standing(well: bool) -> impl Strategy<Value = Standing> {
             status,
             health: Health::from_bits(health),
             alarms: Alarms::from_bits(alarms),
-            age: age.map(Micros),
+            age_ms: age,
         },
     )
 }
@@ -104,8 +104,8 @@ proptest! {
         }
         let on = slots.iter().filter(|slot| slot.status != Status::Disabled);
         prop_assert_eq!(usize::from(summary.enabled), on.clone().count());
-        let oldest = on.map(|slot| slot.age.map_or(u64::MAX, |age| age.0)).max().unwrap_or(0);
-        prop_assert_eq!(summary.oldest.0, oldest);
+        let oldest = on.map(|slot| slot.age_ms.unwrap_or(u64::MAX)).max().unwrap_or(0);
+        prop_assert_eq!(summary.oldest_ms, oldest);
         prop_assert_eq!(summary.good(), summary.valid.count_ones());
     }
 
@@ -157,7 +157,7 @@ fn a_pair_that_is_stuck_low_is_told() {
         status: Status::BadAnswer,
         health: Health::WELL,
         alarms: Alarms::QUIET,
-        age: Some(Micros(5)),
+        age_ms: Some(5),
     };
     let broken = BusPart { fault: Some(BusFault::Break), ..QUIET };
     let summary = of(&[slot], &Parts { isu: broken, ..Parts::default() });
@@ -175,7 +175,7 @@ fn alarms_are_summed_up_by_slot() {
         status,
         health: Health::WELL,
         alarms: Alarms::from_bits(bits),
-        age: Some(Micros(5)),
+        age_ms: Some(5),
     };
     let slots =
         [slot(Status::Ok, 0), slot(Status::Ok, 0x11), slot(Status::Ok, 0x80), slot(Status::Disabled, 0x11)];

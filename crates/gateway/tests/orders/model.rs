@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use clino_bus::line::EchoMode;
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Duration, Instant, Serial, Timing};
 use clino_codec::angle::Angle;
 use clino_codec::t7::{Axis, BaudRate};
 use clino_commissioning::t7::{DeviceSetting, Rates};
@@ -24,7 +24,7 @@ use proptest::prelude::*;
 use super::site::{Site, address, device, slot, t7};
 
 /// T7 guide section 1: a command has to arrive within 500 ms.
-const DEAF: Micros = Micros(500_000);
+const DEAF: Duration = Duration::from_micros(500_000);
 /// Rates and a character of each, rounded up, in microseconds: 10 bits.
 const RATES: [(u32, u64, BaudRate); 3] =
     [(115_200, 87, BaudRate::B115200), (57_600, 174, BaudRate::B57600), (9_600, 1_042, BaudRate::B9600)];
@@ -206,7 +206,7 @@ struct Trial {
     /// Requests that were looked at.
     seen: usize,
     /// The last change of the bit rate that was no task's, and how many there were.
-    changed: Option<Micros>,
+    changed: Option<Instant>,
     runs: usize,
     /// A task that chooses its bit rate itself has been at work since the last look.
     free: bool,
@@ -214,13 +214,13 @@ struct Trial {
 
 impl Trial {
     fn pass(&mut self, us: u64) -> Result<(), TestCaseError> {
-        let until = self.site.now() + Micros(us);
+        let until = self.site.now() + Duration::from_micros(us as u32);
         loop {
             self.look()?;
             if self.site.now() >= until {
                 return Ok(());
             }
-            self.site.run(Micros(500).min(until.since(self.site.now())));
+            self.site.run(Duration::from_micros(500).min(until.since(self.site.now())));
         }
     }
 
@@ -261,9 +261,9 @@ impl Trial {
                 bus: Bus::T7,
                 change: BusChange {
                     baud: rate.map(|rate| RATES[rate].0),
-                    guard: guard.map(Micros),
-                    pre_delay: pre.map(Micros),
-                    post_delay: post.map(Micros),
+                    guard: guard.map(|us| Duration::from_micros(us as u32)),
+                    pre_delay: pre.map(|us| Duration::from_micros(us as u32)),
+                    post_delay: post.map(|us| Duration::from_micros(us as u32)),
                     echo: echo.then_some(EchoMode::Detect),
                 },
             },
@@ -284,10 +284,11 @@ impl Trial {
 
     fn in_force(&self) -> Result<(), TestCaseError> {
         let Model { baud, pre, post, echo, .. } = self.model;
-        let timing = Timing { guard: Micros(self.model.guard()), ..Timing::t7(Serial { baud }) };
+        let timing =
+            Timing { guard: Duration::from_micros(self.model.guard() as u32), ..Timing::t7(Serial { baud }) };
         let line = clino_bus::line::LineSettings {
-            pre_delay: Micros(pre),
-            post_delay: Micros(post),
+            pre_delay: Duration::from_micros(pre as u32),
+            post_delay: Duration::from_micros(post as u32),
             echo,
             ..timing.line()
         };
@@ -325,7 +326,7 @@ proptest! {
         let begun = trial.site.now();
         while trial.site.gateway.progress(Bus::T7).is_some() {
             trial.pass(20_000)?;
-            prop_assert!(trial.site.now().since(begun) < Micros(60_000_000), "a task does not end");
+            prop_assert!(trial.site.now().since(begun) < Duration::from_micros(60_000_000), "a task does not end");
         }
         trial.pass(1_000_000)?;
         prop_assert!(!trial.site.gateway.has_news(Asker::Console));

@@ -1,7 +1,7 @@
 //! One order after another, at every instant of what goes on meanwhile.
 
 use clino_bus::line::EchoMode;
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Duration, Serial, Timing};
 use clino_codec::angle::Angle;
 use clino_codec::t7::{Axis, BaudRate};
 use clino_commissioning::t7::{Cause, DeviceSetting, Failure};
@@ -15,7 +15,7 @@ use clino_sim::motion::Motion;
 use super::site::{Site, address, device, slot, t7};
 
 /// T7 guide section 1: a command has to arrive within 500 ms.
-const DEAF: Micros = Micros(500_000);
+const DEAF: Duration = Duration::from_micros(500_000);
 const STILL: Motion = Motion::Constant(30_000_000);
 
 fn baud(baud: u32) -> BusChange {
@@ -23,7 +23,7 @@ fn baud(baud: u32) -> BusChange {
 }
 
 fn guard(us: u64) -> BusChange {
-    BusChange { guard: Some(Micros(us)), ..BusChange::NONE }
+    BusChange { guard: Some(Duration::from_micros(us as u32)), ..BusChange::NONE }
 }
 
 fn is_baud(news: &News, rate: BaudRate) -> bool {
@@ -32,7 +32,7 @@ fn is_baud(news: &News, rate: BaudRate) -> bool {
 
 fn settings(site: &Site) -> (u32, u64) {
     let settings = site.gateway.bus_settings(Bus::T7);
-    (settings.timing.serial.baud, settings.timing.guard.0)
+    (settings.timing.serial.baud, u64::from(settings.timing.guard.as_micros()))
 }
 
 /// All fields that are not the bit rate, at every millisecond of a change of the bit rate: both are in force in the end.
@@ -40,27 +40,27 @@ fn settings(site: &Site) -> (u32, u64) {
 fn a_change_during_a_change_of_bit_rate_undoes_neither() {
     let changes = [
         guard(300),
-        BusChange { pre_delay: Some(Micros(50)), ..BusChange::NONE },
-        BusChange { post_delay: Some(Micros(20)), ..BusChange::NONE },
+        BusChange { pre_delay: Some(Duration::from_micros(50)), ..BusChange::NONE },
+        BusChange { post_delay: Some(Duration::from_micros(20)), ..BusChange::NONE },
         BusChange { echo: Some(EchoMode::Detect), ..BusChange::NONE },
     ];
     for change in changes {
         for after in 0..80 {
             let mut site = Site::new(vec![t7(1, 0, STILL)]);
-            site.run(Micros(200_000));
+            site.run(Duration::from_micros(200_000));
             site.order(Order::T7(Task::Baud(device(1), BaudRate::B57600))).unwrap();
-            site.run(Micros(after * 1_000));
+            site.run(Duration::from_micros(after * 1_000));
             site.change(change).unwrap();
             site.finish();
-            site.run(Micros(700_000));
+            site.run(Duration::from_micros(700_000));
             assert!(is_baud(&site.news[0], BaudRate::B57600), "{:?}", site.news);
             let usual = Timing::t7(Serial { baud: 57_600 });
             let (_, timing, line) = site.runs.last().unwrap();
             assert_eq!(timing.serial.baud, 57_600, "{change:?} after {after} ms");
             assert_eq!(timing.guard, change.guard.unwrap_or(usual.guard));
             assert_eq!(line.guard, timing.guard);
-            assert_eq!(line.pre_delay, change.pre_delay.unwrap_or(Micros::ZERO));
-            assert_eq!(line.post_delay, change.post_delay.unwrap_or(Micros::ZERO));
+            assert_eq!(line.pre_delay, change.pre_delay.unwrap_or(Duration::ZERO));
+            assert_eq!(line.post_delay, change.post_delay.unwrap_or(Duration::ZERO));
             assert_eq!(line.echo, change.echo.unwrap_or(EchoMode::Off));
             let shown = site.gateway.bus_settings(Bus::T7);
             assert_eq!((&shown.timing, &shown.line), (timing, line), "what runs is what is told");
@@ -84,9 +84,9 @@ fn a_bit_rate_is_refused_while_a_task_needs_it() {
     for task in tasks {
         for after in (0..60).step_by(3) {
             let mut site = Site::new(vec![t7(1, 0, STILL)]);
-            site.run(Micros(200_000));
+            site.run(Duration::from_micros(200_000));
             site.order(Order::T7(task)).unwrap();
-            site.run(Micros(after * 1_000));
+            site.run(Duration::from_micros(after * 1_000));
             if site.gateway.progress(Bus::T7).is_none() {
                 break;
             }
@@ -97,7 +97,7 @@ fn a_bit_rate_is_refused_while_a_task_needs_it() {
             site.finish();
             let failed = site.news.iter().any(|news| matches!(news, News::T7(told::News::Failed(_))));
             assert!(!failed, "{:?}", site.news);
-            site.run(Micros(1_000));
+            site.run(Duration::from_micros(1_000));
             let expected = if changes { (57_600, 174) } else { (115_200, 300) };
             assert_eq!(settings(&site), expected, "{task:?} after {after} ms");
         }
@@ -109,7 +109,7 @@ fn a_bit_rate_is_refused_while_a_task_needs_it() {
 fn a_task_after_a_change_of_bit_rate_begins_at_the_new_rate_when_the_nodes_hear() {
     for phase in 0..20 {
         let mut site = Site::new((1..=3).map(|node| t7(node, 1, STILL)).collect());
-        site.run(Micros(1_000_000 + phase * 1_300));
+        site.run(Duration::from_micros(1_000_000 + phase * 1_300));
         let asked = site.sent.len();
         assert!(asked > 20);
         site.change(baud(57_600)).unwrap();
@@ -125,8 +125,11 @@ fn a_task_after_a_change_of_bit_rate_begins_at_the_new_rate_when_the_nodes_hear(
         let first = &site.sent[asked];
         assert_eq!(first.baud, 57_600);
         let silence = first.at.since(ordered);
-        assert!((DEAF..DEAF + Micros(60_000)).contains(&silence), "phase {phase}: {silence:?}");
-        site.run(Micros(200_000));
+        assert!(
+            (DEAF..DEAF + Duration::from_micros(60_000)).contains(&silence),
+            "phase {phase}: {silence:?}"
+        );
+        site.run(Duration::from_micros(200_000));
         let ok = site.sent[asked..].iter().filter(|sent| sent.bytes.len() == 3);
         assert!(ok.count() > 5, "the slots are read again");
         assert!(site.sent[asked..].iter().all(|sent| sent.baud == 57_600));
@@ -136,13 +139,13 @@ fn a_task_after_a_change_of_bit_rate_begins_at_the_new_rate_when_the_nodes_hear(
 #[test]
 fn polls_keep_silent_after_a_change_of_bit_rate_and_each_begins_the_silence_anew() {
     let mut site = Site::new((1..=3).map(|node| t7(node, 2, STILL)).collect());
-    site.run(Micros(1_000_000));
+    site.run(Duration::from_micros(1_000_000));
     site.change(baud(57_600)).unwrap();
-    site.run(Micros(300_000));
+    site.run(Duration::from_micros(300_000));
     let asked = site.sent.len();
     site.change(baud(38_400)).unwrap();
     let ordered = site.now();
-    site.run(Micros(1_000_000));
+    site.run(Duration::from_micros(1_000_000));
     assert!(site.sent[asked].at.since(ordered) >= DEAF, "{:?}", site.sent[asked]);
     assert_eq!(site.sent[asked].baud, 38_400);
     for slot in 0..3 {
@@ -156,7 +159,7 @@ fn polls_keep_silent_after_a_change_of_bit_rate_and_each_begins_the_silence_anew
 fn after_a_task_has_changed_the_bit_rate_the_next_one_waits_for_the_nodes() {
     // Node 2 is at the new rate before the bus is, and has heard 115200 as noise.
     let mut site = Site::new(vec![t7(1, 0, STILL), t7(2, 1, STILL)]);
-    site.run(Micros(500_000));
+    site.run(Duration::from_micros(500_000));
     site.order(Order::T7(Task::Baud(device(1), BaudRate::B57600))).unwrap();
     site.finish();
     let asked = site.sent.len();
@@ -179,15 +182,15 @@ fn a_task_that_is_cancelled_before_it_has_begun_sends_nothing() {
         Task::Baud(device(1), BaudRate::B57600),
     ] {
         let mut site = Site::new(vec![t7(1, 0, STILL)]);
-        site.run(Micros(200_000));
+        site.run(Duration::from_micros(200_000));
         site.change(baud(57_600)).unwrap();
-        site.run(Micros(50_000));
+        site.run(Duration::from_micros(50_000));
         let sent = site.sent.len();
         site.order(Order::T7(task)).unwrap();
-        site.run(Micros(50_000));
+        site.run(Duration::from_micros(50_000));
         assert!(site.gateway.progress(Bus::T7).is_some(), "it waits");
         site.order(Order::Cancel(Bus::T7)).unwrap();
-        site.run(Micros(10_000));
+        site.run(Duration::from_micros(10_000));
         assert_eq!(site.sent.len(), sent);
         let ended = match site.news[..] {
             [News::T7(told::News::Failed(Failure { cause: Cause::Cancelled, writes: 0 }))] => true,
@@ -206,17 +209,20 @@ fn a_guard_set_by_hand_stays_and_the_usual_one_follows() {
         for by_task in [false, true] {
             let mut site = Site::new(vec![t7(1, 0, STILL)]);
             by_hand.into_iter().for_each(|us| site.change(guard(us)).unwrap());
-            site.run(Micros(200_000));
+            site.run(Duration::from_micros(200_000));
             if by_task {
                 site.order(Order::T7(Task::Baud(device(1), BaudRate::B57600))).unwrap();
                 site.finish();
             } else {
                 site.change(baud(57_600)).unwrap();
-                site.run(Micros(100_000));
+                site.run(Duration::from_micros(100_000));
             }
             assert_eq!(settings(&site), (57_600, expected), "by task: {by_task}");
             let (_, timing, line) = site.runs.last().unwrap();
-            assert_eq!((timing.guard.0, line.guard.0), (expected, expected));
+            assert_eq!(
+                (timing.guard.as_micros(), line.guard.as_micros()),
+                (expected as u32, expected as u32)
+            );
         }
     }
     // Together with the rate it is what was said, also if that is what it was.
@@ -230,17 +236,17 @@ fn a_guard_set_by_hand_stays_and_the_usual_one_follows() {
 fn a_change_of_bit_rate_that_fails_leaves_what_was_changed_meanwhile() {
     for after in (0..2_500).step_by(100) {
         let mut site = Site::new(vec![t7(1, 0, STILL)]);
-        site.run(Micros(200_000));
+        site.run(Duration::from_micros(200_000));
         site.sensors[0].lock().unwrap().flash = clino_sim::t7::Flash::Fails;
         site.order(Order::T7(Task::Baud(device(1), BaudRate::B57600))).unwrap();
-        site.run(Micros(after * 100));
+        site.run(Duration::from_micros(after * 100));
         site.change(guard(300)).unwrap();
         site.finish();
-        site.run(Micros(700_000));
+        site.run(Duration::from_micros(700_000));
         assert!(matches!(site.news[..], [News::T7(told::News::Failed(_))]), "{:?}", site.news);
         assert_eq!(settings(&site), (115_200, 300));
         let (_, timing, _) = site.runs.last().unwrap();
-        assert_eq!((timing.serial.baud, timing.guard.0), (115_200, 300));
+        assert_eq!((timing.serial.baud, timing.guard.as_micros()), (115_200, 300));
     }
 }
 
@@ -254,12 +260,12 @@ fn the_revision_counts_what_a_task_has_changed_when_it_has() {
     ] {
         let mut site = Site::new(vec![t7(1, 0, STILL)]);
         site.prompt = false;
-        site.run(Micros(200_000));
+        site.run(Duration::from_micros(200_000));
         let before = site.gateway.fingerprint();
         site.order(Order::T7(task)).unwrap();
-        site.run(Micros(5_000));
+        site.run(Duration::from_micros(5_000));
         assert_eq!(site.gateway.fingerprint(), before, "not yet");
-        site.run(Micros(2_000_000));
+        site.run(Duration::from_micros(2_000_000));
         assert!(site.gateway.has_news(Asker::Console));
         let changes = !matches!(task, Task::Set(..));
         assert_eq!(site.gateway.fingerprint() != before, changes, "{task:?}");
@@ -274,9 +280,9 @@ fn the_revision_counts_what_a_task_has_changed_when_it_has() {
 fn slots_change_during_a_change_of_address_but_for_the_two_addresses() {
     for after in (0..40).step_by(2) {
         let mut site = Site::new(vec![t7(1, 0, STILL), t7(2, 0, STILL)]);
-        site.run(Micros(200_000));
+        site.run(Duration::from_micros(200_000));
         site.order(Order::T7(Task::Address { from: address(1), to: address(9) })).unwrap();
-        site.run(Micros(after * 1_000));
+        site.run(Duration::from_micros(after * 1_000));
         if site.gateway.progress(Bus::T7).is_none() {
             break;
         }
@@ -310,7 +316,7 @@ fn a_sensor_that_was_zeroed_reads_zero_in_its_slots() {
     {
         site.order(Order::Slot { slot: number as u8, config }).unwrap();
     }
-    site.run(Micros(500_000));
+    site.run(Duration::from_micros(500_000));
     site.order(Order::T7(Task::Zero(device(1), Axis::Two))).unwrap();
     // Meanwhile nobody else sets it, but to what it will be.
     let mine = *site.gateway.config(0).unwrap();

@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, Mutex};
 
-use clino_bus::{Micros, Serial, Timing, earliest, line};
+use clino_bus::{Duration, Instant, Serial, Timing, earliest, line};
 use clino_codec::{pwm, t7};
 use clino_commissioning::t7::Device;
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::News;
-use clino_gateway::{Action, Asker, Bus, BusChange, Gateway, Settings, SlotConfig, Source, Span};
+use clino_gateway::{Action, Asker, Bus, BusChange, Gateway, Settings, SlotConfig, Source};
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, SegmentSettings as Segment};
 use clino_sim::motion::Motion;
@@ -19,7 +19,7 @@ pub type Sensor = Arc<Mutex<T7>>;
 /// A request that went out.
 #[derive(Clone, Debug)]
 pub struct Sent {
-    pub at: Micros,
+    pub at: Instant,
     pub baud: u32,
     pub bytes: Vec<u8>,
 }
@@ -31,7 +31,7 @@ pub struct Site {
     /// Every request, in order.
     pub sent: Vec<Sent>,
     /// How the bus was told to run, and when.
-    pub runs: Vec<(Micros, Timing, line::LineSettings)>,
+    pub runs: Vec<(Instant, Timing, line::LineSettings)>,
     /// What tasks have told.
     pub news: Vec<News>,
     /// News is fetched as it comes.
@@ -58,7 +58,7 @@ pub fn device(number: u8) -> Device {
 /// A slot that reads axis 2 of a T7.
 pub fn slot(number: u8) -> SlotConfig {
     let source = Source::T7 { address: address(number), axis: t7::Axis::Two };
-    SlotConfig::usual(source).every(Span::from_millis(40))
+    SlotConfig::usual(source).every(Duration::from_millis(40))
 }
 
 impl Site {
@@ -83,7 +83,7 @@ impl Site {
         }
     }
 
-    pub fn now(&self) -> Micros {
+    pub fn now(&self) -> Instant {
         self.port.now()
     }
 
@@ -96,14 +96,14 @@ impl Site {
     }
 
     /// Lets time pass.
-    pub fn run(&mut self, span: Micros) {
+    pub fn run(&mut self, span: Duration) {
         let until = self.now() + span;
         while self.now() < until {
             self.poll();
             let now = self.now();
             let next = earliest(self.gateway.poll_at(Bus::T7), Some(until)).unwrap_or(until);
             // What is due and not done waits for the line.
-            let at = if next <= now { now + Micros(20) } else { next.min(until) };
+            let at = if next <= now { now + Duration::from_micros(20) } else { next.min(until) };
             if let Some(event) = self.port.run(at) {
                 self.gateway.line(Bus::T7, event);
             }
@@ -114,9 +114,9 @@ impl Site {
     pub fn finish(&mut self) {
         let begun = self.now();
         while self.gateway.progress(Bus::T7).is_some() || self.gateway.has_news(Asker::Console) {
-            self.run(Micros(1_000));
+            self.run(Duration::from_micros(1_000));
             self.fetch();
-            assert!(self.now().since(begun) < Micros(60_000_000), "a task does not end");
+            assert!(self.now().since(begun) < Duration::from_micros(60_000_000), "a task does not end");
         }
     }
 
@@ -131,7 +131,7 @@ impl Site {
             Action::Send(frame) => {
                 let baud = port.line().settings().serial.baud;
                 sent.push(Sent { at: now, baud, bytes: frame.to_vec() });
-                port.submit(frame, now + Micros(10_000)).expect("the line is idle");
+                port.submit(frame, now + Duration::from_micros(10_000)).expect("the line is idle");
             }
             Action::Run(timing, line) => {
                 port.set_serial(timing.serial, timing.guard);

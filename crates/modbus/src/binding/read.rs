@@ -1,6 +1,6 @@
 //! What the registers of the map say.
 
-use clino_bus::{BusCounters, DriverEnable, Micros};
+use clino_bus::{BusCounters, DriverEnable, Duration, Instant};
 use clino_gateway::settings::{self, Setting, console, port, slot};
 use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusHealth, Detail, Health, Published, Reading, SlotConfig, Status, Value};
@@ -9,10 +9,9 @@ use super::{Binding, Site};
 use crate::bits::slot_bits;
 use crate::command::Progress;
 use crate::exception::Exception;
-use crate::host::SLOTS;
 use crate::map::lookup::{self, Number, Register};
 use crate::map::{
-    BusItem, CommandItem, DetailItem, GatewayItem, Item, MAGIC, ReadingItem, SLOT_BASE, SLOT_STRIDE,
+    BusItem, CommandItem, DetailItem, GatewayItem, Item, MAGIC, ReadingItem, SLOT_BASE, SLOT_STRIDE, SLOTS,
     TEST_ANGLE, TEST_NUMBER, VERSION,
 };
 use crate::number;
@@ -22,7 +21,7 @@ mod start;
 
 /// Ages from here on are told as "none".
 const LONGEST_AGE_MS: u32 = 0xFFFF;
-const MICROS_PER_SECOND: u64 = 1_000_000;
+const MILLIS_PER_SECOND: u64 = 1_000;
 /// Unit of response times of slots, µs.
 const RESPONSE_UNIT: u32 = 10;
 /// Longer ones are told as this, in that unit.
@@ -97,11 +96,12 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
                 Some(setting(&console::SETTINGS, id, &settings, number.scale))
             }
             Item::Command(item) => Some(self.command(item)),
+            Item::Result(item) => self.binding.results.number(item, index),
+            Item::Found(item) => self.binding.results.found(item, index),
         }
     }
 
     fn gateway(&mut self, item: GatewayItem, index: usize) -> Option<u32> {
-        let bits = |set: u64| (set >> (index & 63)) as u32;
         Some(match item {
             GatewayItem::Magic => MAGIC,
             GatewayItem::MapVersion => u32::from(VERSION),
@@ -115,21 +115,33 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
                 u32::from(u16::from_be_bytes([major, minor]))
             }
             GatewayItem::Patch => u32::from(self.binding.site.version().2),
-            GatewayItem::Uptime => seconds(self.binding.now),
-            GatewayItem::Status => u32::from(self.summary().signals.bits()),
+            GatewayItem::Uptime => seconds(self.binding.now.millis_since(Instant::ZERO)),
             GatewayItem::Sequence => u32::from(self.binding.view.generation() as u16),
-            GatewayItem::Online => bits(self.summary().online),
-            GatewayItem::Valid => bits(self.summary().valid),
-            GatewayItem::Enabled => u32::from(self.summary().enabled),
-            GatewayItem::Good => self.summary().good(),
-            GatewayItem::Alarms => bits(self.summary().alarms),
-            GatewayItem::OldestAge => return age(Some(self.summary().oldest)),
+            GatewayItem::Status
+            | GatewayItem::Online
+            | GatewayItem::Valid
+            | GatewayItem::Alarms
+            | GatewayItem::Enabled
+            | GatewayItem::Good
+            | GatewayItem::OldestAge => return self.summed_up(item, index),
         })
     }
 
-    fn summary(&mut self) -> Summary {
+    /// Of the summary.
+    #[inline(never)]
+    fn summed_up(&mut self, item: GatewayItem, index: usize) -> Option<u32> {
         let binding = self.binding;
-        *self.summary.get_or_insert_with(|| binding.summary())
+        let summary = self.summary.get_or_insert_with(|| binding.summary());
+        let bits = |set: u64| (set >> (index & 63)) as u32;
+        Some(match item {
+            GatewayItem::Online => bits(summary.online),
+            GatewayItem::Valid => bits(summary.valid),
+            GatewayItem::Alarms => bits(summary.alarms),
+            GatewayItem::Enabled => u32::from(summary.enabled),
+            GatewayItem::Good => summary.good(),
+            GatewayItem::OldestAge => return age(Some(summary.oldest_ms)),
+            _ => u32::from(summary.signals.bits()),
+        })
     }
 
     fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
@@ -139,20 +151,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
         };
         let Some((reading, detail)) = known else {
             // Nothing is counted of a slot that nothing is known of.
-            let is_none = matches!(
-                item,
-                DetailItem::Temperature
-                    | DetailItem::Raw
-                    | DetailItem::Unwrapped
-                    | DetailItem::LastError
-                    | DetailItem::AlarmAge(_)
-                    | DetailItem::AlarmExtreme(_)
-                    | DetailItem::Lowest
-                    | DetailItem::Highest
-                    | DetailItem::LowestAge
-                    | DetailItem::HighestAge
-            );
-            return (!is_none).then_some(0);
+            return (!item.is_optional()).then_some(0);
         };
         let now = self.binding.now;
         let counters = &detail.counters;
@@ -173,12 +172,12 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             DetailItem::Unwrapped => return reading.unwrapped(now).map(|mdeg| mdeg as u32),
             DetailItem::LastError => return detail.last_error.map(|status| status.code().into()),
             DetailItem::Alarms => reading.alarms.bits().into(),
-            DetailItem::AlarmAge(of) => return alarm(of).map(|alarm| seconds(alarm.age)),
+            DetailItem::AlarmAge(of) => return alarm(of).map(|alarm| seconds(alarm.age_ms)),
             DetailItem::AlarmExtreme(of) => return alarm(of)?.extreme.map(i32::cast_unsigned),
             DetailItem::Lowest => return Some(extremes()?.lowest(now)?.mdeg.cast_unsigned()),
             DetailItem::Highest => return Some(extremes()?.highest(now)?.mdeg.cast_unsigned()),
-            DetailItem::LowestAge => return Some(seconds(extremes()?.lowest(now)?.age)),
-            DetailItem::HighestAge => return Some(seconds(extremes()?.highest(now)?.age)),
+            DetailItem::LowestAge => return Some(seconds(extremes()?.lowest(now)?.age_ms)),
+            DetailItem::HighestAge => return Some(seconds(extremes()?.highest(now)?.age_ms)),
             DetailItem::Kind => reading.source.kind() as u32,
             DetailItem::Address => reading.source.address().into(),
             DetailItem::Requests => counters.requests,
@@ -191,6 +190,17 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             DetailItem::Writes => counters.writes.into(),
             DetailItem::ResponseLast => response(counters.response_last()),
             DetailItem::ResponseMax => response(counters.response_max()),
+            DetailItem::Foreign => counters.foreign.into(),
+            DetailItem::Skipped => counters.skipped.into(),
+            DetailItem::Garbled => counters.garbled.into(),
+            DetailItem::Refused => counters.refused.into(),
+            DetailItem::NotSent => counters.not_sent.into(),
+            DetailItem::ResponseMin => response(counters.response_min()),
+            DetailItem::Rate | DetailItem::Turns => {
+                let rate = reading.rate(now)?;
+                let value = if item == DetailItem::Rate { rate } else { reading.turns() };
+                value.cast_unsigned()
+            }
         })
     }
 
@@ -234,9 +244,9 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             BusItem::Noise => counters.noise,
             BusItem::Overrun => counters.overrun,
             BusItem::Parity => counters.parity,
-            BusItem::ResponseLast => micros(counters.response_last),
-            BusItem::ResponseMin => micros(counters.response_min),
-            BusItem::ResponseMax => micros(counters.response_max),
+            BusItem::ResponseLast => counters.response_last.as_micros(),
+            BusItem::ResponseMin => counters.response_min.as_micros(),
+            BusItem::ResponseMax => counters.response_max.as_micros(),
             BusItem::ReleaseMax => driver.release_max_ns,
             BusItem::HighMax => driver.high_max_us,
             BusItem::Unasked => counters.unasked,
@@ -272,7 +282,7 @@ fn reading(value: Option<Value>, item: ReadingItem) -> Option<u32> {
         ReadingItem::Angle => angle(&value).map(|mdeg| mdeg as u32),
         ReadingItem::Degrees => angle(&value).map(number::degrees),
         ReadingItem::Centidegrees => angle(&value).map(|mdeg| number::centidegrees(mdeg) as u16 as u32),
-        ReadingItem::Age => age(value.age),
+        ReadingItem::Age => age(value.age_ms),
     }
 }
 
@@ -281,13 +291,12 @@ fn angle(value: &Value) -> Option<i32> {
     value.angle.filter(|_| value.status == Status::Ok).map(|angle| angle.mdeg())
 }
 
-/// Milliseconds; `None` if that does not fit.
-fn age(age: Option<Micros>) -> Option<u32> {
-    let ms = micros(age?) / 1_000;
-    (ms < LONGEST_AGE_MS).then_some(ms)
+/// An age as it is told; `None` if that does not fit.
+fn age(ms: Option<u64>) -> Option<u32> {
+    u32::try_from(ms?).ok().filter(|&ms| ms < LONGEST_AGE_MS)
 }
 
-fn flags(reading: &Reading, detail: &Detail, now: Micros) -> u16 {
+fn flags(reading: &Reading, detail: &Detail, now: Instant) -> u16 {
     let flags = [
         (slot_bits::REPEATED, reading.angle(now).is_some() && !reading.is_fresh()),
         (slot_bits::UNCONFIRMED, detail.awaits_confirmation),
@@ -302,19 +311,20 @@ fn flags(reading: &Reading, detail: &Detail, now: Micros) -> u16 {
 /// A setting in steps of `scale`.
 fn setting<T>(table: &[Setting<T>], id: u8, of: &T, scale: u16) -> u32 {
     let setting = table.iter().find(|setting| setting.id == id);
-    setting.map_or(0, |setting| setting.scaled(of, scale.into()) as u32)
+    in_steps(setting.map_or(0, |setting| (setting.get)(of)), scale)
 }
 
-fn response(time: Micros) -> u32 {
-    (micros(time) / RESPONSE_UNIT).min(LONGEST_RESPONSE)
+#[inline(never)]
+fn in_steps(value: i64, scale: u16) -> u32 {
+    value.checked_div(scale.into()).unwrap_or(0) as u32
 }
 
-/// 32 bits of microseconds; more is told as the most.
-fn micros(time: Micros) -> u32 {
-    u32::try_from(time.0).unwrap_or(u32::MAX)
+#[inline(never)]
+fn response(time: Duration) -> u32 {
+    (time.as_micros() / RESPONSE_UNIT).min(LONGEST_RESPONSE)
 }
 
 /// Whole seconds.
-fn seconds(span: Micros) -> u32 {
-    (span.0 / MICROS_PER_SECOND) as u32
+fn seconds(ms: u64) -> u32 {
+    (ms / MILLIS_PER_SECOND) as u32
 }

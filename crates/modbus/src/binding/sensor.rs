@@ -25,6 +25,7 @@ fn t7(command: Command, device: Device, axis: t7::Axis, value: i32) -> Option<ta
     use task::t7::Task;
     let set = |setting| Task::Set(device, setting);
     Some(match command {
+        Command::SensorInfo => Task::Identify(device),
         Command::SensorZero => Task::Zero(device, axis),
         Command::SensorDamping => set(DeviceSetting::Damping(u16::try_from(value).ok()?)),
         Command::SensorDirection => {
@@ -50,6 +51,8 @@ fn t7(command: Command, device: Device, axis: t7::Axis, value: i32) -> Option<ta
 fn isu(command: Command, module: Module, value: i32) -> Option<task::isu::Task> {
     use task::isu::Task;
     Some(match command {
+        Command::SensorInfo => Task::Identify(module),
+        Command::SensorReset => Task::Reset(module),
         Command::SensorZero => Task::ResetNull(module),
         Command::SensorNull => Task::Program(module, Change::NullPosition(u16::try_from(value).ok()?)),
         Command::SensorAddress => {

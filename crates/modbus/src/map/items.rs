@@ -25,6 +25,10 @@ pub enum Item {
     Console(u8),
     /// Of the command block.
     Command(CommandItem),
+    /// Of what the last command has found or done.
+    Result(ResultItem),
+    /// Of what the last scan has found.
+    Found(FoundItem),
 }
 
 /// Of the gateway as a whole.
@@ -136,6 +140,43 @@ pub enum DetailItem {
     LowestAge,
     /// Since the highest angle.
     HighestAge,
+    /// Answers of others.
+    Foreign,
+    /// Readings that were not begun.
+    Skipped,
+    /// Misread characters.
+    Garbled,
+    /// Answers that say no.
+    Refused,
+    /// Requests that did not get out.
+    NotSent,
+    /// Shortest response time.
+    ResponseMin,
+    /// How fast the angle changes.
+    Rate,
+    /// Whole turns since the first value.
+    Turns,
+}
+
+impl DetailItem {
+    /// Whether there may be none.
+    pub(crate) const fn is_optional(self) -> bool {
+        matches!(
+            self,
+            DetailItem::Temperature
+                | DetailItem::Raw
+                | DetailItem::Unwrapped
+                | DetailItem::LastError
+                | DetailItem::Rate
+                | DetailItem::Turns
+                | DetailItem::AlarmAge(_)
+                | DetailItem::AlarmExtreme(_)
+                | DetailItem::Lowest
+                | DetailItem::Highest
+                | DetailItem::LowestAge
+                | DetailItem::HighestAge
+        )
+    }
 }
 
 /// Of what happened on a bus.
@@ -212,6 +253,8 @@ pub enum StartItem {
     Mode,
     /// What time is measured with.
     Clock,
+    /// How often power came.
+    PowerUps,
     /// Starts.
     Boots,
     /// Crashes.
@@ -269,4 +312,92 @@ pub enum CommandItem {
     Of,
     /// Nodes that it silences.
     Silenced,
+}
+
+/// Of what the last command has found or done. Numbers from [`ResultItem::Writes`] to [`ResultItem::Sound`] are places in what
+/// is kept, an array has one for each element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ResultItem {
+    /// Writes to non-volatile memory.
+    Writes,
+    /// The sensor has to be repaired.
+    Repair,
+    /// How fast a sensor moved that was to be set to zero.
+    Rate,
+    /// Devices that a scan has found.
+    Devices,
+    /// Addresses at which a scan has heard something unintelligible.
+    Suspects,
+    /// Addresses that it has dealt with.
+    Asked,
+    /// It has left nothing out.
+    Complete,
+    /// Address of the sensor.
+    Address,
+    /// Address in its memory.
+    Stored,
+    /// Serial number.
+    Serial,
+    /// Product, four characters,
+    Product,
+    /// and two.
+    Product2,
+    /// Firmware, four characters,
+    Firmware,
+    /// and two.
+    Firmware2,
+    /// Damping of a T7.
+    Damping,
+    /// Output range of a T7.
+    Range,
+    /// Directions of its three axes.
+    Direction,
+    /// Offsets of its three axes.
+    Offset = 19,
+    /// Angle before.
+    Before = 22,
+    /// Angle afterwards.
+    After,
+    /// A setting before.
+    From,
+    /// A setting now.
+    To,
+    /// Angle of an ISU.
+    Angle,
+    /// Null position of an ISU.
+    Null,
+    /// Word of an ISU with the auto-shutoff bit.
+    Shutoff,
+    /// The checksum of its EEPROM is right.
+    Sound,
+    /// The command that all this is of, by its sequence number.
+    Sequence,
+    /// The scan that is in the window, by its sequence number.
+    Scan,
+    /// What that scan has found, whether there was room for it or not.
+    Found,
+}
+
+/// Of something that the last scan has found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FoundItem {
+    /// The scan, by its sequence number.
+    Scan,
+    /// What it is.
+    What,
+    /// Its address.
+    Address,
+    /// Its bit rate.
+    Baud,
+    /// Its serial number.
+    Serial,
+    /// Its product, four characters,
+    Product,
+    /// and two.
+    Product2,
+    /// Its firmware, four characters,
+    Firmware,
+    /// and two.
+    Firmware2,
 }

@@ -2,18 +2,17 @@
 
 use clino_gateway::Bus;
 
-use super::{BLOCKS, Block, Entry, Form, Item};
+use super::{BLOCKS, Block, Entry, Form, Item, MILLI};
 
 /// An [`Entry`] without its words.
 #[derive(Clone, Copy)]
 struct Row {
-    offset: u16,
+    offset: u8,
     count: u8,
     first: u8,
     form: Form,
     item: Item,
-    scale: u16,
-    /// Which of [`LIMITS`] tells what can be written.
+    /// Which of [`LIMITS`] tells what can be written; [`IS_MILLI`] with it.
     limits: u8,
 }
 
@@ -81,11 +80,11 @@ pub fn find(address: u16) -> Option<Register> {
     }
     let offset = distance.wrapping_sub(instance.wrapping_mul(place.stride));
     let rows = ROWS.get(usize::from(place.from)..usize::from(place.to))?;
-    let before = rows.partition_point(|row| row.offset <= offset);
+    let before = rows.partition_point(|row| u16::from(row.offset) <= offset);
     let Some(row) = before.checked_sub(1).and_then(|last| rows.get(last)) else {
         return Some(Register::Unused);
     };
-    let within = offset.wrapping_sub(row.offset);
+    let within = offset.wrapping_sub(row.offset.into());
     let wide = row.form.registers() == 2;
     let (element, word) = if wide { (within >> 1, within & 1) } else { (within, 0) };
     let Some(more) = u16::from(row.count).checked_sub(element).and_then(|rest| rest.checked_sub(1)) else {
@@ -96,20 +95,22 @@ pub fn find(address: u16) -> Option<Register> {
     Some(Register::Of(Number {
         item: row.item,
         form: row.form,
-        scale: row.scale,
+        scale: if row.limits & IS_MILLI != 0 { MILLI } else { 1 },
         index,
         word,
         more,
-        limits: row.limits,
+        limits: row.limits & NOT_WRITABLE,
     }))
 }
 
 /// In place of the number of its limits: it cannot be written.
-const NOT_WRITABLE: u8 = u8::MAX;
+const NOT_WRITABLE: u8 = 0x7F;
+/// One of it is a thousand of the setting's own unit.
+const IS_MILLI: u8 = 0x80;
 
 static PLACES: [Place; BLOCKS.len()] = TABLE.places;
 static ROWS: [Row; TOTAL.rows as usize] = TABLE.rows;
-static LIMITS: [(i32, i32); TOTAL.limits as usize] = TABLE.limits;
+static LIMITS: [(i32, i32); TABLE.used] = used(&TABLE.limits);
 
 /// How many rows and limits the table has.
 #[derive(Clone, Copy)]
@@ -121,7 +122,9 @@ struct Count {
 struct Table {
     places: [Place; BLOCKS.len()],
     rows: [Row; TOTAL.rows as usize],
+    /// Each pair once, in the first places.
     limits: [(i32, i32); TOTAL.limits as usize],
+    used: usize,
 }
 
 const TOTAL: Count = count();
@@ -149,31 +152,49 @@ const fn table() -> Table {
     let mut places = [const { Place { base: 0, stride: 1, count: 0, from: 0, to: 0 } }; BLOCKS.len()];
     let mut rows = [Row::of(&BLOCKS[0].entries[0], 0); TOTAL.rows as usize];
     let mut limits = [(0, 0); TOTAL.limits as usize];
-    let mut next = Count { rows: 0, limits: 0 };
+    let (mut next, mut used) = (0, 0);
     let mut block = 0;
     while block < BLOCKS.len() {
         let Block { base, stride, count, entries, .. } = BLOCKS[block];
-        let from = next.rows;
+        let from = next;
         let mut entry = 0;
         while entry < entries.len() {
-            rows[next.rows as usize] = Row::of(&entries[entry], next.limits);
-            if let Some(pair) = entries[entry].limits {
-                limits[next.limits as usize] = pair;
-                next.limits += 1;
+            let mut place = 0;
+            if let Some((least, most)) = entries[entry].limits {
+                while place < used && (limits[place].0 != least || limits[place].1 != most) {
+                    place += 1;
+                }
+                limits[place] = (least, most);
+                used += (place == used) as usize;
             }
-            next.rows += 1;
+            rows[next as usize] = Row::of(&entries[entry], place as u8);
+            next += 1;
             entry += 1;
         }
-        places[block] = Place { base, stride, count, from, to: next.rows };
+        places[block] = Place { base, stride, count, from, to: next };
         block += 1;
     }
-    Table { places, rows, limits }
+    Table { places, rows, limits, used }
+}
+
+/// The first places.
+#[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects, reason = "runs in the compiler only")]
+const fn used<const N: usize>(all: &[(i32, i32)]) -> [(i32, i32); N] {
+    let mut used = [(0, 0); N];
+    let mut place = 0;
+    while place < N {
+        used[place] = all[place];
+        place += 1;
+    }
+    used
 }
 
 impl Row {
     const fn of(entry: &Entry, limits: u8) -> Row {
         let Entry { offset, count, first, form, item, scale, .. } = *entry;
         let limits = if entry.limits.is_some() { limits } else { NOT_WRITABLE };
-        Row { offset, count, first, form, item, scale, limits }
+        assert!(offset <= u8::MAX as u16 && (scale == 1 || scale == MILLI), "no row for it");
+        let limits = if scale == MILLI { limits | IS_MILLI } else { limits };
+        Row { offset: offset as u8, count, first, form, item, limits }
     }
 }

@@ -1,14 +1,13 @@
 //! The table. Addresses as on the wire.
 
 use clino_gateway::settings::{self, Setting, slot};
-use clino_gateway::{Alarm, Bus, BusSettings};
+use clino_gateway::{Alarm, Bus, BusSettings, MAX_SLOTS};
 use clino_recovery::PLACE;
 
 use super::{
-    Block, BusItem as B, CommandItem as C, DetailItem as D, Entry, Form, GatewayItem as G, Item,
-    ReadingItem as R, StartItem as T,
+    Block, BusItem as B, CommandItem as C, DetailItem as D, Entry, Form, FoundItem as F, GatewayItem as G,
+    Item, ReadingItem as R, ResultItem as N, StartItem as T,
 };
-use crate::host::SLOTS;
 
 /// What the first four bytes say: "INCL".
 pub const MAGIC: u32 = 0x494E_434C;
@@ -23,6 +22,10 @@ pub const SLOT_BASE: u16 = 0x0100;
 /// From the block of a slot to that of the next.
 pub const SLOT_STRIDE: u16 = 0x20;
 
+/// Slots of the map.
+pub const SLOTS: usize = MAX_SLOTS;
+/// What a scan finds beyond that is counted, and not kept.
+pub const FOUND: usize = 48;
 const COUNT: u16 = SLOTS as u16;
 const ALL: u8 = SLOTS as u8;
 /// Slots of the first block of angles and ages; the others are in the second.
@@ -102,6 +105,36 @@ pub const BLOCKS: &[Block] = &[
         count: 1,
         entries: START,
         text: "Why, how often and how the gateway has started, and its last crash since power came.",
+    },
+    Block {
+        name: "result",
+        prefix: "result",
+        base: 0x09C0,
+        stride: 0x40,
+        count: 1,
+        entries: RESULT,
+        text: "What the last command has found or done: all numbers that it has, the others are none. Cleared when a \
+               command is accepted.",
+    },
+    Block {
+        name: "scan results",
+        prefix: "found",
+        base: 0x0A00,
+        stride: 0x10,
+        count: FOUND as u16,
+        entries: SCAN,
+        text: "What the last *scan* has found, in the order in which it was found; *result_scan* and *result_found* tell \
+               which scan that is and how much it has found. Cleared when a scan is accepted, and by nothing else. *scan* \
+               is the same in all blocks in use: two scans never mix.",
+    },
+    Block {
+        name: "slot counters",
+        prefix: "slot",
+        base: 0x0D00,
+        stride: 0x10,
+        count: COUNT,
+        entries: SLOT_COUNTERS,
+        text: "What is not in the block of a slot.",
     },
     Block {
         name: "slot settings",
@@ -440,10 +473,183 @@ const START: &[Entry] = &[
     .times(0, FILE),
     start(40, Form::U32, T::Uid, "uid", "", "number of the chip, which no other has: its three words, the lowest first")
         .times(0, 3),
+    start(46, Form::U32, T::PowerUps, "power_ups", "", "how often power came; with *boots* it tells this start from all others; 0: not known"),
 ];
 
 /// Registers for the name of a file.
 const FILE: u8 = (PLACE / 2) as u8;
+
+const SLOT_COUNTERS: &[Entry] = &[
+    detail(0, Form::I32, D::Rate, "rate_now", "mdeg/s", "how fast the angle changes"),
+    detail(2, Form::I32, D::Turns, "turns", "", "whole turns since the first value"),
+    detail(
+        4,
+        Form::U16,
+        D::Foreign,
+        "foreign",
+        "",
+        "answers from another address or to another command; in *length*, too",
+    ),
+    detail(
+        5,
+        Form::U16,
+        D::Skipped,
+        "skipped",
+        "",
+        "readings that were never begun: the bus was too busy in their period",
+    ),
+    detail(
+        6,
+        Form::U16,
+        D::Garbled,
+        "garbled",
+        "",
+        "answers with misread characters, or into which others talked",
+    ),
+    detail(7, Form::U16, D::Refused, "refused", "", "answers that say no, or a value out of its range"),
+    detail(8, Form::U16, D::NotSent, "not_sent", "", "requests that did not get out"),
+    detail(9, Form::U16, D::ResponseMin, "response_min", "10 us", "shortest response time; 0: none yet"),
+];
+
+const fn result(
+    offset: u16,
+    form: Form,
+    item: N,
+    name: &'static str,
+    unit: &'static str,
+    text: &'static str,
+) -> Entry {
+    Entry::new(offset, form, Item::Result(item), name, unit, text)
+}
+
+const RANGES: &[&str] = &["bidirectional", "unidirectional"];
+
+const RESULT: &[Entry] = &[
+    result(
+        0,
+        Form::U16,
+        N::Sequence,
+        "sequence",
+        "",
+        "*command_sequence* of the command that these numbers are of",
+    ),
+    result(1, Form::U16, N::Writes, "writes", "", "writes to the sensor's non-volatile memory"),
+    result(
+        2,
+        Form::U16,
+        N::Scan,
+        "scan",
+        "",
+        "*command_sequence* of the scan in *scan results*; 0: none since reset",
+    ),
+    result(
+        3,
+        Form::U16,
+        N::Found,
+        "found",
+        "",
+        "what that scan has found so far; the first 48 are in *scan results*",
+    ),
+    result(4, Form::U16, N::Devices, "devices", "", "*scan*, at its end: T7s found"),
+    result(5, Form::U16, N::Suspects, "suspects", "", "addresses at which something unintelligible answers"),
+    result(6, Form::U16, N::Asked, "asked", "", "addresses asked, at each bit rate"),
+    result(7, Form::U16, N::Complete, "complete", "", "1: nothing was left out; 0: it was stopped"),
+    result(
+        8,
+        Form::U16,
+        N::Address,
+        "address",
+        "",
+        "ISU: its address as stored, or where it answers after a start",
+    ),
+    result(9, Form::U16, N::Stored, "stored_address", "", "*sensor_repair*: its address as stored"),
+    result(10, Form::U32, N::Serial, "serial", "", "T7: serial number"),
+    result(
+        12,
+        Form::U32,
+        N::Product,
+        "product",
+        "",
+        "T7: product, four ASCII characters, padded with blanks",
+    ),
+    result(14, Form::U16, N::Product2, "product_2", "", "two more"),
+    result(
+        16,
+        Form::U32,
+        N::Firmware,
+        "firmware",
+        "",
+        "T7: firmware version, four ASCII characters, padded with blanks",
+    ),
+    result(18, Form::U16, N::Firmware2, "firmware_2", "", "two more"),
+    result(19, Form::U16, N::Damping, "damping", "ms", "T7: time of the damping filter"),
+    result(20, Form::U16, N::Range, "range", "", "T7: range of its angles").words(RANGES),
+    result(21, Form::U16, N::Direction, "direction", "", "T7: sense of rotation of axes 0 to 2")
+        .times(0, 3)
+        .words(&["normal", "reversed"]),
+    result(24, Form::I32, N::Offset, "offset", "mdeg", "T7: offset; axes 0 to 2").times(0, 3),
+    result(30, Form::I32, N::Before, "before", "mdeg", "*sensor_zero*: the angle before"),
+    result(32, Form::I32, N::After, "after", "mdeg", "and afterwards"),
+    result(
+        34,
+        Form::I32,
+        N::From,
+        "from",
+        "",
+        "a setting: its value before, like *command_value*; none: it is as before",
+    ),
+    result(36, Form::I32, N::To, "to", "", "and now"),
+    result(38, Form::I32, N::Angle, "angle", "mdeg", "ISU: its angle"),
+    result(40, Form::I32, N::Null, "null_position", "mdeg", "ISU: where its angle is zero"),
+    result(
+        42,
+        Form::U16,
+        N::Shutoff,
+        "auto_shutoff_word",
+        "",
+        "ISU: the word of its EEPROM with the auto-shutoff bit",
+    ),
+    result(43, Form::U16, N::Sound, "checksum_right", "", "ISU: 1: the checksum of its EEPROM is right"),
+    result(44, Form::U16, N::Repair, "repair", "", "ISU, after a failure: 1: *sensor_repair* is needed"),
+    result(46, Form::I32, N::Rate, "rate", "mdeg/s", "*moving*: how fast"),
+];
+
+const fn found(
+    offset: u16,
+    form: Form,
+    item: F,
+    name: &'static str,
+    unit: &'static str,
+    text: &'static str,
+) -> Entry {
+    Entry::new(offset, form, Item::Found(item), name, unit, text)
+}
+
+const SCAN: &[Entry] = &[
+    found(0, Form::U16, F::Scan, "scan", "", "*command_sequence* of the scan; 0: nothing is here"),
+    found(
+        1,
+        Form::U16,
+        F::What,
+        "what",
+        "",
+        "0: nothing, 1: a T7, 2: something that answers, but never well",
+    ),
+    found(2, Form::U16, F::Address, "address", "", "its address"),
+    found(4, Form::U32, F::Baud, "baud", "bit/s", "its bit rate"),
+    found(6, Form::U32, F::Serial, "serial", "", "its serial number"),
+    found(8, Form::U32, F::Product, "product", "", "its product, four ASCII characters, padded with blanks"),
+    found(10, Form::U16, F::Product2, "product_2", "", "two more"),
+    found(
+        12,
+        Form::U32,
+        F::Firmware,
+        "firmware",
+        "",
+        "its firmware version, four ASCII characters, padded with blanks",
+    ),
+    found(14, Form::U16, F::Firmware2, "firmware_2", "", "two more"),
+];
 
 const fn setting(offset: u16, form: Form, id: u8, scale: u16) -> Entry {
     Entry::of_table(offset, form, Item::SlotSetting(id), id, &slot::TABLE, scale)
@@ -531,7 +737,7 @@ const SLOT_ALARM_STATES: &[Entry] = &[
 ];
 
 /// Registers in thousandths of the setting's own unit: milliseconds of microseconds, millidegrees of micro-degrees.
-const MILLI: u16 = 1_000;
+pub(super) const MILLI: u16 = 1_000;
 
 const T7_BUS: &[Setting<BusSettings>; 5] = &settings::bus::table(Bus::T7);
 const ISU_BUS: &[Setting<BusSettings>; 5] = &settings::bus::table(Bus::Isu);

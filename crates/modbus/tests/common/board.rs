@@ -2,7 +2,7 @@
 
 use std::cell::{Cell, RefCell};
 
-use clino_bus::{DriverEnable, Micros, Serial, Timing};
+use clino_bus::{DriverEnable, Duration, Instant, Serial, Timing};
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::{isu, t7};
 use clino_gateway::{Bus as Line, Capture, Gateway, Publisher, PwmInput, Settings, SlotConfig, Source};
@@ -15,7 +15,7 @@ const CLOCK: u32 = 84_000_000;
 
 pub struct Board {
     pub gateway: RefCell<Gateway>,
-    pub now: Cell<Micros>,
+    pub now: Cell<Instant>,
     pub wishes: RefCell<Vec<Wish>>,
     pub start: Cell<Start>,
     /// Something is stored that was not read at this start.
@@ -23,7 +23,7 @@ pub struct Board {
 }
 
 impl Site for &Board {
-    fn now(&self) -> Micros {
+    fn now(&self) -> Instant {
         self.now.get()
     }
 
@@ -73,7 +73,7 @@ impl Board {
         let settings = Settings::new(table, Timing::t7(Serial::T7_DEFAULT), Timing::isu());
         Board {
             gateway: RefCell::new(Gateway::new(&settings, Limits::new(CLOCK))),
-            now: Cell::new(Micros(1_000_000)),
+            now: Cell::new(Instant::from_micros(1_000_000)),
             wishes: RefCell::default(),
             start: Cell::default(),
             unread: Cell::new(false),
@@ -96,7 +96,7 @@ impl Board {
     /// Lets the bus levels run for a second; frames go nowhere.
     pub fn run(&self) {
         for _ in 0..1_000 {
-            self.now.set(self.now.get() + Micros(1_000));
+            self.now.set(self.now.get() + Duration::from_micros(1_000));
             let mut gateway = self.gateway.borrow_mut();
             gateway.poll(Line::T7, self.now.get(), |_| {});
             gateway.poll(Line::Isu, self.now.get(), |_| {});

@@ -5,7 +5,7 @@ pub mod board;
 pub mod real;
 pub mod traffic;
 
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::settings::{Parity, Settings, StopBits};
 use clino_modbus::{Host, Identification, Server};
@@ -79,7 +79,7 @@ impl Bench {
 impl<H: Host> Bench<H> {
     /// The same with another gateway.
     pub fn at(host: H, settings: Settings, character: u64, t3_5: u64) -> Bench<H> {
-        let server = Server::new(settings, IDENTIFICATION, Micros(0));
+        let server = Server::new(settings, IDENTIFICATION, Instant::from_micros(0));
         let mut bench = Bench { server, host, now: 0, character, t3_5 };
         bench.pause(10 * t3_5);
         bench
@@ -89,12 +89,12 @@ impl<H: Host> Bench<H> {
     pub fn pause(&mut self, micros: u64) -> Option<Vec<u8>> {
         let end = self.now + micros;
         let mut said = None;
-        while let Some(at) = self.server.poll_at().filter(|at| at.0 <= end) {
-            self.now = self.now.max(at.0);
-            if let Some(answer) = self.server.poll(Micros(self.now), &mut self.host) {
+        while let Some(at) = self.server.poll_at().filter(|at| at.as_micros() <= end) {
+            self.now = self.now.max(at.as_micros());
+            if let Some(answer) = self.server.poll(Instant::from_micros(self.now), &mut self.host) {
                 let answer = answer.to_vec();
                 self.now += self.character * answer.len() as u64;
-                self.server.sent(Micros(self.now));
+                self.server.sent(Instant::from_micros(self.now));
                 assert_eq!(said.replace(answer), None, "two answers in one pause");
             }
         }
@@ -105,7 +105,7 @@ impl<H: Host> Bench<H> {
     /// A character comes in, right after the one before.
     pub fn character(&mut self, byte: u8, errors: LineErrors) {
         self.now += self.character;
-        self.server.heard(Character { byte, errors }, Micros(self.now));
+        self.server.heard(Character { byte, errors }, Instant::from_micros(self.now));
     }
 
     /// A silence after which whatever came is over: one that is no frame yet may go on with a character that began in

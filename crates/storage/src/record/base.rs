@@ -4,9 +4,10 @@
 //! means must not change when the usual does. A record of another usual only becomes longer, until a new version of the
 //! format takes it up. A setting that comes later has here what it means when it is not set.
 
+use clino_bus::Duration;
 use clino_codec::angle::Range;
 use clino_gateway::config::Kind;
-use clino_gateway::{SlotConfig, Source, Span};
+use clino_gateway::{SlotConfig, Source};
 
 /// The slot that this source is written as the difference to.
 pub(crate) const fn base(source: Source) -> SlotConfig {
@@ -15,15 +16,15 @@ pub(crate) const fn base(source: Source) -> SlotConfig {
     match source.kind() {
         Kind::Off => base,
         Kind::T7 => SlotConfig {
-            period: Span::from_micros(20_000),
-            report_every: Span::from_micros(100_000),
+            period: Duration::from_micros(20_000),
+            report_every: Duration::from_micros(100_000),
             tolerance: 100,
             max_rate: 180_000,
             ..on
         },
         Kind::Isu => SlotConfig {
             range: Range::Unidirectional,
-            period: Span::from_micros(266_000),
+            period: Duration::from_micros(266_000),
             max_rate: 90_000,
             ..on
         },
@@ -31,7 +32,7 @@ pub(crate) const fn base(source: Source) -> SlotConfig {
             range: Range::Unidirectional,
             retries: 0,
             confirm: false,
-            period: Span::from_micros(33_333),
+            period: Duration::from_micros(33_333),
             tolerance: 560,
             ..on
         },

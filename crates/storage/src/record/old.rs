@@ -41,12 +41,13 @@
 //! fit its period follows it, a timeout below the sensor's latency is the document's, a rate beyond all is no limit, a
 //! driver that was on too long is on as long as it may be.
 
+use clino_bus::Duration;
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
 use clino_gateway::config::{Ask, Direction, Filter, Kind};
 use clino_gateway::settings::port::{Parity, PortSettings, StopBits};
 use clino_gateway::settings::{self, Given};
-use clino_gateway::{Bus, BusChange, BusSettings, PwmInput, SlotConfig, Source, Span};
+use clino_gateway::{Bus, BusChange, BusSettings, PwmInput, SlotConfig, Source};
 
 use super::Reject;
 use super::base::base;
@@ -126,14 +127,14 @@ pub(crate) fn port(reader: &mut Reader<'_>) -> Result<PortSettings, Reject> {
 fn allowed(mut config: SlotConfig, stored_stale: bool) -> SlotConfig {
     let largest = |id: u8| settings::slot::setting(id).map_or(0, |setting| setting.form.limits().1);
     if config.timeout < settings::slot::latency(config.source.kind()) {
-        config.timeout = Span::ZERO;
+        config.timeout = Duration::ZERO;
     }
     if i64::from(config.max_rate) > largest(settings::slot::id::RATE) {
         config.max_rate = 0;
     }
     config.soft_zero = Angle::from_udeg(config.soft_zero.udeg().checked_rem(TURN).unwrap_or(0));
-    let stale = core::mem::replace(&mut config.stale, Span::ZERO);
-    let fits = |limit: Span| {
+    let stale = core::mem::replace(&mut config.stale, Duration::ZERO);
+    let fits = |limit: Duration| {
         settings::slot::check(&SlotConfig { stale: limit, ..config }).is_ok() && limit != config.stale_after()
     };
     if stored_stale && fits(stale) {
@@ -196,7 +197,7 @@ pub(crate) fn slot(reader: &mut Reader<'_>) -> Result<SlotConfig, Reject> {
         (bit::REPORT_EVERY, &mut config.report_every),
     ];
     for (_, span) in spans.into_iter().filter(|(bit, _)| has(*bit)) {
-        *span = Span::from_micros(reader.number("span_us")?);
+        *span = Duration::from_micros(reader.number("span_us")?);
     }
     if has(bit::SOFT_ZERO) {
         config.soft_zero = Angle::from_udeg(reader.signed("soft zero")?);

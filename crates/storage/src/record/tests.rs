@@ -3,13 +3,13 @@
 use std::vec::Vec;
 
 use clino_bus::line::EchoMode;
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Duration, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
 use clino_gateway::config::{AlarmConfig, AlarmLimits, Ask, Direction, Filter, Kind as SourceKind, Name};
 use clino_gateway::order::Refusal;
 use clino_gateway::settings::Number;
-use clino_gateway::{PwmInput, Settings, Source, Span};
+use clino_gateway::{PwmInput, Settings, Source};
 use clino_modbus::settings::{Parity, Pauses, StopBits};
 use proptest::prelude::*;
 
@@ -112,10 +112,10 @@ fn slots() -> impl Strategy<Value = SlotConfig> {
             range: if positive { Range::Unidirectional } else { Range::Bidirectional },
             partner,
             tolerance,
-            period: Span::from_micros(period),
-            timeout: Span::from_micros(timeout),
-            stale: Span::from_micros(stale),
-            report_every: Span::from_micros(report),
+            period: Duration::from_micros(period),
+            timeout: Duration::from_micros(timeout),
+            stale: Duration::from_micros(stale),
+            report_every: Duration::from_micros(report),
             soft_zero: Angle::from_udeg(soft_zero),
             name: Name::new(&name).unwrap(),
             max_rate,
@@ -124,25 +124,27 @@ fn slots() -> impl Strategy<Value = SlotConfig> {
         match settings::slot::check(&config) {
             Ok(()) => config,
             // Too short for the period, or a high limit below the low one.
-            Err(_) => {
-                SlotConfig { stale: Span::ZERO, alarm: AlarmConfig { high: alarm.low, ..alarm }, ..config }
-            }
+            Err(_) => SlotConfig {
+                stale: Duration::ZERO,
+                alarm: AlarmConfig { high: alarm.low, ..alarm },
+                ..config
+            },
         }
     })
 }
 
 fn buses(of: Bus) -> impl Strategy<Value = BusSettings> {
     let echo = prop_oneof![Just(EchoMode::Off), Just(EchoMode::Expected), Just(EchoMode::Detect)];
-    (0_usize..5, prop::option::of(0_u64..=20_000), 0_u64..=5_000, 0_u64..=1_000, echo).prop_map(
+    (0_usize..5, prop::option::of(0_u32..=20_000), 0_u32..=5_000, 0_u32..=1_000, echo).prop_map(
         move |(rate, guard, pre, post, echo)| {
             let mut timing = match of {
                 Bus::T7 => Timing::t7(Serial { baud: [9_600, 19_200, 38_400, 57_600, 115_200][rate] }),
                 Bus::Isu => Timing::isu(),
             };
-            timing.guard = guard.map_or(timing.guard, Micros);
+            timing.guard = guard.map_or(timing.guard, Duration::from_micros);
             let mut settings = BusSettings::new(timing);
-            settings.line.pre_delay = Micros(pre);
-            settings.line.post_delay = Micros(post);
+            settings.line.pre_delay = Duration::from_micros(pre);
+            settings.line.post_delay = Duration::from_micros(post);
             settings.line.echo = echo;
             settings
         },
@@ -287,10 +289,10 @@ fn the_longest_fits() {
     let mut settings = factory();
     settings.slots = [longest_slot(); MAX_SLOTS];
     for (bus, post) in [(&mut settings.t7, 2_000), (&mut settings.isu, 1_000)] {
-        bus.timing.guard = Micros(20_000);
+        bus.timing.guard = Duration::from_micros(20_000);
         bus.line = bus.timing.line();
-        bus.line.pre_delay = Micros(5_000);
-        bus.line.post_delay = Micros(post);
+        bus.line.pre_delay = Duration::from_micros(5_000);
+        bus.line.post_delay = Duration::from_micros(post);
         bus.line.echo = EchoMode::Detect;
     }
     settings.t7 = BusSettings {
@@ -327,10 +329,10 @@ fn longest_slot() -> SlotConfig {
         range: Range::Unidirectional,
         partner: Some(47),
         tolerance: u16::MAX,
-        period: Span::from_micros(1_200_000_000),
-        timeout: Span::from_micros(500_000),
-        stale: Span::from_micros(3_599_999_999),
-        report_every: Span::from_micros(3_600_000_000),
+        period: Duration::from_micros(1_200_000_000),
+        timeout: Duration::from_micros(500_000),
+        stale: Duration::from_micros(3_599_999_999),
+        report_every: Duration::from_micros(3_600_000_000),
         soft_zero: Angle::from_udeg(-360_000_000),
         name: Name::new("~~~~~~~~~~~~~~~~").unwrap(),
         max_rate: 36_000_000,
@@ -390,8 +392,8 @@ mod stored {
             enabled: true,
             retries: 1,
             confirm: true,
-            period: Span::from_millis(20),
-            report_every: Span::from_millis(100),
+            period: Duration::from_millis(20),
+            report_every: Duration::from_millis(100),
             tolerance: 100,
             max_rate: 180_000,
             ..SlotConfig::OFF
@@ -401,7 +403,7 @@ mod stored {
             retries: 1,
             confirm: true,
             range: Range::Unidirectional,
-            period: Span::from_millis(266),
+            period: Duration::from_millis(266),
             soft_zero: Angle::from_udeg(-1_500_000),
             max_rate: 90_000,
             ..SlotConfig::OFF
@@ -414,7 +416,7 @@ mod stored {
             range: Range::Unidirectional,
             partner: Some(1),
             tolerance: 560,
-            period: Span::from_micros(33_333),
+            period: Duration::from_micros(33_333),
             ..SlotConfig::OFF
         };
         settings
@@ -480,15 +482,18 @@ mod stored {
     fn what_older_versions_allowed_becomes_what_comes_next_to_it() {
         // Bit 9: 1 000 000 us.
         let slot = old_slot(&[1, 3, 2, 0x80, 0x04, 0xC0, 0x84, 0x3D]);
-        assert_eq!((slot.stale, slot.stale_after()), (Span::ZERO, Span::from_millis(3_000)));
+        assert_eq!((slot.stale, slot.stale_after()), (Duration::ZERO, Duration::from_millis(3_000)));
         // Bits 9 and 11: 1 000 000 us, 60 000 us.
         let slot = old_slot(&[1, 3, 2, 0x80, 0x14, 0xC0, 0x84, 0x3D, 0xE0, 0xD4, 0x03]);
-        assert_eq!((slot.stale, slot.stale_after()), (Span::ZERO, Span::from_millis(3_000)));
+        assert_eq!((slot.stale, slot.stale_after()), (Duration::ZERO, Duration::from_millis(3_000)));
         // Bit 11: 100 000 us.
         let slot = old_slot(&[1, 3, 2, 0x80, 0x10, 0xA0, 0x8D, 0x06]);
-        assert_eq!((slot.stale, slot.stale_after()), (Span::from_millis(100), Span::from_millis(100)));
+        assert_eq!(
+            (slot.stale, slot.stale_after()),
+            (Duration::from_millis(100), Duration::from_millis(100))
+        );
         // Bit 10: 100 us.
-        assert_eq!(old_slot(&[1, 3, 2, 0x80, 0x08, 100]).timeout, Span::ZERO);
+        assert_eq!(old_slot(&[1, 3, 2, 0x80, 0x08, 100]).timeout, Duration::ZERO);
         // Bit 14: 4 294 967 295.
         assert_eq!(old_slot(&[1, 3, 2, 0x80, 0x80, 0x01, 0xFF, 0xFF, 0xFF, 0xFF, 0x0F]).max_rate, 0);
         // Bit 13: 450 000 000 udeg, zigzag 900 000 000.
@@ -505,7 +510,7 @@ mod stored {
         t7.splice(end, [0x88, 0x27]);
         let bytes = [&[2, CONFIGURATION], &t7[..], ISU, MODBUS, &[0]].concat();
         let (settings, _) = read(&sealed(&bytes)).expect("a record");
-        assert_eq!(settings.t7.line.post_delay, Micros(2_000));
+        assert_eq!(settings.t7.line.post_delay, Duration::from_micros(2_000));
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Configurations of all sizes.
 
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Duration, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
 use clino_gateway::config::{AlarmConfig, AlarmLimits, Ask, Direction, Filter, Name};
-use clino_gateway::{MAX_SLOTS, PwmInput, Settings, SlotConfig, Source, Span};
+use clino_gateway::{MAX_SLOTS, PwmInput, Settings, SlotConfig, Source};
 
 /// What is stored, and what is compared.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,8 +38,8 @@ pub fn numbered(n: u32) -> Configuration {
     for slot in &mut all.settings.slots {
         slot.soft_zero = Angle::from_udeg(n as i32);
     }
-    all.settings.t7.line.pre_delay = Micros(u64::from(n) % 5_000);
-    all.settings.isu.line.pre_delay = Micros(u64::from(n) % 5_000);
+    all.settings.t7.line.pre_delay = Duration::from_micros(n % 5_000);
+    all.settings.isu.line.pre_delay = Duration::from_micros(n % 5_000);
     all.modbus.address = (n % 247 + 1) as u8;
     all
 }
@@ -60,10 +60,10 @@ pub fn longest(n: u32) -> Configuration {
         range: Range::Unidirectional,
         partner: Some(47),
         tolerance: u16::MAX,
-        period: Span::from_micros(1_200_000_000),
-        timeout: Span::from_micros(500_000),
-        stale: Span::from_micros(3_600_000_000),
-        report_every: Span::from_micros(3_600_000_000),
+        period: Duration::from_micros(1_200_000_000),
+        timeout: Duration::from_micros(500_000),
+        stale: Duration::from_micros(3_600_000_000),
+        report_every: Duration::from_micros(3_600_000_000),
         soft_zero: Angle::from_udeg(-360_000_000 + n as i32),
         name: Name::new("~~~~~~~~~~~~~~~~").unwrap(),
         max_rate: 36_000_000 - n,
@@ -80,9 +80,9 @@ pub fn longest(n: u32) -> Configuration {
     };
     all.settings.slots = [slot; MAX_SLOTS];
     for (bus, post) in [(&mut all.settings.t7, 2_000), (&mut all.settings.isu, 1_000)] {
-        (bus.timing.guard, bus.line.guard) = (Micros(20_000), Micros(20_000));
-        bus.line.pre_delay = Micros(5_000);
-        bus.line.post_delay = Micros(post);
+        (bus.timing.guard, bus.line.guard) = (Duration::from_micros(20_000), Duration::from_micros(20_000));
+        bus.line.pre_delay = Duration::from_micros(5_000);
+        bus.line.post_delay = Duration::from_micros(post);
     }
     all.modbus.baud = 115_200;
     all.modbus.address = (n % 247 + 1) as u8;

@@ -10,7 +10,7 @@ use sequential_storage::map::{MapConfig, MapStorage};
 use super::flash::Flash;
 
 /// Longest record it has room for, bytes.
-pub const LONGEST: usize = 4_096;
+pub const LONGEST: usize = 8_192;
 
 /// Stores a record, whatever is in it; says whether that went well.
 pub fn put(record: &[u8], flash: &mut Flash) -> bool {

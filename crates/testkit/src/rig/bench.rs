@@ -1,6 +1,6 @@
 //! One request at a time on a simulated segment.
 
-use clino_bus::{ExchangeOutcome, Master, Micros, Protocol, Timing, earliest, line};
+use clino_bus::{Duration, ExchangeOutcome, Instant, Master, Protocol, Timing, earliest, line};
 use clino_segment::{Faults, SegmentSettings, Station};
 use clino_sim::node::Node;
 
@@ -51,11 +51,11 @@ impl<P: Protocol> Bench<P> {
         let Ok(frame) = self.master.begin(address, request, now) else { panic!("not a request") };
         let give_up = now + self.master.timing().line_busy;
         self.port.submit(frame.as_ref(), give_up).expect("the line is idle");
-        self.run_until(Micros(now.0 + 10_000_000)).expect("every exchange ends")
+        self.run_until(now + Duration::from_millis(10_000)).expect("every exchange ends")
     }
 
     /// Runs until an exchange has ended, at most until `until`.
-    pub fn run_until(&mut self, until: Micros) -> Option<ExchangeOutcome<P>> {
+    pub fn run_until(&mut self, until: Instant) -> Option<ExchangeOutcome<P>> {
         while self.port.now() < until {
             if let Some(outcome) = self.master.poll(self.port.now()) {
                 return Some(outcome);
@@ -77,7 +77,7 @@ impl<P: Protocol> Bench<P> {
     pub fn settle(&mut self) {
         while !self.master.is_idle() {
             let at = self.master.poll_at().expect("a busy master has a deadline");
-            assert!(self.run_until(at + Micros(1)).is_none(), "nothing was asked");
+            assert!(self.run_until(at + Duration::from_micros(1)).is_none(), "nothing was asked");
         }
     }
 }

@@ -4,7 +4,7 @@
 //! exact, because the segment samples bits.
 
 use clino_bus::line::{self, LineStep, SubmitError};
-use clino_bus::{Event, Line, Micros, Serial};
+use clino_bus::{Duration, Event, Instant, Line, Serial};
 use clino_codec::character::{Character, LineErrors};
 use clino_segment::log::SharedLog;
 use clino_segment::wire::{Format, Received, Sent, Wire as _};
@@ -59,13 +59,13 @@ impl Clock {
     }
 
     /// What it says at a true instant.
-    fn at(self, now: Ns) -> Micros {
-        Micros((u128::from(now) * self.rate() / u128::from(PPM * NS_PER_US)) as u64)
+    fn at(self, now: Ns) -> Instant {
+        Instant::from_micros((u128::from(now) * self.rate() / u128::from(PPM * NS_PER_US)) as u64)
     }
 
     /// The first true instant at which it says this.
-    fn when(self, at: Micros) -> Ns {
-        let scaled = u128::from(at.0) * u128::from(PPM * NS_PER_US);
+    fn when(self, at: Instant) -> Ns {
+        let scaled = u128::from(at.as_micros()) * u128::from(PPM * NS_PER_US);
         u64::try_from(scaled.div_ceil(self.rate())).unwrap_or(Ns::MAX)
     }
 
@@ -78,7 +78,7 @@ impl Clock {
 
 impl Port {
     /// A listening port at time 0, without delays around DE.
-    pub fn new(serial: Serial, guard: Micros, settings: SegmentSettings, stations: Vec<Station>) -> Port {
+    pub fn new(serial: Serial, guard: Duration, settings: SegmentSettings, stations: Vec<Station>) -> Port {
         Port::with_line(line::LineSettings::new(serial, guard), settings, stations)
     }
 
@@ -89,7 +89,7 @@ impl Port {
         segment.set_receiver(0, Some(clock.format(line.serial)));
         Port {
             segment,
-            line: Line::new(line, Micros::ZERO),
+            line: Line::new(line, Instant::ZERO),
             serial: line.serial,
             now: 0,
             clock,
@@ -111,7 +111,7 @@ impl Port {
     }
 
     /// Time since power-up, as the port's own clock has it.
-    pub fn now(&self) -> Micros {
+    pub fn now(&self) -> Instant {
         self.clock.at(self.now)
     }
 
@@ -124,7 +124,7 @@ impl Port {
     ///
     /// # Panics
     /// If a frame is in hand.
-    pub fn set_serial(&mut self, serial: Serial, guard: Micros) {
+    pub fn set_serial(&mut self, serial: Serial, guard: Duration) {
         let settings = line::LineSettings { serial, guard, ..*self.line.settings() };
         self.line.set(settings, self.now()).expect("no frame in hand");
         self.serial = serial;
@@ -132,12 +132,12 @@ impl Port {
     }
 
     /// Takes a frame to be sent as soon as the guard allows.
-    pub fn submit(&mut self, frame: &[u8], give_up: Micros) -> Result<(), SubmitError> {
+    pub fn submit(&mut self, frame: &[u8], give_up: Instant) -> Result<(), SubmitError> {
         self.line.submit(frame, give_up)
     }
 
     /// Runs until something happens on the line, at most until `until`.
-    pub fn run(&mut self, until: Micros) -> Option<Event> {
+    pub fn run(&mut self, until: Instant) -> Option<Event> {
         let until = self.clock.when(until);
         loop {
             if let Some(received) = self.segment.take_received() {

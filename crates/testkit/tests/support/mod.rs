@@ -10,7 +10,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use clino_bus::{Micros, Serial, Timing};
+use clino_bus::{Duration, Instant, Serial, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::t7::{Address, Axis, Direction};
@@ -211,18 +211,20 @@ impl House {
             let port = &mut self.ports[index];
             let now = port.now();
             self.gateway.poll(bus, now, |action| match action {
-                Action::Send(frame) => port.submit(frame, now + Micros(100_000)).expect("nothing is in hand"),
+                Action::Send(frame) => {
+                    port.submit(frame, now + Duration::from_micros(100_000)).expect("nothing is in hand")
+                }
                 Action::Run(timing, _) => port.set_serial(timing.serial, timing.guard),
             });
-            let at = self.gateway.poll_at(bus).map_or(to, |at| at.0.min(to));
-            let event = self.ports[index].run(Micros(at.max(now.0)));
+            let at = self.gateway.poll_at(bus).map_or(to, |at| at.as_micros().min(to));
+            let event = self.ports[index].run(Instant::from_micros(at.max(now.as_micros())));
             if let Some(event) = event {
                 self.gateway.line(bus, event);
             }
-            self.now = self.now.max(self.ports[index].now().0);
+            self.now = self.now.max(self.ports[index].now().as_micros());
             self.gateway.publish(&mut self.publisher);
             watch(self);
-            if self.ports[index].now().0 >= to && event.is_none() {
+            if self.ports[index].now().as_micros() >= to && event.is_none() {
                 return;
             }
         }
@@ -233,7 +235,7 @@ impl House {
         let degrees = f64::from(self.isu().code()) * 360.0 / 65_536.0;
         let high = ((degrees + 157.45) / 674.9 * f64::from(PERIOD_TICKS)).round() as u32;
         let capture = Capture::Cycle(Ticks { period: PERIOD_TICKS, high });
-        self.gateway.pwm(PwmInput::Pwm1, capture, Micros(self.now));
+        self.gateway.pwm(PwmInput::Pwm1, capture, Instant::from_micros(self.now));
     }
 
     pub fn reading(&self, slot: usize) -> Reading {
@@ -241,7 +243,7 @@ impl House {
     }
 
     pub fn status(&self, slot: usize) -> Status {
-        self.reading(slot).status(Micros(self.now))
+        self.reading(slot).status(Instant::from_micros(self.now))
     }
 
     /// What the slot should say now, in 0.001° on the circle; `None` if no sensor is at its address.
@@ -265,7 +267,7 @@ impl House {
 
     /// How far a published angle is from what the slot should say, in 0.001°; `None` while it is not *ok*.
     pub fn error(&self, slot: usize) -> Option<i64> {
-        let said = i64::from(self.reading(slot).angle(Micros(self.now))?.mdeg());
+        let said = i64::from(self.reading(slot).angle(Instant::from_micros(self.now))?.mdeg());
         let off = (said - self.truth(slot)?).rem_euclid(TURN);
         Some(off.min(TURN - off))
     }

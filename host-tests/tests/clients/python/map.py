@@ -15,8 +15,8 @@ FAST = 115_200
 master, console = Master(sys.argv[1], sys.argv[3]), Console(sys.argv[2])
 slots, _ = truth(sys.argv[4:])
 # Where docs/modbus.md says that there is something.
-BLOCKS = [(0, 0xE0), (0x100, 0x700), (0x700, 0x790), (0x800, 0x8C0), (0x900, 0x9C0), (0x1000, 0x1600),
-          (0x1800, 0x1820), (0x1840, 0x1860), (0x1900, 0x1C00), (0x1F00, 0x1F10)]
+BLOCKS = [(0, 0xE0), (0x100, 0x700), (0x700, 0x790), (0x800, 0x8C0), (0x900, 0x1600),
+          (0x1800, 0x1820), (0x1840, 0x1860), (0x1900, 0x1F10), (0x2000, 0x2600)]
 # What begins to count at reset, or has codes: the most it can be.
 MOST = {"status": 14, "kind": 3, "last_error": 14, "set_kind": 3, "last_command": 24, "command_outcome": 4}
 

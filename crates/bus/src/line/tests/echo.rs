@@ -13,13 +13,13 @@ fn with(echo: EchoMode) -> Line {
 }
 
 fn heard(line: &mut Line, byte: u8, at: u64) -> Event {
-    line.heard(Character::clean(byte), Micros(at))
+    line.heard(Character::clean(byte), Instant::from_micros(at))
 }
 
 /// Sends the frame at `start`; `echo` comes back, one character time apart. Returns what the line made of it.
 fn send(line: &mut Line, start: u64, echo: &[u8]) -> StdVec<Event> {
     line.submit(&FRAME, NEVER).unwrap();
-    assert_eq!(line.poll(Micros(start)), Some(LineStep::Begin));
+    assert_eq!(line.poll(Instant::from_micros(start)), Some(LineStep::Begin));
     let mut events = StdVec::new();
     for (index, _) in FRAME.iter().enumerate() {
         assert_eq!(line.next_character(), Some(FRAME[index]));
@@ -28,7 +28,7 @@ fn send(line: &mut Line, start: u64, echo: &[u8]) -> StdVec<Event> {
         }
     }
     assert_eq!(line.next_character(), None);
-    assert!(line.transmission_complete(Micros(start + COMPLETE)));
+    assert!(line.transmission_complete(Instant::from_micros(start + COMPLETE)));
     events
 }
 
@@ -48,7 +48,7 @@ fn is_heard(event: &Event) -> bool {
 fn an_expected_echo_is_removed() {
     let mut line = with(EchoMode::Expected);
     assert!(send(&mut line, 0, &FRAME).iter().all(is_echo));
-    assert_eq!(line.poll(Micros(10_000)), None);
+    assert_eq!(line.poll(Instant::from_micros(10_000)), None);
 }
 
 #[test]
@@ -56,14 +56,14 @@ fn a_changed_or_damaged_echo_is_contention() {
     let mut line = with(EchoMode::Expected);
     let events = send(&mut line, 0, &[0x05, 0x11, 0x83]);
     assert!(is_echo(&events[0]) && is_contention(&events[1]) && is_echo(&events[2]), "{events:?}");
-    assert_eq!(line.poll(Micros(10_000)), None);
+    assert_eq!(line.poll(Instant::from_micros(10_000)), None);
 
     let mut line = with(EchoMode::Expected);
     line.submit(&FRAME, NEVER).unwrap();
-    assert_eq!(line.poll(Micros(0)), Some(LineStep::Begin));
+    assert_eq!(line.poll(Instant::from_micros(0)), Some(LineStep::Begin));
     assert_eq!(line.next_character(), Some(0x05));
     let damaged = Character { byte: 0x05, errors: LineErrors::FRAMING };
-    assert!(is_contention(&line.heard(damaged, Micros(82))));
+    assert!(is_contention(&line.heard(damaged, Instant::from_micros(82))));
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn an_echo_that_is_lost_is_contention_as_soon_as_it_is_overdue() {
         let mut line = with(EchoMode::Expected);
         assert!(send(&mut line, 0, &FRAME[..missing]).iter().all(is_echo));
         // Five bits, 43.4 µs, rounded up.
-        let overdue = Micros(COMPLETE + 44 + 1);
+        let overdue = Instant::from_micros(COMPLETE + 44 + 1);
         assert_eq!(line.poll_at(), Some(overdue));
         assert_eq!(line.poll(overdue), Some(LineStep::EchoLost));
         assert_eq!(line.poll(overdue), None);
@@ -84,7 +84,7 @@ fn the_last_character_may_come_back_after_transmission_complete() {
     let mut line = with(EchoMode::Expected);
     assert!(send(&mut line, 0, &FRAME[..2]).iter().all(is_echo));
     assert!(is_echo(&heard(&mut line, 0x83, COMPLETE + 20)));
-    assert_eq!(line.poll(Micros(10_000)), None);
+    assert_eq!(line.poll(Instant::from_micros(10_000)), None);
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn an_answer_that_looks_like_our_frame_is_not_an_echo() {
 fn more_characters_than_were_sent_are_not_echoes() {
     let mut line = with(EchoMode::Expected);
     line.submit(&FRAME, NEVER).unwrap();
-    assert_eq!(line.poll(Micros(0)), Some(LineStep::Begin));
+    assert_eq!(line.poll(Instant::from_micros(0)), Some(LineStep::Begin));
     assert_eq!(line.next_character(), Some(0x05));
     assert!(is_echo(&heard(&mut line, 0x05, 82)));
     assert!(is_heard(&heard(&mut line, 0x01, 84)));
@@ -131,13 +131,13 @@ fn an_echo_is_found_and_lost_again() {
     assert_eq!(line.has_echo(), Some(true));
     // From then on it is verified.
     assert!(is_contention(&send(&mut line, 1_000, &[0x05, 0x00, 0x83])[1]));
-    assert_eq!(line.poll(Micros(1_500)), None);
+    assert_eq!(line.poll(Instant::from_micros(1_500)), None);
     send(&mut line, 2_000, &FRAME[..1]);
-    assert_eq!(line.poll(Micros(2_500)), Some(LineStep::EchoLost));
+    assert_eq!(line.poll(Instant::from_micros(2_500)), Some(LineStep::EchoLost));
     assert_eq!(line.has_echo(), Some(true));
     // Gone: no node's fault.
     send(&mut line, 3_000, &[]);
-    assert_eq!(line.poll(Micros(3_500)), None);
+    assert_eq!(line.poll(Instant::from_micros(3_500)), None);
     assert_eq!(line.has_echo(), Some(false));
     send(&mut line, 4_000, &[]);
     assert_eq!(line.poll_at(), None);
@@ -150,10 +150,10 @@ fn an_echo_is_found_and_lost_again() {
 fn stray_characters_while_we_drive_neither_proves_an_echo_nor_is_contention() {
     let mut line = with(EchoMode::Detect);
     assert!(send(&mut line, 0, &[0xFF, 0x00]).iter().all(is_heard));
-    assert_eq!(line.poll(Micros(500)), None);
+    assert_eq!(line.poll(Instant::from_micros(500)), None);
     assert_eq!(line.has_echo(), None);
     // A part of an echo proves nothing, either.
     send(&mut line, 1_000, &FRAME[..2]);
-    assert_eq!(line.poll(Micros(1_500)), None);
+    assert_eq!(line.poll(Instant::from_micros(1_500)), None);
     assert_eq!(line.has_echo(), None);
 }

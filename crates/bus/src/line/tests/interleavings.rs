@@ -33,9 +33,9 @@ fn settings() -> impl Strategy<Value = LineSettings> {
     (0u64..200, prop_oneof![Just(0), 0u64..300], prop_oneof![Just(0), 0u64..300], echo).prop_map(
         |(guard, pre, post, echo)| LineSettings {
             serial: SERIAL,
-            guard: Micros(guard),
-            pre_delay: Micros(pre),
-            post_delay: Micros(post),
+            guard: Duration::from_micros(guard as u32),
+            pre_delay: Duration::from_micros(pre as u32),
+            post_delay: Duration::from_micros(post as u32),
             echo,
         },
     )
@@ -70,7 +70,7 @@ proptest! {
             match action {
                 Action::Submit(length) => {
                     let frame: StdVec<u8> = (0..length as u8).collect();
-                    _ = line.submit(&frame, Micros(now + 600));
+                    _ = line.submit(&frame, Instant::from_micros(now + 600));
                 }
                 Action::Wait(span) => now += span,
                 Action::TransmitEmpty => {
@@ -82,9 +82,9 @@ proptest! {
                 }
                 Action::TransmitComplete => {
                     let was_driving = line.driving();
-                    if line.transmission_complete(Micros(now)) {
+                    if line.transmission_complete(Instant::from_micros(now)) {
                         prop_assert!(was_driving);
-                        prop_assert_eq!(line.driving(), settings.post_delay.0 > 0);
+                        prop_assert_eq!(line.driving(), settings.post_delay.as_micros() > 0);
                         watch.complete = Some(now);
                     }
                 }
@@ -94,9 +94,9 @@ proptest! {
                         _ => watch.handed_out.get(watch.came_back).copied().unwrap_or(0xEE),
                     };
                     let in_post_delay = watch.complete.is_some() && line.driving();
-                    let event = line.heard(Character::clean(byte), Micros(now));
+                    let event = line.heard(Character::clean(byte), Instant::from_micros(now));
                     let end = now as f64 + 0.5 * bit(settings.serial.baud);
-                    watch.guarded = Some(end + settings.guard.0 as f64);
+                    watch.guarded = Some(end + settings.guard.as_micros() as f64);
                     match event {
                         Event::Heard { character, .. } => {
                             prop_assert_eq!(character.byte, byte);
@@ -123,14 +123,14 @@ proptest! {
                 Action::Set(baud) => {
                     let new = LineSettings { serial: Serial { baud }, ..settings };
                     let was_driving = line.driving();
-                    if line.set(new, Micros(now)).is_ok() {
+                    if line.set(new, Instant::from_micros(now)).is_ok() {
                         prop_assert!(!was_driving);
                         settings = new;
                     }
                 }
             }
             let was_driving = line.driving();
-            while let Some(step) = line.poll(Micros(now)) {
+            while let Some(step) = line.poll(Instant::from_micros(now)) {
                 match step {
                     LineStep::Begin => prop_assert!(line.driving()),
                     LineStep::Force | LineStep::GiveUp => prop_assert!(!line.driving()),
@@ -147,7 +147,7 @@ proptest! {
             if let Some(raised) = watch.raised {
                 let characters = line.frame_len() as f64 * 10.0 * bit(settings.serial.baud);
                 let spare = (characters / 4.0).max(10.0 * bit(settings.serial.baud));
-                let delays = (settings.pre_delay + settings.post_delay).0 as f64;
+                let delays = (settings.pre_delay + settings.post_delay).as_micros() as f64;
                 // Rounded up to microseconds in three places.
                 prop_assert!(((now - raised) as f64) < characters + spare + delays + 3.0);
                 prop_assert!(line.poll_at().is_some(), "a driver that is on has a deadline");

@@ -8,7 +8,15 @@ const WINDOW: u64 = 20_000;
 fn asked_all() -> Bench {
     let mut bench =
         Bench { master: Master::new(Timing::t7(crate::Serial::T7_DEFAULT)), now: 700, outcomes: Vec::new() };
-    let frame = bench.master.begin_collecting(Address::ALL, &ANGLE, Micros(WINDOW), Micros(700)).unwrap();
+    let frame = bench
+        .master
+        .begin_collecting(
+            Address::ALL,
+            &ANGLE,
+            Duration::from_micros(WINDOW as u32),
+            Instant::from_micros(700),
+        )
+        .unwrap();
     assert_eq!(frame.as_bytes(), [126, 0x01, 0x83]);
     bench.released();
     bench
@@ -36,7 +44,7 @@ fn every_answer_is_an_outcome() {
     assert_eq!(collected(&bench), (std::vec![5, 6], std::vec![]));
     bench.wait_until(60_000);
     assert_eq!(collected(&bench), (std::vec![5, 6], std::vec![Fault::Over { answers: 2, garbled: 0 }]));
-    assert_eq!(bench.outcomes[1].at, Micros(5_000 + 7 * CHARACTER));
+    assert_eq!(bench.outcomes[1].at, Instant::from_micros(5_000 + 7 * CHARACTER));
 }
 
 #[test]
@@ -44,7 +52,7 @@ fn silence_is_over_at_the_end_of_the_window() {
     let mut bench = asked_all();
     bench.wait_until(60_000);
     assert_eq!(collected(&bench).1, [Fault::Over { answers: 0, garbled: 0 }]);
-    assert_eq!(bench.outcomes[0].at, Micros(1_000 + WINDOW));
+    assert_eq!(bench.outcomes[0].at, Instant::from_micros(1_000 + WINDOW));
 }
 
 #[test]
@@ -91,8 +99,10 @@ fn an_answer_held_back_behind_a_torn_header_comes_at_the_end() {
 #[test]
 fn a_request_that_does_not_get_out_is_the_only_outcome() {
     let mut master: Master<T7> = Master::new(Timing::t7(crate::Serial::T7_DEFAULT));
-    master.begin_collecting(Address::ALL, &ANGLE, Micros(WINDOW), Micros(0)).unwrap();
-    let outcome = master.on(Event::GivenUp { at: Micros(6_000) }).unwrap();
+    master
+        .begin_collecting(Address::ALL, &ANGLE, Duration::from_micros(WINDOW as u32), Instant::from_micros(0))
+        .unwrap();
+    let outcome = master.on(Event::GivenUp { at: Instant::from_micros(6_000) }).unwrap();
     assert_eq!(outcome.result.unwrap_err(), Fault::LineBusy);
     assert!(!master.is_asking());
 }

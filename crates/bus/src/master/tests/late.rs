@@ -9,12 +9,12 @@ impl Bench {
     /// Asks for axis 2 of `address` as soon as that may be asked, at the earliest at `at`.
     fn ask_node(&mut self, address: u8, at: u64) {
         self.wait_until(at);
-        while !self.master.may_ask(node(address), &ANGLE, Micros(self.now)) {
+        while !self.master.may_ask(node(address), &ANGLE, Instant::from_micros(self.now)) {
             let at = self.master.ask_at(node(address), &ANGLE).or(self.master.poll_at());
-            self.wait_until(at.unwrap().0);
+            self.wait_until(at.unwrap().as_micros());
         }
         self.outcomes.clear();
-        self.master.begin(node(address), &ANGLE, Micros(self.now)).unwrap();
+        self.master.begin(node(address), &ANGLE, Instant::from_micros(self.now)).unwrap();
         self.released();
     }
 }
@@ -23,11 +23,11 @@ impl Bench {
 fn the_same_request_waits_for_the_late_answer_to_the_last_one() {
     let mut bench = Bench::asked();
     bench.wait_until(1_000 + DEADLINE);
-    let expired = Micros(1_000 + DEADLINE + LATE);
+    let expired = Instant::from_micros(1_000 + DEADLINE + LATE);
     assert_eq!(bench.master.ask_at(node(5), &ANGLE), Some(expired));
     // All of them are asked for that axis, this one too.
     assert_eq!(bench.master.ask_at(Address::ALL, &ANGLE), Some(expired));
-    let clear = Micros(1_000 + DEADLINE + CHARACTER);
+    let clear = Instant::from_micros(1_000 + DEADLINE + CHARACTER);
     assert_eq!(bench.master.ask_at(node(6), &ANGLE), Some(clear));
     assert_eq!(bench.master.ask_at(node(5), &Request::GetAngle(Axis::One)), Some(clear));
 }
@@ -37,7 +37,7 @@ fn when_the_late_answer_has_come_the_wait_is_over() {
     let mut bench = Bench::asked();
     bench.hear(1_000 + DEADLINE + 6_000, &ANSWER);
     let end = 1_000 + DEADLINE + 6_000 + 7 * CHARACTER;
-    assert_eq!(bench.master.ask_at(node(5), &ANGLE), Some(Micros(end)));
+    assert_eq!(bench.master.ask_at(node(5), &ANGLE), Some(Instant::from_micros(end)));
     bench.wait_until(end);
     assert!(bench.master.is_idle());
     assert_eq!(bench.master.counters().late, 1);
@@ -54,7 +54,7 @@ fn a_late_answer_in_the_next_nodes_exchange_is_late_and_not_foreign() {
     let counters = bench.master.counters();
     assert_eq!((counters.late, counters.foreign, counters.good), (1, 0, 1));
     // It has come: the node can be asked again.
-    assert!(bench.master.may_ask(node(5), &ANGLE, Micros(bench.now)));
+    assert!(bench.master.may_ask(node(5), &ANGLE, Instant::from_micros(bench.now)));
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn a_late_answer_while_the_next_frame_waits_for_silence_is_late() {
     let mut bench = Bench::asked();
     bench.wait_until(1_000 + DEADLINE + CHARACTER);
     bench.outcomes.clear();
-    bench.master.begin(node(6), &ANGLE, Micros(bench.now)).unwrap();
+    bench.master.begin(node(6), &ANGLE, Instant::from_micros(bench.now)).unwrap();
     bench.hear(bench.now + 10, &ANSWER);
     bench.released();
     bench.hear(bench.now + 2_000, &FOREIGN);
@@ -124,7 +124,7 @@ fn an_answer_that_came_damaged_is_not_waited_for() {
     bench.hear(2_000, &damaged);
     bench.wait_until(6_000);
     assert!(matches!(bench.fault(), Fault::Bad(DecodeError::Checksum { .. })));
-    assert!(bench.master.may_ask(node(5), &ANGLE, Micros(bench.now)));
+    assert!(bench.master.may_ask(node(5), &ANGLE, Instant::from_micros(bench.now)));
     assert!(bench.master.is_idle());
 }
 
@@ -139,7 +139,7 @@ fn replies_of_many_dead_nodes_are_outstanding_together() {
     assert!(bench.now - begin < LATE);
     for address in 5..=14 {
         let at = bench.master.ask_at(node(address), &ANGLE);
-        assert!(at.is_none_or(|at| at > Micros(bench.now)), "{address}");
+        assert!(at.is_none_or(|at| at > Instant::from_micros(bench.now)), "{address}");
     }
     // A late answer of the first one is known for what it is.
     let late = bench.master.counters().late;
@@ -150,8 +150,11 @@ fn replies_of_many_dead_nodes_are_outstanding_together() {
 #[test]
 fn with_too_many_replies_outstanding_the_next_request_waits() {
     // A caller whose timing makes dead nodes cheaper than the list is made for.
-    let timing =
-        Timing { get_latency: Micros(100), quiet: Micros(0), ..Timing::t7(crate::Serial::T7_DEFAULT) };
+    let timing = Timing {
+        get_latency: Duration::from_micros(100),
+        quiet: Duration::from_micros(0),
+        ..Timing::t7(crate::Serial::T7_DEFAULT)
+    };
     let mut bench = Bench { master: Master::new(timing), now: 0, outcomes: Vec::new() };
     let mut asked = Vec::new();
     for address in 1..=30 {
@@ -187,7 +190,7 @@ fn a_node_that_is_a_little_slow_is_waited_for_from_then_on() {
     }
     bench.ask_node(5, 0);
     bench.wait_until(bench.now + 10_000);
-    assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Micros(DEADLINE) });
+    assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Duration::from_micros(DEADLINE as u32) });
 }
 
 #[test]
@@ -198,5 +201,5 @@ fn the_wait_grows_by_the_extension_at_most() {
     assert_eq!(bench.master.counters().late, 1);
     bench.ask_node(6, 0);
     bench.wait_until(bench.now + 10_000);
-    assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Micros(DEADLINE) });
+    assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Duration::from_micros(DEADLINE as u32) });
 }

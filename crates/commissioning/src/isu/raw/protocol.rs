@@ -1,6 +1,6 @@
 //! The ISU's protocol without the refusal of writes to undocumented memory.
 
-use clino_bus::{Isu, Micros, Protocol, Timing};
+use clino_bus::{Duration, Isu, Protocol, Timing};
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
@@ -37,7 +37,7 @@ impl Protocol for UnprotectedIsu {
         Isu::size(expected)
     }
 
-    fn latency(request: &Request, timing: &Timing) -> Micros {
+    fn latency(request: &Request, timing: &Timing) -> Duration {
         Isu::latency(request, timing)
     }
 

@@ -3,7 +3,7 @@
 //! An angle is confirmed by reading the same cell again. That is often the same measurement, which is what is wanted: the
 //! line is in doubt, not the sensor. There is one way only to ask for it, so that time has to tell the two answers apart.
 
-use clino_bus::{Isu, Micros};
+use clino_bus::{Duration, Instant, Isu};
 use clino_codec::isu::{Address, Answer, DecodeError, Function, Request, Response};
 
 use super::Poll;
@@ -16,13 +16,13 @@ impl Poll for Isu {
     const BUS: Bus = Bus::Isu;
     /// Half. A probe takes 58 ms, so that 13 dead ISUs are each probed every 1.5 s; a living one reads its new angle by
     /// that much later.
-    const PROBE_SHARE: u64 = 2;
+    const PROBE_SHARE: u32 = 2;
     /// The message timeout is 400 ms (AN #201 section 4); by a clock that is 3.3 % fast, as for a T7.
-    const SILENCE: Micros = Micros::from_millis(416);
+    const SILENCE: Duration = Duration::from_millis(416);
     /// 0.05°: nine steps of 360/65536°.
     const RESOLUTION: u32 = 50_000;
     /// Until the next refresh it may say the angle before (AN #201 section 4: 533 ms), and longer by its clock.
-    const SETTLES: Micros = Micros::from_millis(600);
+    const SETTLES: Duration = Duration::from_millis(600);
 
     fn alters(command: u8) -> bool {
         use Function::{ResetModule, ResetNullPosition, WriteEeprom, WriteRam};
@@ -50,9 +50,9 @@ impl Poll for Isu {
         Status::BadAnswer
     }
 
-    fn note(turn: &mut Turn, config: &SlotConfig, sample: &Sample, asked: &Asked, at: Micros) -> bool {
+    fn note(turn: &mut Turn, config: &SlotConfig, sample: &Sample, asked: &Asked, at: Instant) -> bool {
         let fresh = turn.refresh.read(sample.angle.udeg(), asked.released, at);
-        if let Some(next) = turn.refresh.next(asked.since, config.period()) {
+        if let Some(next) = turn.refresh.next(asked.since, config.period) {
             turn.due = next;
         }
         fresh

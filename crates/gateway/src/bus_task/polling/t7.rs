@@ -6,7 +6,7 @@
 //! A single-axis T7 measures axis 2 and says 0° for the others (T7 guide section 1). So a T7 that is to be read at another
 //! axis is asked what it is before its first value, and again when it has not answered for once.
 
-use clino_bus::{Micros, T7};
+use clino_bus::{Duration, Instant, T7};
 use clino_codec::t7::{Address, Answer, DecodeError, Field, Opcode, Request, Response};
 
 use super::Poll;
@@ -23,15 +23,15 @@ impl Poll for T7 {
     const BUS: Bus = Bus::T7;
     /// 4.8 %. On a bus that is never idle a dead T7, 2.5 ms a probe, is probed every 52 ms if it is alone, every 1.6 s if
     /// it is one of 31.
-    const PROBE_SHARE: u64 = 21;
+    const PROBE_SHARE: u32 = 21;
     /// A command has to arrive within 500 ms (T7 guide, section 1). 520 of ours are that many, and 3 more, if our clock is
     /// as fast as a UART can bear (3.3 %).
-    const SILENCE: Micros = Micros::from_millis(520);
+    const SILENCE: Duration = Duration::from_millis(520);
     /// 0.05°: half of its accuracy.
     const RESOLUTION: u32 = 50_000;
     /// A Set command is answered within 25 ms (T7 guide, section 1); one whose answer has not come then may be carried out
     /// as late as its answer is still awaited.
-    const SETTLES: Micros = Micros::from_millis(50);
+    const SETTLES: Duration = Duration::from_millis(50);
 
     fn alters(command: u8) -> bool {
         // Damping changes how fast the angle follows the sensor, not what it means.
@@ -86,7 +86,7 @@ impl Poll for T7 {
     }
 
     /// It measures all the time.
-    fn note(_: &mut Turn, _: &SlotConfig, _: &Sample, _: &Asked, _: Micros) -> bool {
+    fn note(_: &mut Turn, _: &SlotConfig, _: &Sample, _: &Asked, _: Instant) -> bool {
         true
     }
 

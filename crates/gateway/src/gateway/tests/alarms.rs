@@ -79,8 +79,8 @@ fn what_latches_is_published_until_it_is_acknowledged() {
     assert_eq!(state(&mut world, Alarm::High), Quiet);
     world.skip(11_500_000);
     assert_eq!(state(&mut world, Alarm::NoValue), Unacknowledged);
-    let detail = world.gateway.alarm(0, Alarm::NoValue, Micros(world.now)).unwrap();
-    assert!((4_400_000..=4_600_000).contains(&detail.age.0), "{detail:?}");
+    let detail = world.gateway.alarm(0, Alarm::NoValue, Instant::from_micros(world.now)).unwrap();
+    assert!((4_400..=4_600).contains(&detail.age_ms), "{detail:?}");
     assert_eq!(world.gateway.carry_out(Order::Acknowledge(Some(0)), Asker::Modbus), Ok(()));
     assert!(world.gateway.reading(0).unwrap().alarms.is_quiet());
     assert!(world.gateway.carry_out(Order::Acknowledge(Some(48)), Asker::Console).is_err());
@@ -93,8 +93,11 @@ fn other_settings_of_the_slot_do_not_end_what_latches_and_another_sensor_does() 
     let config = *world.gateway.config(0).unwrap();
     let retries = SlotConfig { retries: 5, ..config };
     world.gateway.carry_out(Order::Slot { slot: 0, config: retries }, Asker::Console).unwrap();
+    assert_eq!(world.gateway.reading(0).unwrap().alarms.state(Alarm::High), AlarmState::Active);
+    // Another limit ends it, and what latches waits; if the angle is beyond the new one, it is active again at once.
+    let lower = SlotConfig { alarm: AlarmConfig { high: 9_000, ..config.alarm }, ..config };
+    world.gateway.carry_out(Order::Slot { slot: 0, config: lower }, Asker::Console).unwrap();
     assert_eq!(world.gateway.reading(0).unwrap().alarms.state(Alarm::High), AlarmState::Unacknowledged);
-    // Its condition holds still: it is active again with the first value.
     world.skip(3_500_000);
     assert_eq!(world.gateway.reading(0).unwrap().alarms.state(Alarm::High), AlarmState::Active);
     for other in [
@@ -128,14 +131,14 @@ fn a_slot_that_never_had_a_value_raises_no_value_too() {
 fn extremes_are_those_of_the_published_angle_and_are_forgotten_by_order() {
     let mut world = world(AlarmConfig::OFF);
     world.skip(5_000_000);
-    let now = Micros(world.now);
+    let now = Instant::from_micros(world.now);
     let angles = |world: &World<Bridge>| {
         let extremes = world.gateway.extremes(0).unwrap();
         (extremes.lowest(now).map(|low| low.mdeg), extremes.highest(now).map(|high| high.mdeg))
     };
     assert_eq!(angles(&world), (Some(5_000), Some(15_000)));
     let highest = world.gateway.extremes(0).unwrap().highest(now).unwrap();
-    assert!((900_000..=1_100_000).contains(&highest.age.0), "{highest:?}");
+    assert!((900..=1_100).contains(&highest.age_ms), "{highest:?}");
     // A name changes nothing; a zero does.
     let config = *world.gateway.config(0).unwrap();
     let named = SlotConfig { name: crate::config::Name::new("pier").unwrap(), ..config };

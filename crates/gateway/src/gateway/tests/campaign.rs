@@ -3,6 +3,7 @@
 
 use super::world::{Chance, Fate, Sensors, World, isu_slot, t7_slot};
 use super::*;
+use clino_bus::Duration;
 use clino_codec::angle::Angle;
 
 const SECOND: u64 = 1_000_000;
@@ -59,11 +60,11 @@ impl Plant {
     }
 
     fn watch(&mut self, reading: Reading, now: u64) {
-        let status = reading.status(Micros(now));
+        let status = reading.status(Instant::from_micros(now));
         self.readings += 1;
         self.mix(now << 8 | u64::from(reading.slot));
         self.mix(status as u64);
-        let Some(angle) = reading.raw(Micros(now)) else { return };
+        let Some(angle) = reading.raw(Instant::from_micros(now)) else { return };
         self.mix(u64::from(angle.udeg().cast_unsigned()));
         let slot = usize::from(reading.slot);
         let truth = Angle::from_mdeg(self.mdeg(reading.slot + 1, now)).unwrap();
@@ -121,10 +122,11 @@ impl Sensors for Plant {
 
 /// Runs for that long and returns what was published, as one number.
 fn run(seed: u64, span: u64) -> u64 {
-    let mut table: Vec<SlotConfig> = (1..=T7S).map(|node| t7_slot(node, Span::from_millis(100))).collect();
-    table.extend((1..=ISUS).map(|node| isu_slot(node, Span::from_millis(266))));
+    let mut table: Vec<SlotConfig> =
+        (1..=T7S).map(|node| t7_slot(node, Duration::from_millis(100))).collect();
+    table.extend((1..=ISUS).map(|node| isu_slot(node, Duration::from_millis(266))));
     // A fault is no reason to doubt the value before it.
-    table.iter_mut().for_each(|slot| slot.stale = Span::from_millis(1_000));
+    table.iter_mut().for_each(|slot| slot.stale = Duration::from_millis(1_000));
     let mut world = World::new(&table, Plant::new(seed));
     world.run(span, Plant::watch);
     let (t7, isu) = (world.gateway.counters(Bus::T7), world.gateway.counters(Bus::Isu));

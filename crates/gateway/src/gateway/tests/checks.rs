@@ -4,6 +4,7 @@ use super::world::{Chance, Fate, Sensors, World, isu_slot, t7_slot};
 use super::*;
 use crate::Health;
 use crate::config::Ask;
+use clino_bus::Duration;
 
 /// One ISU at 90° or wherever it is told, and T7s that measure 1 g.
 struct Still {
@@ -45,7 +46,7 @@ fn cycles(world: &mut World<Still>, degrees: f64, count: u32) -> Option<u32> {
     (1..=count).find(|_| {
         let until = world.now + 33_333;
         world.skip(until);
-        world.gateway.pwm(PwmInput::Pwm1, cycle(degrees), Micros(world.now));
+        world.gateway.pwm(PwmInput::Pwm1, cycle(degrees), Instant::from_micros(world.now));
         world.gateway.reading(0).unwrap().health.has(Health::DISAGREES)
     })
 }
@@ -81,12 +82,12 @@ fn a_t7_that_does_not_measure_one_g_is_seen() {
     let mut well = world(&[everything(1)]);
     well.skip(1_000_000);
     assert_eq!(well.gateway.reading(0).unwrap().health, Health::WELL);
-    assert!(well.gateway.slots[0].slot.sound(Micros(well.now)).is_some());
+    assert!(well.gateway.slots[0].slot.sound(Instant::from_micros(well.now)).is_some());
     // The same device, if 1 g were something else.
     let mut slot = crate::slot::Slot::new(everything(1));
     let sample = crate::slot::Sample { one_g: Some(false), ..crate::slot::Sample::new(Default::default()) };
     for n in 0..4 {
-        slot.settle(Ok(sample), Micros(n * 20_000), true, 1);
+        slot.settle(Ok(sample), Instant::from_micros(n * 20_000), true, 1);
     }
     assert!(slot.reading(0).health.has(Health::GRAVITY), "the first is held back, three are seen");
 }
@@ -96,7 +97,7 @@ fn edges_without_a_whole_cycle_are_no_signal() {
     let mut world = world(&[pwm_slot(None)]);
     let lost = |world: &mut World<Still>| {
         let now = world.now;
-        world.gateway.pwm(PwmInput::Pwm1, Capture::LostEdge, Micros(now));
+        world.gateway.pwm(PwmInput::Pwm1, Capture::LostEdge, Instant::from_micros(now));
         world.status(0)
     };
     assert_eq!(lost(&mut world), Status::NoSignal, "there never was a cycle");
@@ -123,7 +124,9 @@ fn a_pwm_input_is_confirmed_if_that_is_wanted() {
         cycles(&mut world, degrees, 1);
         assert_eq!(world.status(0), status, "{degrees}");
     }
-    let said = |world: &World<Still>| world.gateway.reading(0).unwrap().raw(Micros(world.now)).unwrap();
+    let said = |world: &World<Still>| {
+        world.gateway.reading(0).unwrap().raw(Instant::from_micros(world.now)).unwrap()
+    };
     assert!((said(&world).udeg() - 201_000_000).abs() < 10_000);
     cycles(&mut world, 20.0, 1);
     assert!((said(&world).udeg() - 201_000_000).abs() < 10_000, "held back");
@@ -133,13 +136,13 @@ fn a_pwm_input_is_confirmed_if_that_is_wanted() {
 
 #[test]
 fn an_order_while_an_answer_is_in_hand_gets_none_of_it() {
-    let mut world = world(&[t7_slot(1, Span::ZERO)]);
+    let mut world = world(&[t7_slot(1, Duration::ZERO)]);
     world.skip(1_000_000);
     // To and fro between two sensors, so that what was counted begins anew.
     for (wait, address) in (0..4_000).step_by(37).zip([2, 1].into_iter().cycle()) {
         let until = world.now + 10_000 + wait;
         world.skip(until);
-        let config = t7_slot(address, Span::ZERO);
+        let config = t7_slot(address, Duration::ZERO);
         world
             .gateway
             .carry_out(crate::order::Order::Slot { slot: 0, config }, crate::Asker::Console)

@@ -4,6 +4,7 @@
 //! answer begins 2 ms after it, as late as its document allows.
 
 use super::*;
+use clino_bus::Duration;
 
 const NODES: u8 = 32;
 const CHARACTER_NS: u64 = 86_806;
@@ -27,7 +28,7 @@ struct World {
 }
 
 impl World {
-    fn new(period: Span, alive: fn(u8, u64) -> bool) -> World {
+    fn new(period: Duration, alive: fn(u8, u64) -> bool) -> World {
         let table: Vec<SlotConfig> = (1..=NODES)
             .map(|address| {
                 let address = t7::Address::new(address).unwrap();
@@ -50,7 +51,7 @@ impl World {
     fn run(&mut self, until: u64) {
         while self.now < until {
             let mut sent = None;
-            self.gateway.poll(Bus::T7, Micros(self.now), |action| {
+            self.gateway.poll(Bus::T7, Instant::from_micros(self.now), |action| {
                 if let Action::Send(frame) = action {
                     sent = Some(frame.to_vec());
                 }
@@ -59,7 +60,7 @@ impl World {
                 self.send(&frame);
             }
             let event_at = self.events.front().map(|&(at, _)| at);
-            let poll_at = self.gateway.poll_at(Bus::T7).map(|at| at.0.max(self.now));
+            let poll_at = self.gateway.poll_at(Bus::T7).map(|at| at.as_micros().max(self.now));
             let next = [event_at, poll_at].into_iter().flatten().min().unwrap();
             self.now = next;
             if event_at == Some(next) {
@@ -75,7 +76,7 @@ impl World {
         assert!(all || frame[1..] == [0x01, 0x83]);
         self.asked[usize::from(address)] += 1;
         let out = self.now.max(self.silent + GUARD) + micros(3);
-        self.events.push_back((out, Event::Released { at: Micros(out) }));
+        self.events.push_back((out, Event::Released { at: Instant::from_micros(out) }));
         self.silent = out;
         if (self.alive)(address, out) {
             let mut answer = match all {
@@ -85,15 +86,16 @@ impl World {
             answer.push(answer.iter().fold(0, |sum: u8, byte| sum.wrapping_sub(*byte)));
             let length = answer.len() as u64;
             for (index, byte) in (1..).zip(answer) {
-                let at = Micros(out + LATENCY + micros(index) - 5);
-                self.events.push_back((at.0, Event::Heard { character: Character::clean(byte), at }));
+                let at = Instant::from_micros(out + LATENCY + micros(index) - 5);
+                self.events
+                    .push_back((at.as_micros(), Event::Heard { character: Character::clean(byte), at }));
             }
             self.silent = out + LATENCY + micros(length);
         }
     }
 
     /// Good answers of a second, once the gateway has found out who is dead.
-    fn rate(period: Span, alive: fn(u8, u64) -> bool) -> u32 {
+    fn rate(period: Duration, alive: fn(u8, u64) -> bool) -> u32 {
         let mut world = World::new(period, alive);
         world.run(3_000_000);
         let before = world.gateway.counters(Bus::T7).good;
@@ -109,7 +111,7 @@ fn seven(address: u8, _: u64) -> bool {
 
 #[test]
 fn one_living_node_of_32_keeps_nine_tenths_of_its_rate() {
-    for period in [Span::ZERO, T7_PERIOD] {
+    for period in [Duration::ZERO, T7_PERIOD] {
         // Solo: only its own slot in the table.
         let mut solo = World::new(period, seven);
         for index in (0..NODES).filter(|&index| index != 6) {
@@ -129,7 +131,7 @@ fn one_living_node_of_32_keeps_nine_tenths_of_its_rate() {
 #[test]
 fn living_nodes_do_not_pay_for_a_budget_nobody_needs() {
     // 3 + 8 characters, 2 ms and the guard: 3.042 ms.
-    let rate = World::rate(Span::ZERO, |_, _| true);
+    let rate = World::rate(Duration::ZERO, |_, _| true);
     assert!(rate >= 328, "{rate}");
 }
 
@@ -137,7 +139,7 @@ fn living_nodes_do_not_pay_for_a_budget_nobody_needs() {
 fn dead_nodes_take_turns() {
     // Their periods pass many times between two probes: none may be forgotten over the others. On a busy bus, the turns
     // come from the budget: 31 probes of 2.5 ms and a twenty-first of the bus, 1.65 s; else from the longest pause, 1.2 s.
-    for (period, turns) in [(Span::ZERO, 7..=9), (Span::from_millis(20), 10..=12)] {
+    for (period, turns) in [(Duration::ZERO, 7..=9), (Duration::from_millis(20), 10..=12)] {
         let mut world = World::new(period, seven);
         world.run(60_000_000);
         let asked = world.asked;
@@ -172,7 +174,7 @@ fn a_node_that_was_there_a_moment_ago_is_asked_on_for_a_second() {
 #[test]
 fn a_node_that_comes_back_is_noticed() {
     // All are dead but node 7 until 5 s, then all are there; the bus can serve them all.
-    let mut world = World::new(Span::from_millis(200), |address, at| address == 7 || at > 5_000_000);
+    let mut world = World::new(Duration::from_millis(200), |address, at| address == 7 || at > 5_000_000);
     world.run(5_000_000);
     let asked = world.asked;
     world.run(5_000_000 + 2_000_000);
@@ -181,5 +183,9 @@ fn a_node_that_comes_back_is_noticed() {
     }
     world.run(8_000_000);
     let readings = (0..NODES).map(|index| world.gateway.slots[usize::from(index)].slot.reading(index));
-    assert!(readings.into_iter().all(|reading| reading.status(Micros(8_000_000)) != Status::NoAnswer));
+    assert!(
+        readings
+            .into_iter()
+            .all(|reading| reading.status(Instant::from_micros(8_000_000)) != Status::NoAnswer)
+    );
 }

@@ -3,6 +3,7 @@
 use super::world::{Chance, Fate, Sensors, World, isu_slot, t7_slot};
 use super::*;
 use crate::BusFault;
+use clino_bus::Duration;
 
 const SECOND: u64 = 1_000_000;
 const T7S: u8 = 20;
@@ -50,8 +51,9 @@ impl Sensors for Plant {
 }
 
 fn world(plant: Plant) -> World<Plant> {
-    let mut table: Vec<SlotConfig> = (1..=T7S).map(|node| t7_slot(node, Span::from_millis(100))).collect();
-    table.extend((1..=ISUS).map(|node| isu_slot(node, Span::from_millis(266))));
+    let mut table: Vec<SlotConfig> =
+        (1..=T7S).map(|node| t7_slot(node, Duration::from_millis(100))).collect();
+    table.extend((1..=ISUS).map(|node| isu_slot(node, Duration::from_millis(266))));
     World::new(&table, plant)
 }
 

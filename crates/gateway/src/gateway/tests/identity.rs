@@ -72,7 +72,9 @@ fn one_with_one_axis_is_a_fault_of_the_configuration_until_it_is_another() {
     for product in [b"T7-1  ", b"X4-1  ", b"T7-1\0\0"] {
         let mut world = world(product, t7::Axis::Zero);
         let mut seen = BTreeSet::new();
-        world.run(2_000_000, |_, reading, now| _ = seen.insert(reading.status(Micros(now)).name()));
+        world.run(2_000_000, |_, reading, now| {
+            _ = seen.insert(reading.status(Instant::from_micros(now)).name())
+        });
         assert_eq!(world.status(0), Status::ConfigFault);
         assert!(!seen.contains("ok"), "{seen:?}");
         assert_eq!(asked_who(&world), world.sensors.commands.len(), "its angle is of no use");
@@ -92,7 +94,7 @@ fn one_that_was_away_is_asked_again() {
     world.skip(4_000_000);
     (world.sensors.gone, world.sensors.product) = (false, *b"T7-1  ");
     let mut seen = BTreeSet::new();
-    world.run(8_000_000, |_, reading, now| _ = seen.insert(reading.status(Micros(now)).name()));
+    world.run(8_000_000, |_, reading, now| _ = seen.insert(reading.status(Instant::from_micros(now)).name()));
     assert_eq!(world.status(0), Status::ConfigFault);
     assert!(!seen.contains("ok"), "{seen:?}");
 }

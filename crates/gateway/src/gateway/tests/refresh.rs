@@ -2,6 +2,7 @@
 
 use super::world::{Chance, Fate, Sensors, World, isu_slot};
 use super::*;
+use clino_bus::Duration;
 
 /// So many nodes, each with a clock of its own, up to 0.5 % off, and a new code at every refresh.
 struct Modules {
@@ -37,7 +38,7 @@ impl Modules {
     }
 
     fn watch(&mut self, reading: Reading, now: u64) {
-        let Some(raw) = reading.raw(Micros(now)) else { return };
+        let Some(raw) = reading.raw(Instant::from_micros(now)) else { return };
         let node = usize::from(reading.slot);
         let refresh = self.refresh(node, now);
         // The code says which one was read: the one before, if it has changed while the answer was on its way.
@@ -76,7 +77,7 @@ impl Sensors for Modules {
 }
 
 /// Two minutes of so many modules.
-fn watched(nodes: u8, period: Span, seed: u64, ours: i64) -> World<Modules> {
+fn watched(nodes: u8, period: Duration, seed: u64, ours: i64) -> World<Modules> {
     let table: Vec<SlotConfig> = (1..=nodes).map(|node| isu_slot(node, period)).collect();
     let mut world = World::new(&table, Modules::new(nodes.into(), seed, ours));
     world.run(120_000_000, |modules, reading, now| modules.watch(reading, now));
@@ -85,7 +86,7 @@ fn watched(nodes: u8, period: Span, seed: u64, ours: i64) -> World<Modules> {
 
 /// With a right clock. Returns how many refreshes were missed, the oldest angle in ms, and the requests of one module a
 /// second.
-fn two_minutes(nodes: u8, period: Span, seed: u64) -> (u32, u64, f64) {
+fn two_minutes(nodes: u8, period: Duration, seed: u64) -> (u32, u64, f64) {
     let world = watched(nodes, period, seed, 0);
     assert_eq!(world.sensors.misjudged, 0);
     let requests = f64::from(world.asked(Bus::Isu, 1)) / 120.0;
@@ -96,7 +97,7 @@ fn two_minutes(nodes: u8, period: Span, seed: u64) -> (u32, u64, f64) {
 fn no_refresh_is_missed_and_each_is_found_soon() {
     for seed in 0..10 {
         for (nodes, period) in [(1, 266), (1, 533), (14, 266), (14, 533)] {
-            let (missed, oldest, requests) = two_minutes(nodes, Span::from_millis(period), seed);
+            let (missed, oldest, requests) = two_minutes(nodes, Duration::from_millis(period), seed);
             if seed == 0 {
                 std::println!(
                     "{nodes} ISU every {period} ms: {missed} missed, the oldest {oldest} ms, {requests:.2} requests/s each"
@@ -113,7 +114,7 @@ fn no_refresh_is_missed_and_each_is_found_soon() {
 
 #[test]
 fn a_module_asked_seldom_is_not_followed() {
-    let (missed, _, requests) = two_minutes(1, Span::from_millis(2_000), 1);
+    let (missed, _, requests) = two_minutes(1, Duration::from_millis(2_000), 1);
     assert!(missed > 100);
     assert!((0.49..=0.52).contains(&requests), "{requests}");
 }
@@ -124,7 +125,7 @@ fn a_module_asked_seldom_is_not_followed() {
 fn with_an_inexact_clock_no_angle_is_wrong_and_none_is_missed_at_the_usual_period() {
     for ours in [-80_000, -45_000, -33_300, -20_000, 20_000, 33_300, 45_000, 80_000] {
         for (nodes, period) in [(1, 266), (1, 533), (14, 266), (14, 533)] {
-            let world = watched(nodes, Span::from_millis(period), 1, ours);
+            let world = watched(nodes, Duration::from_millis(period), 1, ours);
             let Modules { missed, misjudged, oldest, .. } = world.sensors;
             let what = std::format!(
                 "{ours} ppm, {nodes} ISU every {period} ms: {missed} missed, {misjudged} misjudged, the oldest {} ms",

@@ -6,6 +6,7 @@ use crate::config::Filter;
 use crate::order::Order;
 use crate::task;
 use crate::trace::{Purpose, Verdict};
+use clino_bus::Duration;
 use clino_codec::angle::Angle;
 use clino_commissioning::t7::Device;
 
@@ -33,7 +34,7 @@ fn world<F: Fn(Bus, u8, u64) -> bool>(table: &[SlotConfig], there: F) -> World<C
     World::new(table, Coming(there, Chance::new(1)))
 }
 
-fn t7_table(nodes: u8, period: Span) -> Vec<SlotConfig> {
+fn t7_table(nodes: u8, period: Duration) -> Vec<SlotConfig> {
     (1..=nodes).map(|node| t7_slot(node, period)).collect()
 }
 
@@ -48,7 +49,7 @@ fn rate(table: &[SlotConfig], there: impl Fn(Bus, u8, u64) -> bool) -> f64 {
 
 #[test]
 fn with_16_of_32_dead_the_living_keep_95_percent_of_their_rate() {
-    for (period, part) in [(Span::ZERO, 0.95), (Span::from_millis(100), 0.999)] {
+    for (period, part) in [(Duration::ZERO, 0.95), (Duration::from_millis(100), 0.999)] {
         let alone = rate(&t7_table(16, period), |_, _, _| true);
         let with_dead = rate(&t7_table(32, period), |_, node, _| node <= 16);
         std::println!("period {} us: {with_dead}/s beside 16 dead, {alone}/s without", period.as_micros());
@@ -59,9 +60,9 @@ fn with_16_of_32_dead_the_living_keep_95_percent_of_their_rate() {
 #[test]
 fn a_node_that_is_back_is_found_within_two_seconds() {
     // Long dead, so that the pauses are at their longest; all of them but one, which is the worst for the others.
-    let table: Vec<SlotConfig> = t7_table(32, Span::from_millis(20))
+    let table: Vec<SlotConfig> = t7_table(32, Duration::from_millis(20))
         .into_iter()
-        .chain((1..=14).map(|n| isu_slot(n, Span::from_millis(266))))
+        .chain((1..=14).map(|n| isu_slot(n, Duration::from_millis(266))))
         .collect();
     for back in [60 * SECOND, 61 * SECOND + 100_000, 62 * SECOND + 777_777] {
         let mut world = world(&table, |_, node, now| node == 1 || now >= back);
@@ -69,7 +70,7 @@ fn a_node_that_is_back_is_found_within_two_seconds() {
         assert_eq!((world.status(1), world.status(33)), (Status::NoAnswer, Status::NoAnswer));
         let mut found = [None; MAX_SLOTS];
         world.run(back + 2 * SECOND, |_, reading, now| {
-            if reading.status(Micros(now)) == Status::Ok {
+            if reading.status(Instant::from_micros(now)) == Status::Ok {
                 found[usize::from(reading.slot)].get_or_insert(now);
             }
         });
@@ -87,7 +88,7 @@ fn a_node_that_is_back_is_found_within_two_seconds() {
 
 #[test]
 fn a_steady_bus_has_no_drift_and_no_extra_requests() {
-    let mut world = world(&t7_table(3, Span::from_millis(20)), |_, _, _| true);
+    let mut world = world(&t7_table(3, Duration::from_millis(20)), |_, _, _| true);
     world.skip(SECOND / 2);
     let before = world.asked.clone();
     world.skip(SECOND / 2 + 100 * SECOND);
@@ -101,7 +102,7 @@ fn a_steady_bus_has_no_drift_and_no_extra_requests() {
 #[test]
 fn what_the_bus_has_no_time_for_is_counted() {
     // 32 nodes at 3.04 ms each want 20 ms: four of five periods are left out.
-    let mut world = world(&t7_table(32, Span::from_millis(20)), |_, _, _| true);
+    let mut world = world(&t7_table(32, Duration::from_millis(20)), |_, _, _| true);
     world.skip(10 * SECOND);
     for slot in 0..32 {
         let counters = world.gateway.slot_counters(slot).unwrap();
@@ -116,7 +117,7 @@ fn what_the_bus_has_no_time_for_is_counted() {
 
 #[test]
 fn a_task_and_the_polling_take_turns() {
-    let mut world = world(&t7_table(8, Span::ZERO), |_, _, _| true);
+    let mut world = world(&t7_table(8, Duration::ZERO), |_, _, _| true);
     world.skip(SECOND);
     let device = Device::at(t7::Address::new(1).unwrap()).unwrap();
     let mut tasks = 0;
@@ -144,7 +145,7 @@ fn a_task_and_the_polling_take_turns() {
 
 #[test]
 fn the_trace_tells_what_happened() {
-    let mut world = world(&t7_table(2, Span::from_millis(20)), |_, node, _| node == 1);
+    let mut world = world(&t7_table(2, Duration::from_millis(20)), |_, node, _| node == 1);
     world.skip(SECOND);
     let trace: Vec<_> = world.gateway.trace().iter().copied().collect();
     assert_eq!(trace.len(), crate::trace::TRACED);
@@ -158,7 +159,7 @@ fn the_trace_tells_what_happened() {
             (entry.bus, entry.command, entry.verdict, entry.purpose),
             (Bus::T7, 0x83, verdict, purpose)
         );
-        assert!(took.contains(&entry.took().0), "{entry:?}");
+        assert!(took.contains(&entry.took().as_micros()), "{entry:?}");
     }
     let all = world.gateway.counters(Bus::T7).requests;
     assert!(world.gateway.trace().total() >= all - 1);
@@ -166,7 +167,7 @@ fn the_trace_tells_what_happened() {
 
 #[test]
 fn a_slot_counts_what_the_bus_counts() {
-    let mut world = world(&t7_table(3, Span::from_millis(20)), |_, node, now| {
+    let mut world = world(&t7_table(3, Duration::from_millis(20)), |_, node, now| {
         node != 3 || (now / SECOND).is_multiple_of(2)
     });
     world.skip(10 * SECOND);
@@ -180,12 +181,15 @@ fn a_slot_counts_what_the_bus_counts() {
     assert!(bus.no_answer > 20 && bus.retries > 0);
     let counters = world.gateway.slot_counters(0).unwrap();
     // 2 ms and a character, to 10 µs.
-    assert_eq!((counters.response_min(), counters.response_max()), (Micros(2_080), Micros(2_080)));
+    assert_eq!(
+        (counters.response_min(), counters.response_max()),
+        (Duration::from_micros(2_080), Duration::from_micros(2_080))
+    );
 }
 
 #[test]
 fn a_filter_a_zero_a_direction_and_a_range() {
-    let mut table = t7_table(4, Span::from_millis(20));
+    let mut table = t7_table(4, Duration::from_millis(20));
     table[1].soft_zero = Angle::from_udeg(5_000_000);
     table[2].direction = crate::config::Direction::Reversed;
     table[2].range = clino_codec::angle::Range::Unidirectional;
@@ -193,7 +197,7 @@ fn a_filter_a_zero_a_direction_and_a_range() {
     table[3].ask = crate::config::Ask::Everything;
     let mut world = world(&table, |_, _, _| true);
     world.skip(SECOND);
-    let now = Micros(world.now);
+    let now = Instant::from_micros(world.now);
     let readings: Vec<Reading> = (0..4).map(|slot| world.gateway.reading(slot).unwrap()).collect();
     let angles: Vec<i32> = readings.iter().map(|r| r.angle(now).unwrap().mdeg()).collect();
     assert_eq!(angles, [1_000, -3_000, 357_000, 4_000]);
@@ -216,14 +220,14 @@ proptest! {
             let mine = changes.iter().filter(|&&(at, who, isu, _)| at <= now && who == node && isu == (bus == Bus::Isu));
             mine.max_by_key(|change| change.0).is_none_or(|change| change.3)
         };
-        let table: Vec<SlotConfig> = t7_table(12, Span::from_millis(100)).into_iter()
-            .chain((1..=6).map(|node| isu_slot(node, Span::from_millis(266)))).collect();
+        let table: Vec<SlotConfig> = t7_table(12, Duration::from_millis(100)).into_iter()
+            .chain((1..=6).map(|node| isu_slot(node, Duration::from_millis(266)))).collect();
         let mut world = world(&table, there);
         let mut read_at = [0_u64; 18];
         while world.now < 22 * SECOND {
             let now = world.now;
             world.run(now + SECOND / 10, |_, reading, now| {
-                if reading.status(Micros(now)) == Status::Ok {
+                if reading.status(Instant::from_micros(now)) == Status::Ok {
                     read_at[usize::from(reading.slot)] = now;
                 }
             });

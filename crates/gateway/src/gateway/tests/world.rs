@@ -4,6 +4,7 @@
 //! after its latency. Frames are made by hand, from the documents.
 
 use super::*;
+use clino_bus::Duration;
 use std::collections::BTreeMap;
 
 /// Anything that decides by chance, the same for the same seed (xorshift64*).
@@ -81,7 +82,7 @@ impl Segment {
 
     fn send(&mut self, frame: &[u8], now: u64, sensors: &mut impl Sensors) {
         let out = now.max(self.silent + self.guard) + self.characters(frame.len() as u64);
-        self.push(out, Event::Released { at: Micros(out) });
+        self.push(out, Event::Released { at: Instant::from_micros(out) });
         self.silent = out;
         let node = match self.bus {
             Bus::T7 => frame[0],
@@ -112,8 +113,8 @@ impl Segment {
         let begin = out + self.latency + late;
         for (index, byte) in (1..).zip(answer) {
             // A stop bit is heard in its middle.
-            let at = Micros(begin + self.characters(index) - self.characters(1) / 20);
-            self.push(at.0, Event::Heard { character: Character::clean(byte), at });
+            let at = Instant::from_micros(begin + self.characters(index) - self.characters(1) / 20);
+            self.push(at.as_micros(), Event::Heard { character: Character::clean(byte), at });
         }
         self.silent = self.silent.max(begin + self.characters(length));
     }
@@ -162,10 +163,10 @@ pub(super) struct World<S> {
 impl<S: Sensors> World<S> {
     pub fn new(table: &[SlotConfig], sensors: S) -> World<S> {
         let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
-        let segment = |bus, character_ns, guard: Micros, latency| Segment {
+        let segment = |bus, character_ns, guard: Duration, latency| Segment {
             bus,
             character_ns,
-            guard: guard.0,
+            guard: u64::from(guard.as_micros()),
             latency,
             silent: 0,
             events: BTreeMap::new(),
@@ -189,7 +190,7 @@ impl<S: Sensors> World<S> {
             let mut next = until;
             for segment in &mut self.segments {
                 let mut sent = None;
-                self.gateway.poll(segment.bus, Micros(self.now), |action| {
+                self.gateway.poll(segment.bus, Instant::from_micros(self.now), |action| {
                     if let Action::Send(frame) = action {
                         sent = Some(frame.to_vec());
                     }
@@ -200,7 +201,7 @@ impl<S: Sensors> World<S> {
                     segment.send(&frame, self.now, &mut self.sensors);
                 }
                 let event_at = segment.events.first_key_value().map(|(&(at, _), _)| at);
-                let poll_at = self.gateway.poll_at(segment.bus).map(|at| at.0.max(self.now));
+                let poll_at = self.gateway.poll_at(segment.bus).map(|at| at.as_micros().max(self.now));
                 next = [event_at, poll_at].into_iter().flatten().fold(next, u64::min);
             }
             while let Some(reading) = self.gateway.next_changed() {
@@ -222,7 +223,7 @@ impl<S: Sensors> World<S> {
     }
 
     pub fn status(&self, slot: usize) -> Status {
-        self.gateway.reading(slot).unwrap().status(Micros(self.now))
+        self.gateway.reading(slot).unwrap().status(Instant::from_micros(self.now))
     }
 
     pub fn asked(&self, bus: Bus, node: u8) -> u32 {
@@ -230,11 +231,11 @@ impl<S: Sensors> World<S> {
     }
 }
 
-pub(super) fn t7_slot(node: u8, period: Span) -> SlotConfig {
+pub(super) fn t7_slot(node: u8, period: Duration) -> SlotConfig {
     let address = t7::Address::new(node).unwrap();
     slot(Source::T7 { address, axis: t7::Axis::Two }, period)
 }
 
-pub(super) fn isu_slot(node: u8, period: Span) -> SlotConfig {
+pub(super) fn isu_slot(node: u8, period: Duration) -> SlotConfig {
     slot(Source::Isu { address: isu::Address::new(node).unwrap() }, period)
 }

@@ -5,6 +5,7 @@ use super::world::{Chance, Fate, Sensors, World, isu_slot, t7_slot};
 use super::*;
 use crate::Health;
 use crate::config::{Ask, Filter};
+use clino_bus::Duration;
 use clino_codec::angle::Angle;
 
 const SECOND: u64 = 1_000_000;
@@ -44,7 +45,7 @@ fn published(world: &mut World<Fates>) -> (u32, u32) {
         if reading.slot != 0 {
             return;
         }
-        match reading.status(Micros(now)) {
+        match reading.status(Instant::from_micros(now)) {
             Status::Ok => ok += 1,
             _ if ok > 0 => other += 1,
             _ => {}
@@ -57,7 +58,7 @@ fn published(world: &mut World<Fates>) -> (u32, u32) {
 #[test]
 fn a_period_of_zero_is_as_often_as_possible_and_retries_as_any_other() {
     for period in [0, 20] {
-        let config = SlotConfig { retries: 1, ..t7_slot(1, Span::from_millis(period)) };
+        let config = SlotConfig { retries: 1, ..t7_slot(1, Duration::from_millis(period)) };
         let mut world = world(&[config], (10, Fate::Silent));
         let (ok, other) = published(&mut world);
         assert_eq!(other, 0, "period {period}: one lost answer in ten is made up for");
@@ -71,7 +72,7 @@ fn a_period_of_zero_is_as_often_as_possible_and_retries_as_any_other() {
 #[test]
 fn retries_of_zero_are_none() {
     for period in [0, 20] {
-        let config = SlotConfig { retries: 0, ..t7_slot(1, Span::from_millis(period)) };
+        let config = SlotConfig { retries: 0, ..t7_slot(1, Duration::from_millis(period)) };
         let mut world = world(&[config], (10, Fate::Silent));
         let (_, other) = published(&mut world);
         assert!(other > 5, "period {period}: {other}");
@@ -84,8 +85,8 @@ fn retries_of_zero_are_none() {
 fn a_timeout_of_zero_is_the_documents() {
     // The document's 2 ms, and up to 2 ms that a bus learns to add.
     for (timeout, late, answers) in [(0, 0, true), (0, 6_000, false), (10, 6_000, true)] {
-        let timeout = Span::from_millis(timeout);
-        let config = SlotConfig { timeout, retries: 0, ..t7_slot(1, Span::from_millis(50)) };
+        let timeout = Duration::from_millis(timeout);
+        let config = SlotConfig { timeout, retries: 0, ..t7_slot(1, Duration::from_millis(50)) };
         let mut world = world(&[config], (1, Fate::Late(late)));
         let (ok, _) = published(&mut world);
         assert_eq!(ok > 30, answers, "{timeout:?}, {late} us late: {ok}");
@@ -104,7 +105,7 @@ fn a_tolerance_of_zero_tolerates_nothing() {
         assert_eq!(fits, one_g, "tolerance {tolerance}");
         for n in 0..5 {
             let sample = crate::slot::Sample { one_g: Some(fits), ..crate::slot::Sample::new(Angle::ZERO) };
-            slot.settle(Ok(sample), Micros(n * 20_000), true, 1);
+            slot.settle(Ok(sample), Instant::from_micros(n * 20_000), true, 1);
         }
         assert_eq!(slot.reading(0).health.has(Health::GRAVITY), !one_g);
     }
@@ -128,7 +129,7 @@ fn a_tolerance_of_zero_tolerates_nothing() {
         for _ in 0..100 {
             let until = world.now + 33_333;
             world.skip(until);
-            world.gateway.pwm(PwmInput::Pwm1, cycle, Micros(world.now));
+            world.gateway.pwm(PwmInput::Pwm1, cycle, Instant::from_micros(world.now));
         }
         let seen = world.gateway.reading(0).unwrap().health.has(Health::DISAGREES);
         let expected = disagrees || tolerance == 0 && off != 0;
@@ -142,11 +143,11 @@ fn a_filter_of_one_is_none() {
     let table = [Filter::Off, Filter::Mean, Filter::Median].map(|filter| SlotConfig {
         filter,
         samples: 1,
-        ..t7_slot(1, Span::from_millis(20))
+        ..t7_slot(1, Duration::from_millis(20))
     });
     let mut world = world(&table, (1, Fate::Well));
     world.run(SECOND, |sensors, reading, now| {
-        if let Some(angle) = reading.angle(Micros(now)) {
+        if let Some(angle) = reading.angle(Instant::from_micros(now)) {
             let truth = sensors.t7(1, now);
             assert!((truth - angle.mdeg()).abs() <= 1, "slot {}: {} at {truth}", reading.slot, angle.mdeg());
         }

@@ -29,7 +29,7 @@ impl Bench {
 
     fn fail(&mut self, slot: usize, verdict: Verdict) -> Consequence {
         self.now += STEP;
-        self.watch.failed(slot, verdict, &self.counters, self.living, Micros(self.now))
+        self.watch.failed(slot, verdict, &self.counters, self.living, Instant::from_micros(self.now))
     }
 
     /// So many rounds, in all of which this is seen.

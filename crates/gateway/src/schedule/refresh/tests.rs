@@ -5,7 +5,7 @@ use super::*;
 const EXCHANGE: u64 = 7_000;
 
 fn read(tracker: &mut RefreshTracker, code: i32, at_ms: u64) -> bool {
-    tracker.read(code, Micros(at_ms * 1_000), Micros(at_ms * 1_000 + EXCHANGE))
+    tracker.read(code, Instant::from_micros(at_ms * 1_000), Instant::from_micros(at_ms * 1_000 + EXCHANGE))
 }
 
 #[test]
@@ -31,12 +31,15 @@ fn two_readings_that_differ_narrow_the_instant() {
     let mut tracker = RefreshTracker::default();
     read(&mut tracker, 5, 0);
     // It appears between 0 and 545.6 ms; the middle of that is asked.
-    assert_eq!(tracker.next(Micros(0), Micros(533_000)), Some(Micros(272_833)));
+    assert_eq!(
+        tracker.next(Instant::from_micros(0), Duration::from_micros(533_000)),
+        Some(Instant::from_micros(272_833))
+    );
     read(&mut tracker, 5, 273);
     read(&mut tracker, 6, 410);
     // Between 273 and 417 ms, and a refresh later: between 801 and 956 ms, asked in the middle.
-    let next = tracker.next(Micros(410_000), Micros(533_000)).unwrap();
-    assert!((870_000..890_000).contains(&next.0), "{next:?}");
+    let next = tracker.next(Instant::from_micros(410_000), Duration::from_micros(533_000)).unwrap();
+    assert!((870_000..890_000).contains(&next.as_micros()), "{next:?}");
 }
 
 #[test]
@@ -44,24 +47,32 @@ fn the_period_is_the_longest_time_between_two_readings() {
     let mut tracker = RefreshTracker::default();
     read(&mut tracker, 5, 0);
     for ms in [0_u32, 20, 100, 200] {
-        assert_eq!(tracker.next(Micros(0), Micros::from_millis(ms)), Some(Micros::from_millis(ms)));
+        assert_eq!(
+            tracker.next(Instant::from_micros(0), Duration::from_millis(ms)),
+            Some(Instant::from_millis(ms))
+        );
     }
     // A module at rest is asked once in its shortest refresh, however long its period.
     let mut now = 0;
     for _ in 0..100 {
-        let next = tracker.next(Micros(now), Micros(533_000)).unwrap().0;
+        let next =
+            tracker.next(Instant::from_micros(now), Duration::from_micros(533_000)).unwrap().as_micros();
         assert!(next > now && next - now <= 552_000, "{now} to {next}");
         now = next;
-        tracker.read(5, Micros(now), Micros(now + EXCHANGE));
+        tracker.read(5, Instant::from_micros(now), Instant::from_micros(now + EXCHANGE));
     }
 }
 
 #[test]
 fn one_asked_less_often_than_it_refreshes_is_not_followed() {
     let mut tracker = RefreshTracker::default();
-    assert_eq!(tracker.next(Micros(0), Micros(266_000)), None, "nothing was read");
+    assert_eq!(
+        tracker.next(Instant::from_micros(0), Duration::from_micros(266_000)),
+        None,
+        "nothing was read"
+    );
     read(&mut tracker, 5, 0);
-    assert_eq!(tracker.next(Micros(0), Micros(534_000)), None);
+    assert_eq!(tracker.next(Instant::from_micros(0), Duration::from_micros(534_000)), None);
 }
 
 /// However long nothing was read, the next angle is new: past 35.8 min and 71.6 min, at which counts of 32 bits turn,
@@ -71,13 +82,17 @@ fn an_angle_after_a_long_silence_is_new() {
     for wait in [1 << 31, 1 << 32, 1_000 << 32, 365 * 86_400_000_000_u64, 1_200_000_000] {
         for wait in [wait - 300_000, wait - 1, wait, wait + 1, wait + 300_000] {
             let mut tracker = RefreshTracker::default();
-            assert!(tracker.read(5, Micros(1_000_000), Micros(1_007_000)));
+            assert!(tracker.read(5, Instant::from_micros(1_000_000), Instant::from_micros(1_007_000)));
             let asked = 1_000_000 + wait;
             assert!(
-                tracker.read(5, Micros(asked), Micros(asked + EXCHANGE)),
+                tracker.read(5, Instant::from_micros(asked), Instant::from_micros(asked + EXCHANGE)),
                 "the same code, {wait} us later"
             );
-            assert!(!tracker.read(5, Micros(asked + 100_000), Micros(asked + 107_000)));
+            assert!(!tracker.read(
+                5,
+                Instant::from_micros(asked + 100_000),
+                Instant::from_micros(asked + 107_000)
+            ));
         }
     }
 }

@@ -49,22 +49,31 @@ fn everybody_who_reads_a_node_is_found() {
 fn a_node_is_believed_when_the_task_has_ended_and_it_has_had_its_time() {
     let (node, other) = (Nodes::at(Bus::T7, 3), Nodes::at(Bus::T7, 4));
     let mut settling = Settling::default();
-    assert!(!settling.holds(Nodes::ALL, Micros(0)));
-    settling.begin(node, Micros(1_000));
-    assert!(settling.holds(node, Micros(900)) && settling.holds(node, Micros(9_999_999)));
-    assert!(!settling.holds(other, Micros(900)));
-    settling.sent(Micros(3_000));
+    assert!(!settling.holds(Nodes::ALL, Instant::from_micros(0)));
+    settling.begin(node, Instant::from_micros(1_000));
+    assert!(
+        settling.holds(node, Instant::from_micros(900))
+            && settling.holds(node, Instant::from_micros(9_999_999))
+    );
+    assert!(!settling.holds(other, Instant::from_micros(900)));
+    settling.sent(Instant::from_micros(3_000));
     // What the task reads back changes nothing.
-    settling.sent(Micros(50_000));
-    assert!(settling.holds(node, Micros(9_999_999)), "the task goes on");
+    settling.sent(Instant::from_micros(50_000));
+    assert!(settling.holds(node, Instant::from_micros(9_999_999)), "the task goes on");
     settling.end();
-    assert!(settling.holds(node, Micros(2_999)) && !settling.holds(node, Micros(3_000)));
+    assert!(
+        settling.holds(node, Instant::from_micros(2_999))
+            && !settling.holds(node, Instant::from_micros(3_000))
+    );
     // The task of another node does not bring it back, once its time is over.
-    settling.begin(other, Micros(3_000));
-    assert!(settling.holds(other, Micros(4_000)) && !settling.holds(node, Micros(4_000)));
+    settling.begin(other, Instant::from_micros(3_000));
+    assert!(
+        settling.holds(other, Instant::from_micros(4_000))
+            && !settling.holds(node, Instant::from_micros(4_000))
+    );
     // Before that it does.
-    settling.sent(Micros(8_000));
+    settling.sent(Instant::from_micros(8_000));
     settling.end();
-    settling.begin(node, Micros(7_000));
-    assert!(settling.holds(other, Micros(7_500)));
+    settling.begin(node, Instant::from_micros(7_000));
+    assert!(settling.holds(other, Instant::from_micros(7_500)));
 }

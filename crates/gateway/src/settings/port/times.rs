@@ -4,16 +4,16 @@
 //! default, no parity asks for a second stop bit) and section 2.5.1.1 (t1.5 and t3.5 in characters up to 19200 bit/s;
 //! above, fixed: 750 µs and 1.750 ms).
 
-use clino_bus::Micros;
+use clino_bus::Duration;
 
 use super::{Parity, PortSettings};
 
 /// Above this bit rate the two silences do not shrink any further, bit/s.
 const FIXED_ABOVE: u32 = 19_200;
 /// t1.5 above that.
-const FIXED_T1_5: Micros = Micros(750);
+const FIXED_T1_5: Duration = Duration::from_micros(750);
 /// t3.5 above that.
-const FIXED_T3_5: Micros = Micros(1_750);
+const FIXED_T3_5: Duration = Duration::from_micros(1_750);
 
 const MICROS_PER_SECOND: u32 = 1_000_000;
 
@@ -29,29 +29,29 @@ impl PortSettings {
 
     /// Time of at most 4294 bits, a third more than the longest frame has, rounded up to a microsecond.
     #[inline(never)]
-    pub const fn bits(&self, bits: u32) -> Micros {
+    pub const fn bits(&self, bits: u32) -> Duration {
         let baud = if self.baud == 0 { 1 } else { self.baud };
-        Micros(bits.wrapping_mul(MICROS_PER_SECOND).div_ceil(baud) as u64)
+        Duration::from_micros(bits.wrapping_mul(MICROS_PER_SECOND).div_ceil(baud))
     }
 
     /// Time of at most 357 characters sent back to back, rounded up to a microsecond.
-    pub const fn characters(&self, n: u32) -> Micros {
+    pub const fn characters(&self, n: u32) -> Duration {
         self.bits(n.wrapping_mul(self.bits_per_character()))
     }
 
     /// The longest silence within a frame, by [`Pauses::Strict`](super::Pauses::Strict).
-    pub const fn t1_5(&self) -> Micros {
+    pub const fn t1_5(&self) -> Duration {
         if self.baud > FIXED_ABOVE {
             return FIXED_T1_5;
         }
-        Micros(self.characters(3).0.div_ceil(2))
+        Duration::from_micros(self.characters(3).as_micros().div_ceil(2))
     }
 
     /// The silence that ends a frame.
-    pub const fn t3_5(&self) -> Micros {
+    pub const fn t3_5(&self) -> Duration {
         if self.baud > FIXED_ABOVE {
             return FIXED_T3_5;
         }
-        Micros(self.characters(7).0.div_ceil(2))
+        Duration::from_micros(self.characters(7).as_micros().div_ceil(2))
     }
 }

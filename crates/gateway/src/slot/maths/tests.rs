@@ -4,7 +4,7 @@ use super::super::filter::Window;
 use super::super::motion::Motion;
 use super::*;
 use crate::config::MOST_SAMPLES;
-use clino_bus::Micros;
+use clino_bus::Instant;
 use clino_codec::angle::Range;
 use proptest::prelude::*;
 use std::vec::Vec;
@@ -123,13 +123,13 @@ proptest! {
             i128::from(motion.turns) * TURN + 1_000 * i128::from(motion.published(range).mdeg())
         };
         let mut true_angle = start;
-        motion.take(angle(start), range, Micros(0), false);
+        motion.take(angle(start), range, Instant::from_micros(0), false);
         // The first angle is published within its range: whole turns from the true one, but for what was rounded.
         let whole = unwrapped(&motion) - start;
         let whole = (whole + TURN / 2).div_euclid(TURN) * TURN;
         for (n, step) in (1..).zip(steps) {
             true_angle += step;
-            motion.take(angle(true_angle), range, Micros(n * 20_000), false);
+            motion.take(angle(true_angle), range, Instant::from_micros(n * 20_000), false);
             prop_assert!((unwrapped(&motion) - whole - true_angle).abs() <= 500, "{motion:?}");
             // Millidegrees a second: µ° a µs, times a thousand; towards zero.
             prop_assert_eq!(i128::from(motion.rate), step * 1_000 / 20_000);
@@ -139,10 +139,10 @@ proptest! {
     #[test]
     fn a_rate_beyond_all_numbers_is_the_largest_one(step in 3_000_000_i128..TURN / 2, span in 0_u64..2) {
         let mut motion = Motion::default();
-        motion.take(Angle::ZERO, Range::Bidirectional, Micros(10), false);
-        motion.take(angle(step), Range::Bidirectional, Micros(10 + span), false);
+        motion.take(Angle::ZERO, Range::Bidirectional, Instant::from_micros(10), false);
+        motion.take(angle(step), Range::Bidirectional, Instant::from_micros(10 + span), false);
         prop_assert_eq!(motion.rate, i32::MAX);
-        motion.take(Angle::ZERO, Range::Bidirectional, Micros(10 + 2 * span), false);
+        motion.take(Angle::ZERO, Range::Bidirectional, Instant::from_micros(10 + 2 * span), false);
         prop_assert_eq!(motion.rate, i32::MIN);
     }
 }
@@ -150,10 +150,10 @@ proptest! {
 #[test]
 fn the_seam_is_no_step() {
     let mut motion = Motion::default();
-    motion.take(Angle::from_udeg(179_000_000), Range::Bidirectional, Micros(0), false);
-    motion.take(Angle::from_udeg(-179_000_000), Range::Bidirectional, Micros(1_000_000), false);
+    motion.take(Angle::from_udeg(179_000_000), Range::Bidirectional, Instant::from_micros(0), false);
+    motion.take(Angle::from_udeg(-179_000_000), Range::Bidirectional, Instant::from_micros(1_000_000), false);
     assert_eq!((motion.rate, motion.turns), (2_000, 1));
-    motion.take(Angle::from_udeg(179_000_000), Range::Bidirectional, Micros(2_000_000), false);
+    motion.take(Angle::from_udeg(179_000_000), Range::Bidirectional, Instant::from_micros(2_000_000), false);
     assert_eq!((motion.rate, motion.turns), (-2_000, 0));
     assert_eq!(window(180_000_000, &[-1_000_000, 1_000_000]).mean(), Angle::from_udeg(-180_000_000));
 }
@@ -169,8 +169,8 @@ fn a_rate_over_any_span_is_that_of_the_true_angles() {
             [100_000, -100_000, 179_000_000_i128].into_iter().flat_map(|step| [(step, 0), (step, span)])
         {
             let mut motion = Motion::default();
-            motion.take(Angle::ZERO, Range::Bidirectional, Micros(begin), false);
-            motion.take(angle(step), Range::Bidirectional, Micros(begin + span), false);
+            motion.take(Angle::ZERO, Range::Bidirectional, Instant::from_micros(begin), false);
+            motion.take(angle(step), Range::Bidirectional, Instant::from_micros(begin + span), false);
             assert_eq!(i128::from(motion.rate), step * 1_000 / i128::from(span), "{step} in {span} us");
         }
     }

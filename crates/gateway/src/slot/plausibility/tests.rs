@@ -4,10 +4,11 @@ use super::*;
 use proptest::prelude::*;
 
 /// 0.05°, 100°/s, a second.
-const DEMANDS: Demands = Demands { resolution: 50_000, max_rate: 100_000, life: Micros(1_000_000) };
+const DEMANDS: Demands =
+    Demands { resolution: 50_000, max_rate: 100_000, life: Duration::from_micros(1_000_000) };
 
 /// The longest stale limit that the settings allow: an hour.
-const LONGEST_STALE: Micros = Micros(3_600_000_000);
+const LONGEST_STALE: Duration = Duration::from_micros(3_600_000_000);
 
 fn mdeg(mdeg: i32) -> Angle {
     Angle::from_udeg(mdeg * 1_000)
@@ -16,7 +17,7 @@ fn mdeg(mdeg: i32) -> Angle {
 /// A slot behind a gate.
 struct Slot {
     gate: Plausibility,
-    last: Option<(Angle, Micros)>,
+    last: Option<(Angle, Instant)>,
 }
 
 impl Slot {
@@ -25,7 +26,7 @@ impl Slot {
     }
 
     fn take(&mut self, value: Angle, ms: u64) -> Acceptance {
-        let at = Micros(ms * 1_000);
+        let at = Instant::from_micros(ms * 1_000);
         let acceptance = self.gate.judge(value, at, self.last, &DEMANDS);
         if acceptance == Acceptance::Publish {
             self.last = Some((value, at));
@@ -86,10 +87,10 @@ fn an_old_candidate_confirms_nothing() {
 fn without_a_limit_nothing_is_a_jump() {
     let any = Demands { max_rate: 0, ..DEMANDS };
     let mut gate = Plausibility::NEW;
-    assert_eq!(gate.judge(mdeg(0), Micros(0), None, &any), Acceptance::Hold);
-    assert_eq!(gate.judge(mdeg(0), Micros(20_000), None, &any), Acceptance::Publish);
-    let last = Some((mdeg(0), Micros(20_000)));
-    assert_eq!(gate.judge(mdeg(-180_000), Micros(20_001), last, &any), Acceptance::Publish);
+    assert_eq!(gate.judge(mdeg(0), Instant::from_micros(0), None, &any), Acceptance::Hold);
+    assert_eq!(gate.judge(mdeg(0), Instant::from_micros(20_000), None, &any), Acceptance::Publish);
+    let last = Some((mdeg(0), Instant::from_micros(20_000)));
+    assert_eq!(gate.judge(mdeg(-180_000), Instant::from_micros(20_001), last, &any), Acceptance::Publish);
 }
 
 /// Zero is no limit, and so never stricter than one: whatever a slot with a limit publishes, one without does.
@@ -100,7 +101,7 @@ fn without_a_limit_a_sensor_that_turns_fast_is_published() {
         let (mut gate, mut last, mut published) = (Plausibility::NEW, None, 0);
         for n in 0..100_u64 {
             // 300°/s, asked every 20 ms; damaged once.
-            let (at, value) = (Micros(n * 20_000), mdeg(n as i32 * 6_000 % 360_000 - 180_000));
+            let (at, value) = (Instant::from_micros(n * 20_000), mdeg(n as i32 * 6_000 % 360_000 - 180_000));
             if n == 50 {
                 gate.distrust();
             }
@@ -113,8 +114,8 @@ fn without_a_limit_a_sensor_that_turns_fast_is_published() {
     // Too old a candidate confirms nothing, limit or not.
     let any = Demands { max_rate: 0, ..DEMANDS };
     let mut gate = Plausibility::NEW;
-    gate.judge(mdeg(1), Micros(0), None, &any);
-    assert_eq!(gate.judge(mdeg(1), Micros(1_000_001), None, &any), Acceptance::Hold);
+    gate.judge(mdeg(1), Instant::from_micros(0), None, &any);
+    assert_eq!(gate.judge(mdeg(1), Instant::from_micros(1_000_001), None, &any), Acceptance::Hold);
 }
 
 /// A second value that is far too late for its candidate is one that needs another, however long the wait was: past 35.8 min
@@ -126,11 +127,11 @@ fn a_candidate_of_long_ago_confirms_nothing() {
     for wait in [1 << 31, 1 << 32, 1_000 << 32, 365 * 86_400_000_000_u64] {
         for wait in [wait - 1, wait, wait + 1, wait + 20_000] {
             let mut gate = Plausibility::NEW;
-            gate.judge(mdeg(5), Micros(1_000), None, &demands);
+            gate.judge(mdeg(5), Instant::from_micros(1_000), None, &demands);
             let within = wait <= 3_600_000_000;
             let expected = if within { Acceptance::Publish } else { Acceptance::Hold };
             assert_eq!(
-                gate.judge(mdeg(5), Micros(1_000 + wait), None, &demands),
+                gate.judge(mdeg(5), Instant::from_micros(1_000 + wait), None, &demands),
                 expected,
                 "after {wait} us"
             );
@@ -143,8 +144,11 @@ fn a_candidate_of_long_ago_confirms_nothing() {
 fn values_that_agree_after_forty_minutes_are_no_suspects() {
     let demands = Demands { life: LONGEST_STALE, ..DEMANDS };
     let mut gate = Plausibility::NEW;
-    assert_eq!(gate.judge(mdeg(10_000), Micros(0), None, &demands), Acceptance::Hold);
-    assert_eq!(gate.judge(mdeg(10_100), Micros(2_400_000_000), None, &demands), Acceptance::Publish);
+    assert_eq!(gate.judge(mdeg(10_000), Instant::from_micros(0), None, &demands), Acceptance::Hold);
+    assert_eq!(
+        gate.judge(mdeg(10_100), Instant::from_micros(2_400_000_000), None, &demands),
+        Acceptance::Publish
+    );
 }
 
 proptest! {

@@ -19,7 +19,7 @@ use super::*;
 use crate::config::Filter;
 use crate::slot::{Sample, Slot};
 use crate::{PwmInput, SlotConfig, Source, Status};
-use clino_bus::Micros;
+use clino_bus::Instant;
 
 /// Nano-degrees in a turn, and in a millidegree.
 const TURN_NDEG: i64 = 360_000_000_000;
@@ -35,11 +35,11 @@ fn slot(range: Range, direction: Direction, soft_zero: Angle) -> Slot {
 
 /// What the slot publishes of an angle, in 0.001°.
 fn published(slot: &mut Slot, raw: Angle) -> i32 {
-    assert!(slot.settle(Ok(Sample::new(raw)), Micros(1), true, 0));
+    assert!(slot.settle(Ok(Sample::new(raw)), Instant::from_micros(1), true, 0));
     slot.digest();
     let reading = slot.reading(0);
-    assert_eq!(reading.status(Micros(1)), Status::Ok);
-    reading.angle(Micros(1)).expect("it is ok").mdeg()
+    assert_eq!(reading.status(Instant::from_micros(1)), Status::Ok);
+    reading.angle(Instant::from_micros(1)).expect("it is ok").mdeg()
 }
 
 /// Checks what is published of `raw`, in 0.001°, which is truly `truth` nano-degrees; a µ° of either is what it may be off

@@ -10,6 +10,7 @@ pub fn number(start: &Start, item: StartItem, index: usize) -> Option<u32> {
         StartItem::Cause => Some(start.cause as u32),
         StartItem::Mode => Some(start.mode as u32),
         StartItem::Clock => Some(start.clock as u32),
+        StartItem::PowerUps => Some(start.power_ups),
         StartItem::Boots => Some(start.boots),
         StartItem::Crashes => Some(start.crashes),
         StartItem::Uid => start.uid.0.get(index).copied(),
