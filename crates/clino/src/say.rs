@@ -11,7 +11,7 @@ use clino_console::Audience;
 use clino_gateway::task::News;
 use serde_json::Value;
 
-use crate::bus::{Diagnosis, Observer};
+use crate::bus::{Diagnosis, Observer, Stop};
 
 /// Erases a line of a terminal and goes back to its beginning.
 const ERASE: &str = "\r\x1b[2K";
@@ -116,17 +116,22 @@ impl Say {
         output.flush()
     }
 
-    /// Asks a person; `false` unless the answer is yes.
+    /// Asks a person; `false` unless the answer is yes. Ctrl-C is a no.
     ///
     /// # Errors
     /// The input or the output failed.
-    pub fn ask(&mut self, question: &str) -> io::Result<bool> {
+    pub fn ask(&mut self, question: &str, stop: &Stop) -> io::Result<bool> {
         self.clear()?;
         write!(io::stderr(), "{question}. Go on? y/N ")?;
         io::stderr().flush()?;
         let mut answer = String::new();
-        io::stdin().read_line(&mut answer)?;
-        Ok(matches!(answer.trim(), "y" | "Y" | "yes"))
+        if is_typed(stop)? {
+            io::stdin().read_line(&mut answer)?;
+        } else {
+            // The answer would have ended the line.
+            writeln!(io::stderr())?;
+        }
+        Ok(matches!(answer.trim(), "y" | "Y" | "yes") && !stop.is_asked())
     }
 
     fn hint_object(&mut self, hint: Value) -> io::Result<()> {
@@ -157,6 +162,31 @@ impl<E: Into<News>> Observer<E> for Say {
         // What cannot be told changes nothing.
         let _ = self.hint("stopping", "stopping at the next safe point");
     }
+}
+
+/// Waits until a line is typed; `false` if the user wants to stop instead. The signal does not end the read itself.
+#[cfg(unix)]
+fn is_typed(stop: &Stop) -> io::Result<bool> {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    use rustix::io::Errno;
+
+    const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+    let stdin = io::stdin();
+    while !stop.is_asked() {
+        match poll(&mut [PollFd::new(&stdin, PollFlags::IN)], Some(&LOOK)) {
+            Ok(0) | Err(Errno::INTR) => {}
+            Ok(_) => return Ok(true),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(false)
+}
+
+/// Ctrl-C ends the read on Windows.
+#[cfg(not(unix))]
+#[expect(clippy::unnecessary_wraps, reason = "on Unix it can fail")]
+fn is_typed(stop: &Stop) -> io::Result<bool> {
+    Ok(!stop.is_asked())
 }
 
 fn people(what: &str, values: &[(&str, Item)]) -> String {

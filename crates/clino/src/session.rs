@@ -110,21 +110,21 @@ impl Consent {
         }
         Err(Failure::UNCONFIRMED)
     }
+}
 
+impl<P: Protocol + Commissionable> Session<P> {
     /// Asks a person who has not said yes with the command.
     ///
     /// # Errors
     /// [`Failure::Told`]: the answer is no.
-    pub fn get(self, say: &mut Say, question: &str) -> Result<(), Failure> {
-        if self.yes || say.ask(question)? {
+    pub fn confirm(&mut self, consent: Consent, question: &str) -> Result<(), Failure> {
+        if consent.yes || self.say.ask(question, &self.stop)? {
             return Ok(());
         }
-        say.note("nothing was written")?;
+        self.say.note("nothing was written")?;
         Err(Failure::STOPPED)
     }
-}
 
-impl<P: Protocol + Commissionable> Session<P> {
     /// Runs an operation. A port that fails is told.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Ctrl-C: stop at the next safe point.
+//! Ctrl-C, a request to end, a terminal that goes away: stop at the next safe point.
 
 use std::io;
 use std::sync::Arc;
@@ -6,18 +6,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 
+/// The signals that end a program if it does not mind them. A connection over SSH that breaks is a hang-up.
+#[cfg(unix)]
+const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, signal_hook::consts::SIGHUP];
+#[cfg(not(unix))]
+const SIGNALS: [i32; 2] = [SIGINT, SIGTERM];
+
 /// Whether the user wants to stop.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// By SIGINT or SIGTERM, from now on. Neither ends the process by itself any more.
+    /// By one of the signals, from now on. None of them ends the process by itself any more.
     ///
     /// # Errors
     /// Those of the system.
     pub fn on_signals() -> io::Result<Self> {
         let stop = Self::default();
-        for signal in [SIGINT, SIGTERM] {
+        for signal in SIGNALS {
             signal_hook::flag::register(signal, Arc::clone(&stop.0))?;
         }
         Ok(stop)

@@ -92,7 +92,7 @@ fn zero(Zero { one, consent }: Zero) -> Outcome {
         "ISU {name}: its null position is {old}; this writes another to its memory, and it reads zero as it stands, at its \
          PWM output, too"
     );
-    consent.get(&mut bench.session.say, &question)?;
+    bench.session.confirm(consent, &question)?;
     let back = format!("null {name} {old}");
     match bench.session.run(ResetNull::new(module))? {
         Ok(nulled) => {
@@ -118,7 +118,7 @@ fn null(Null { one, position, consent }: Null) -> Outcome {
             "ISU {name}: its null position is {old}, shall be {position}; this writes to its memory; all its angles move, \
              at its PWM output, too; it starts again"
         );
-        consent.get(&mut bench.session.say, &question)?;
+        bench.session.confirm(consent, &question)?;
     }
     bench.program(operation, &format!("null {name} {old}"))
 }
@@ -131,7 +131,7 @@ fn address(SetAddress { one, new, consent }: SetAddress) -> Outcome {
     if from != to {
         let question =
             format!("ISU {from}: shall have address {to}; this writes to its memory; it starts again");
-        consent.get(&mut bench.session.say, &question)?;
+        bench.session.confirm(consent, &question)?;
     }
     bench.program(operation, &format!("address {to} {from}"))
 }
@@ -150,7 +150,7 @@ fn repair(Repair { one, new, consent }: Repair) -> Outcome {
         "ISU {}: this writes the checksum of its memory, if it is wrong; it starts again",
         bench.one.address.get()
     );
-    consent.get(&mut bench.session.say, &question)?;
+    bench.session.confirm(consent, &question)?;
     bench.finish(operation)
 }
 

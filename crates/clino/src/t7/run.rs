@@ -98,7 +98,7 @@ fn zero(Zero { sensor: OneAxis { one: One { address, bus }, axis }, consent }: Z
         axis.get(),
         old.0
     );
-    consent.get(&mut bench.session.say, &question)?;
+    bench.session.confirm(consent, &question)?;
     let back = format!("offset {name} {} -a {}", old.0, axis.get());
     match bench.run(SetZero::new(device(address)?, axis))? {
         Ok(zeroed) => {
@@ -124,7 +124,7 @@ fn set(One { address, bus }: One, wanted: DeviceSetting, consent: Consent) -> Ou
             label(&old),
             effect(&wanted)
         );
-        consent.get(&mut bench.session.say, &question)?;
+        bench.session.confirm(consent, &question)?;
     }
     let back = words(address, &old);
     match bench.run(operation)? {
@@ -149,7 +149,7 @@ fn baud(Baud { one: One { address, bus }, rate, consent }: Baud) -> Outcome {
             old.bits_per_second(),
             rate.bits_per_second()
         );
-        consent.get(&mut bench.session.say, &question)?;
+        bench.session.confirm(consent, &question)?;
     }
     let result = bench.run(operation)?;
     let back = format!("baud {} {}", address.get(), old.bits_per_second());
@@ -170,7 +170,7 @@ fn address(SetAddress { one: One { address: old, bus }, new, consent }: SetAddre
     let (from, to) = (old.get(), new.get());
     if from != to {
         let question = format!("T7 {from}: shall have address {to}; this writes to its memory");
-        consent.get(&mut bench.session.say, &question)?;
+        bench.session.confirm(consent, &question)?;
     }
     let back = format!("address {to} {from}");
     match bench.run(operation)? {

@@ -6,10 +6,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use clino_pty::Terminal;
+use rustix::process::{Pid, Signal, kill_process};
 
 use super::common::CLINO;
 use super::server::{PATIENCE, Server};
 use super::{json, on, what};
+
+/// Ctrl-C.
+const CTRL_C: &str = "\x03";
 
 /// Runs a command at a terminal, where this is typed when it asks: its status, its results, and what the terminal shows.
 fn typed(port: &str, line: &str, answer: &str) -> (Option<i32>, String, String) {
@@ -33,7 +37,11 @@ fn typed(port: &str, line: &str, answer: &str) -> (Option<i32>, String, String) 
         let is_over = bytes.is_empty() && child.try_wait().unwrap().is_some();
         if !is_answered && shown.ends_with("Go on? y/N ") {
             is_answered = true;
-            terminal.deliver(answer.as_bytes()).unwrap();
+            match answer {
+                // As the terminal of a person does it.
+                CTRL_C => kill_process(Pid::from_child(&child), Signal::INT).unwrap(),
+                answer => terminal.deliver(answer.as_bytes()).unwrap(),
+            }
         }
         if is_over {
             break;
@@ -49,7 +57,7 @@ fn typed(port: &str, line: &str, answer: &str) -> (Option<i32>, String, String) 
 fn a_no_leaves_the_sensor_as_it_is_and_a_yes_does_not() {
     let server = Server::start("--t7 5 --isu 3,angle=90 --pty");
     let [t7, isu] = [0, 1].map(|_| server.path());
-    for answer in ["n\n", "\n", "yess\n"] {
+    for answer in ["n\n", "\n", "yess\n", CTRL_C] {
         let (status, results, shown) = typed(&t7, "t7 damping 5 500", answer);
         assert_eq!((status, results.as_str()), (Some(4), ""), "{shown}");
         assert!(shown.contains("T7 5: damping_ms 1000, shall be 500; this writes to its memory"), "{shown}");

@@ -10,6 +10,9 @@ use super::common::CLINO;
 use super::server::Server;
 use super::{frames, json, patiently, what};
 
+/// Ctrl-C, a request to end, a connection over SSH that breaks.
+const SIGNALS: [Signal; 3] = [Signal::INT, Signal::TERM, Signal::HUP];
+
 /// The command, interrupted when it sends this frame: its exit status and its objects.
 fn interrupted_at(
     frame: usize,
@@ -21,7 +24,8 @@ fn interrupted_at(
     let target = Arc::clone(&pid);
     let on_frame = move |number: usize, bytes: &[u8]| {
         if number == frame {
-            kill_process(target.lock().unwrap().expect("it runs"), Signal::INT).unwrap();
+            let signal = SIGNALS[number % SIGNALS.len()];
+            kill_process(target.lock().unwrap().expect("it runs"), signal).unwrap();
         }
         bytes.len()
     };

@@ -118,6 +118,16 @@ fn an_echo_that_was_not_expected_and_one_that_is_missing() {
 }
 
 #[test]
+fn answers_that_are_later_than_the_port_is_allowed() {
+    let server = Server::start("--t7 5,angle=12.345,fault=late:50ms/1 --pty");
+    let port = server.path();
+    assert_eq!(cause(&port, "t7 angle 5", "--latency 100"), "late");
+    // What is advised works, with room for a busy computer.
+    let run = clino(&format!("t7 angle 5 --port {port} --latency 300"));
+    assert_eq!(run.stdout, "angle: address 5, axis 2, angle_deg 12.345\n", "{run:?}");
+}
+
+#[test]
 fn two_sensors_at_one_address() {
     // Chance decides each bit, so that now and then one of them wins: then there is no error to be told.
     let server = Server::start("--t7 127,serial=25033 --t7 127,serial=2863311530,model=t7-3 --pty");
