@@ -4,16 +4,17 @@ use clap::{Parser, Subcommand};
 
 #[cfg(target_os = "linux")]
 use crate::sim;
-use crate::{isu, pwm, t7};
+use crate::{isu, ports, pwm, t7};
 
 const EXIT_STATUSES: &str = "\
 Exit status:
-  0  every frame is good; `sim` has been stopped
-  1  a frame is bad; the JSON object says why: {\"error\":{\"kind\":…,\"message\":…}}
-  2  bad usage; the message on stderr names the value and its limits
-  3  input or output failed";
+  0  every frame is good; the sensor did it; `sim` has been stopped
+  1  a frame is bad: {\"error\":{\"kind\":…,\"message\":…}}; the sensor did not do it: {\"what\":\"failed\",\"why\":…}
+  2  bad usage, or a program that writes to a sensor without --yes
+  3  input, output or the port failed
+  4  not done: a person said no, or Ctrl-C stopped it";
 
-/// Decodes and encodes frames of US Digital T7 and STT ISU inclinometers, and stands in for them.
+/// Sets up US Digital T7 and STT ISU inclinometers, decodes and encodes their frames, and stands in for them.
 #[derive(Parser)]
 #[command(version, after_help = EXIT_STATUSES, disable_help_subcommand = true)]
 pub struct Arguments {
@@ -24,12 +25,14 @@ pub struct Arguments {
 /// The subcommands.
 #[derive(Subcommand)]
 pub enum Tool {
-    /// US Digital T7, binary protocol
+    /// US Digital T7: sensors on a port, and frames of the binary protocol
     #[command(subcommand)]
     T7(t7::Tool),
-    /// STT ISU, binary protocol and ASCII lines
+    /// STT ISU: sensors on a port, frames of the binary protocol, and ASCII lines
     #[command(subcommand)]
     Isu(isu::Tool),
+    /// The serial ports of this computer, and what to do about those that cannot be opened
+    Ports(ports::Arguments),
     /// STT ISU, pulse width: timer ticks to duty and angle
     #[command(allow_negative_numbers = true)]
     Pwm(pwm::Arguments),

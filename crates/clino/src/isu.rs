@@ -8,6 +8,8 @@ mod memory;
 mod names;
 mod refusal;
 mod request;
+mod run;
+mod verb;
 
 use clino_codec::isu::{Answer, Request};
 
@@ -25,6 +27,7 @@ pub fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
         Tool::Decode(Decode { command: false, frames }) => Ok(stream::run(&frames, answer_of)?),
         Tool::Encode(encode) => self::encode(encode),
         Tool::Ascii => ascii::run(),
+        Tool::Verb(verb) => run::run(verb),
     }
 }
 

@@ -1,19 +1,25 @@
 #![forbid(unsafe_code)]
-//! `clino`: frames of T7 and ISU inclinometers, taken apart and put together at the bench, and sensors simulated.
+//! `clino`: T7 and ISU inclinometers at a PC: set up through a serial port, frames taken apart and put together, sensors
+//! simulated.
 //!
 //! What it does and says is in the README and in `clino --help`. The protocols are the codec's business; this
 //! crate turns text into bytes, and messages into JSON with names that do not change.
 
 mod arguments;
 mod bad;
+mod bus;
 mod choice;
 mod hex;
 mod isu;
 mod number;
 mod outcome;
 mod parameter;
+mod port;
+mod ports;
 mod pwm;
 mod report;
+mod say;
+mod session;
 #[cfg(target_os = "linux")]
 mod sim;
 mod stream;
@@ -35,6 +41,7 @@ fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
     match tool {
         Tool::T7(tool) => t7::run(tool),
         Tool::Isu(tool) => isu::run(tool),
+        Tool::Ports(arguments) => ports::run(&arguments),
         Tool::Pwm(ticks) => pwm::run(ticks),
         #[cfg(target_os = "linux")]
         Tool::Sim(arguments) => sim::run(arguments),

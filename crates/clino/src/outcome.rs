@@ -7,8 +7,10 @@ use std::process::ExitCode;
 const BAD_FRAME: u8 = 1;
 /// The arguments make no sense. Clap uses the same.
 const BAD_USAGE: u8 = 2;
-/// Input or output failed.
+/// Input, output or a port failed.
 const IO_FAILED: u8 = 3;
+/// A person said no, or Ctrl-C stopped it.
+const NOT_DONE: u8 = 4;
 
 /// What the frames were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +34,17 @@ pub enum Failure {
     Usage(String),
     /// Input or output.
     Io(io::Error),
+    /// It was told already; the exit status.
+    Told(u8),
+}
+
+impl Failure {
+    /// A program did not say that it means what cannot be undone.
+    pub const UNCONFIRMED: Self = Self::Told(BAD_USAGE);
+    /// A port cannot be used.
+    pub const PORT: Self = Self::Told(IO_FAILED);
+    /// The user did not want it.
+    pub const STOPPED: Self = Self::Told(NOT_DONE);
 }
 
 impl From<io::Error> for Failure {
@@ -49,6 +62,7 @@ pub fn exit_code(outcome: Result<DecodeVerdict, Failure>) -> ExitCode {
             eprintln!("error: {message}\n\nFor more information, try '--help'.");
             BAD_USAGE.into()
         }
+        Err(Failure::Told(status)) => status.into(),
         // The reader of the output has closed it, as in `clino … | head`.
         Err(Failure::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(Failure::Io(error)) => {

@@ -6,6 +6,9 @@ mod command;
 mod names;
 mod refusal;
 mod request;
+mod run;
+mod typed;
+mod verb;
 
 use clino_codec::checks::{Checks, ValueRange};
 use clino_codec::t7::{Answer, Request};
@@ -22,6 +25,7 @@ pub fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
     match tool {
         Tool::Decode(decode) => self::decode(&decode),
         Tool::Encode(encode) => self::encode(encode),
+        Tool::Verb(verb) => run::run(verb),
     }
 }
 

@@ -72,7 +72,10 @@ mod typed;
 mod value;
 mod words;
 
+pub use audience::Audience;
+pub use causes::{after_isu, after_t7};
 pub use host::{BusState, Host, Saved, StorageError};
 pub use line::LONGEST_LINE;
+pub use news::write_outcome;
 pub use received::Received;
 pub use shell::Shell;

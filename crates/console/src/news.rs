@@ -1,5 +1,7 @@
 //! What tasks find and how they end.
 
+use core::fmt::Write;
+
 use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom;
 use clino_codec::t7::Text;
@@ -7,18 +9,29 @@ use clino_commissioning::t7::{DeviceSetting, Found, Identity};
 use clino_commissioning::{Report, SettingChange, isu as isu_commissioning, t7 as t7_commissioning};
 use clino_gateway::task::{News, Reason, isu, t7};
 
+use crate::audience::Audience;
 use crate::consequences;
 use crate::reply::Reply;
 use crate::value::Value;
 use crate::words::Words as _;
 
-/// Writes what is new, a line.
+/// Writes what is new, a line, and what is left to be done at the gateway.
 pub fn write(reply: &mut Reply<'_>, news: &News) {
+    line(reply, news);
+    consequences::remind(reply, news);
+}
+
+/// Writes what an operation found, or how it ended, as the console does: one line, in words or in JSON. For programs
+/// that run the operations without a gateway.
+pub fn write_outcome(audience: Audience, news: &News, out: &mut dyn Write) {
+    line(&mut Reply { audience, out }, news);
+}
+
+fn line(reply: &mut Reply<'_>, news: &News) {
     match news {
         News::T7(news) => t7(reply, news),
         News::Isu(news) => isu(reply, news),
     }
-    consequences::remind(reply, news);
 }
 
 fn t7(reply: &mut Reply<'_>, news: &t7::News) {

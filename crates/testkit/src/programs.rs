@@ -9,6 +9,7 @@ mod libmodbus;
 mod mbpoll;
 mod node;
 mod python;
+mod ser2net;
 
 use std::fs::{self, File};
 use std::io::Write as _;
@@ -19,6 +20,7 @@ pub use libmodbus::Libmodbus;
 pub use mbpoll::Mbpoll;
 pub use node::Node;
 pub use python::Python;
+pub use ser2net::Ser2net;
 
 /// Says on standard error that a test did not test what it is for, and why: also when the test's own output is captured.
 /// `cargo nextest` shows nothing of tests that pass: what is in the file that `CLINO_SKIPPED` names is shown at the end

@@ -4,6 +4,7 @@ use clap::{Args, Subcommand};
 use clino_codec::isu::{Address, Function};
 
 use super::names;
+use super::verb::Verb;
 use crate::choice::choose;
 use crate::number::{memory_address, within};
 use crate::stream::Frames;
@@ -29,7 +30,7 @@ Commands and the options they need:
 Writes outside RAM 58H-59H and EEPROM 48H-57H, 78H-7FH, D0H-D7H are refused.
 A wrong checksum in EEPROM 78H-7FH disables the module.";
 
-/// The subcommands for ISU frames.
+/// The subcommands: frames, and ISUs on a bus.
 #[derive(Subcommand)]
 pub enum Tool {
     /// Frame to JSON
@@ -39,6 +40,8 @@ pub enum Tool {
     Encode(Encode),
     /// ASCII lines from standard input to JSON, such as `+ 32.70`
     Ascii,
+    #[command(flatten)]
+    Verb(Verb),
 }
 
 /// `clino isu decode …`

@@ -2,17 +2,13 @@
 
 use clap::{Args, Subcommand};
 use clino_codec::angle::Range;
-use clino_codec::t7::{
-    Address, Axis, BaudRate, DeviceType, Direction, MAX_DAMPING_MS, MIN_DAMPING_MS, Millidegrees, Opcode,
-};
+use clino_codec::t7::{Address, Axis, BaudRate, DeviceType, Direction, Millidegrees, Opcode};
 
-use super::names;
+use super::verb::Verb;
+use super::{names, typed};
 use crate::choice::choose;
 use crate::number::within;
 use crate::stream::Frames;
-
-/// Highest address that can be given to a device. Source: T7 guide §2.8.
-const MAX_NEW_ADDRESS: u8 = 100;
 
 const COMMANDS: &str = "\
 Commands and the options they need:
@@ -35,7 +31,7 @@ Commands and the options they need:
 Set commands land in the device's non-volatile memory, which wears.
 Commands with a response length value above 8 cannot go to address 126.";
 
-/// The subcommands for T7 frames.
+/// The subcommands: frames, and T7s on a bus.
 #[derive(Subcommand)]
 pub enum Tool {
     /// Frame to JSON
@@ -43,6 +39,8 @@ pub enum Tool {
     /// Command to frame
     #[command(after_help = COMMANDS, allow_negative_numbers = true)]
     Encode(Encode),
+    #[command(flatten)]
+    Verb(Verb),
 }
 
 /// `clino t7 decode …`
@@ -75,25 +73,25 @@ pub struct Encode {
 #[derive(Args)]
 pub struct Parameters {
     /// 0, 1, or 2; the axis of a T7-1 is 2
-    #[arg(long, value_parser = axis)]
+    #[arg(long, value_parser = typed::axis)]
     pub axis: Option<Axis>,
     /// Angle in millidegrees, -180000..=359999
-    #[arg(long, value_name = "MDEG", value_parser = millidegrees)]
+    #[arg(long, value_name = "MDEG", value_parser = typed::millidegrees)]
     pub angle_mdeg: Option<Millidegrees>,
     /// Offset in millidegrees, -180000..=359999
-    #[arg(long, value_name = "MDEG", value_parser = millidegrees)]
+    #[arg(long, value_name = "MDEG", value_parser = typed::millidegrees)]
     pub offset_mdeg: Option<Millidegrees>,
     /// normal or reversed
-    #[arg(long, value_parser = direction)]
+    #[arg(long, value_parser = typed::direction)]
     pub direction: Option<Direction>,
     /// Averaging time in milliseconds, 2..=5000
-    #[arg(long, value_name = "MS", value_parser = damping_ms)]
+    #[arg(long, value_name = "MS", value_parser = typed::damping_ms)]
     pub damping_ms: Option<u16>,
     /// bidirectional (-180 to 180 degrees) or unidirectional (0 to 360)
-    #[arg(long, alias = "output-range", value_parser = range)]
+    #[arg(long, alias = "output-range", value_parser = typed::range)]
     pub range: Option<Range>,
     /// Bit/s: 115200, 57600, 38400, 19200, or 9600
-    #[arg(long, value_name = "RATE", value_parser = baud)]
+    #[arg(long, value_name = "RATE", value_parser = typed::baud)]
     pub baud: Option<BaudRate>,
     /// t7-1 or t7-3
     #[arg(long, value_parser = device_type)]
@@ -102,7 +100,7 @@ pub struct Parameters {
     #[arg(long, value_name = "NUMBER", value_parser = serial)]
     pub serial: Option<u32>,
     /// Address for the device to take, 1..=100
-    #[arg(long, value_name = "N", value_parser = new_address)]
+    #[arg(long, value_name = "N", value_parser = typed::new_address)]
     pub new_address: Option<Address>,
 }
 
@@ -118,39 +116,10 @@ fn command(text: &str) -> Result<Opcode, String> {
     choose(text, Opcode::ALL, names::command)
 }
 
-fn axis(text: &str) -> Result<Axis, String> {
-    choose(text, Axis::ALL, Axis::get)
-}
-
-fn millidegrees(text: &str) -> Result<Millidegrees, String> {
-    within(text, Millidegrees::MIN.0..=Millidegrees::MAX.0).map(Millidegrees)
-}
-
-fn direction(text: &str) -> Result<Direction, String> {
-    choose(text, names::DIRECTIONS, names::direction)
-}
-
-fn damping_ms(text: &str) -> Result<u16, String> {
-    within(text, MIN_DAMPING_MS..=MAX_DAMPING_MS)
-}
-
-fn range(text: &str) -> Result<Range, String> {
-    choose(text, names::RANGES, names::range)
-}
-
-fn baud(text: &str) -> Result<BaudRate, String> {
-    choose(text, BaudRate::ALL, BaudRate::bits_per_second)
-}
-
 fn device_type(text: &str) -> Result<DeviceType, String> {
     choose(text, names::DEVICE_TYPES, names::device_type)
 }
 
 fn serial(text: &str) -> Result<u32, String> {
     within(text, u32::MIN..=u32::MAX)
-}
-
-fn new_address(text: &str) -> Result<Address, String> {
-    within(text, 1..=MAX_NEW_ADDRESS)
-        .and_then(|address| Address::new(address).ok_or_else(|| format!("{address} is not an address")))
 }

@@ -1,0 +1,280 @@
+//! ISUs on a bus: the console's operations, and the angle.
+
+use clino_bus::{Isu, Serial, Timing};
+use clino_codec::isu::Address;
+use clino_codec::isu::eeprom::Change;
+use clino_commissioning::isu::{
+    Cause, Failure, Identify, Module, Program, ReadAngle, Repair as RepairModule, Reset, ResetNull,
+};
+use clino_commissioning::{Operation, Report, SettingChange, SingleDevice};
+use clino_gateway::task::News;
+
+use super::verb::{Null, One, Repair, SetAddress, Verb, Zero};
+use crate::bus::{Asked, Make};
+use crate::outcome::{DecodeVerdict, Failure as Ended};
+use crate::say::thousandths;
+use crate::session::{Consent, Session};
+
+type Outcome = Result<DecodeVerdict, Ended>;
+
+/// An ISU asked on its bus.
+struct Bench {
+    session: Session<Isu>,
+    one: One,
+}
+
+/// Carries out a command.
+pub fn run(verb: Verb) -> Outcome {
+    match verb {
+        Verb::Info(one) => info(one),
+        Verb::Angle(one) => angle(one),
+        Verb::Zero(zero) => self::zero(zero),
+        Verb::Null(null) => self::null(null),
+        Verb::Address(address) => self::address(address),
+        Verb::Reset(one) => reset(one),
+        Verb::Repair(repair) => self::repair(repair),
+    }
+}
+
+fn info(one: One) -> Outcome {
+    let module = module(&one)?;
+    let mut bench = Bench::open(one)?;
+    match bench.session.run(Identify::new(module))? {
+        Ok(identity) => {
+            bench.session.say.news(identity)?;
+            if !identity.audit.is_sound() {
+                bench.advise_repair()?;
+            }
+            Ok(DecodeVerdict::Good)
+        }
+        Err(failure) => bench.failed(&failure),
+    }
+}
+
+fn angle(one: One) -> Outcome {
+    let module = module(&one)?;
+    let mut bench = Bench::open(one)?;
+    match bench.session.run(ReadAngle::new(module))? {
+        Ok(angle) => {
+            let values =
+                [("address", bench.one.address.get().into()), ("angle_deg", thousandths(angle.mdeg()))];
+            bench.session.say.line("angle", &values)?;
+            Ok(DecodeVerdict::Good)
+        }
+        Err(failure) => bench.failed(&failure),
+    }
+}
+
+fn reset(one: One) -> Outcome {
+    let module = module(&one)?;
+    let mut bench = Bench::open(one)?;
+    match bench.session.run(Reset::new(module))? {
+        Ok(alive) => {
+            bench.session.say.news(alive)?;
+            if alive.hard_error {
+                bench.advise_repair()?;
+            }
+            Ok(DecodeVerdict::Good)
+        }
+        Err(failure) => bench.failed(&failure),
+    }
+}
+
+fn zero(Zero { one, consent }: Zero) -> Outcome {
+    let module = module(&one)?;
+    let mut bench = Bench::open_to_write(one, consent)?;
+    let old = match bench.null_position(module)? {
+        Ok(old) => old,
+        Err(failure) => return bench.failed(&failure),
+    };
+    let name = bench.one.address.get();
+    let question = format!(
+        "ISU {name}: its null position is {old}; this writes another to its memory, and it reads zero as it stands, at its \
+         PWM output, too"
+    );
+    bench.session.confirm(consent, &question)?;
+    let back = format!("null {name} {old}");
+    match bench.session.run(ResetNull::new(module))? {
+        Ok(nulled) => {
+            bench.session.say.news(nulled)?;
+            bench.put_back(nulled.writes, &back)?;
+            Ok(DecodeVerdict::Good)
+        }
+        Err(failure) => bench.failed_to_write(&failure, &back),
+    }
+}
+
+fn null(Null { one, position, consent }: Null) -> Outcome {
+    let module = module(&one)?;
+    let operation = Program::new(module, Change::NullPosition(position)).map_err(refused)?;
+    let mut bench = Bench::open_to_write(one, consent)?;
+    let old = match bench.null_position(module)? {
+        Ok(old) => old,
+        Err(failure) => return bench.failed(&failure),
+    };
+    let name = bench.one.address.get();
+    if old != position {
+        let question = format!(
+            "ISU {name}: its null position is {old}, shall be {position}; this writes to its memory; all its angles move, \
+             at its PWM output, too; it starts again"
+        );
+        bench.session.confirm(consent, &question)?;
+    }
+    bench.program(operation, &format!("null {name} {old}"))
+}
+
+fn address(SetAddress { one, new, consent }: SetAddress) -> Outcome {
+    let module = module(&one)?;
+    let operation = Program::new(module, Change::ModuleAddress(new)).map_err(refused)?;
+    let mut bench = Bench::open_to_write(one, consent)?;
+    let (from, to) = (bench.one.address.get(), new.get());
+    if from != to {
+        let question =
+            format!("ISU {from}: shall have address {to}; this writes to its memory; it starts again");
+        bench.session.confirm(consent, &question)?;
+    }
+    bench.program(operation, &format!("address {to} {from}"))
+}
+
+fn repair(Repair { one, new, consent }: Repair) -> Outcome {
+    let module = module(&one)?;
+    let operation = match new {
+        None => RepairModule::new(module),
+        Some(new) => {
+            let to = Module::at(new).map_err(|error| Ended::Usage(error.to_string()))?;
+            RepairModule::after_address_change(module, to)
+        }
+    };
+    let mut bench = Bench::open_to_write(one, consent)?;
+    let question = format!(
+        "ISU {}: this writes the checksum of its memory, if it is wrong; it starts again",
+        bench.one.address.get()
+    );
+    bench.session.confirm(consent, &question)?;
+    bench.finish(operation)
+}
+
+impl Bench {
+    fn open(one: One) -> Result<Self, Ended> {
+        let session = one.port.open(Make::Isu, Serial::ISU, |_| Timing::isu())?;
+        Ok(Self { session, one })
+    }
+
+    /// For a command that writes: a program that did not say that it means it is refused before anything is touched.
+    fn open_to_write(one: One, consent: Consent) -> Result<Self, Ended> {
+        consent.refuse_programs(&mut one.port.say())?;
+        Self::open(one)
+    }
+
+    /// The null position, as it is stored.
+    fn null_position(&mut self, module: Module) -> Result<Result<u16, Failure>, Ended> {
+        let identity = self.session.run(Identify::new(module))?;
+        Ok(identity.map(|identity| identity.null_position.to_turn16()))
+    }
+
+    /// Runs an operation whose result is told as it is.
+    fn finish<O>(&mut self, operation: O) -> Outcome
+    where
+        O: Operation<Protocol = Isu, Error = Failure>,
+        O::Event: Into<News>,
+        O::Report: Into<News>,
+    {
+        match self.session.run(operation)? {
+            Ok(report) => {
+                self.session.say.news(report)?;
+                Ok(DecodeVerdict::Good)
+            }
+            Err(failure) => self.failed(&failure),
+        }
+    }
+
+    /// Changes a setting.
+    fn program(&mut self, operation: Program, back: &str) -> Outcome {
+        match self.session.run(operation)? {
+            Ok(report) => {
+                self.session.say.news(report)?;
+                // A module that is alone may have had another address than the one it was asked at.
+                let back = match from(&report) {
+                    Some(Change::ModuleAddress(from)) => address_back(&report, from),
+                    _ => back.to_owned(),
+                };
+                self.put_back(report.writes, &back)?;
+                Ok(DecodeVerdict::Good)
+            }
+            Err(failure) => self.failed_to_write(&failure, back),
+        }
+    }
+
+    /// After a write: the command that gives the module its old value again.
+    fn put_back(&mut self, writes: u8, words: &str) -> Result<(), Ended> {
+        if writes == 0 {
+            return Ok(());
+        }
+        let alone = if self.one.alone { " --alone" } else { "" };
+        let port = self.one.port.words();
+        Ok(self
+            .session
+            .say
+            .hint("put_back", &format!("clino isu {words}{alone} {port} puts the old value back"))?)
+    }
+
+    fn advise_repair(&mut self) -> Result<(), Ended> {
+        let (address, port) = (self.one.address.get(), self.one.port.words());
+        let why =
+            format!("the checksum of its memory is wrong: clino isu repair {address} {port} makes it right");
+        Ok(self.session.say.hint("repair", &why)?)
+    }
+
+    /// Tells why the module did not do it, and how to put back what it may have done all the same.
+    fn failed_to_write(&mut self, failure: &Failure, back: &str) -> Outcome {
+        let outcome = self.failed(failure);
+        self.put_back(failure.writes, back)?;
+        outcome
+    }
+
+    /// Tells why the module did not do it.
+    fn failed(&mut self, failure: &Failure) -> Outcome {
+        self.session.say.news(*failure)?;
+        if failure.repair {
+            self.advise_repair()?;
+        }
+        match failure.cause {
+            Cause::Cancelled => return Err(Ended::STOPPED),
+            Cause::NoAnswer { .. } | Cause::NotFound { .. } => self.session.diagnose(Asked::One)?,
+            cause => self.session.explain(&cause, clino_console::after_isu(&cause))?,
+        }
+        Ok(DecodeVerdict::Bad)
+    }
+}
+
+const fn from(report: &Report<Change>) -> Option<Change> {
+    match report.change {
+        SettingChange::Changed { from, .. } => Some(from),
+        SettingChange::Unchanged(_) => None,
+    }
+}
+
+fn address_back(report: &Report<Change>, old: Address) -> String {
+    match report.change {
+        SettingChange::Changed { to: Change::ModuleAddress(to), .. } => {
+            format!("address {} {}", to.get(), old.get())
+        }
+        _ => String::new(),
+    }
+}
+
+/// The module that is meant: 0 means the only one, if it is the only one.
+fn module(one: &One) -> Result<Module, Ended> {
+    if one.address.is_any() && one.alone {
+        return Ok(Module::single(SingleDevice::i_have_attached_one_sensor_only()));
+    }
+    Module::at(one.address).map_err(|_| {
+        Ended::Usage(
+            "address 0 reaches every module: say --alone if it is connected alone, or give 1-14".to_owned(),
+        )
+    })
+}
+
+fn refused(cause: Cause) -> Ended {
+    Ended::Usage(cause.to_string())
+}

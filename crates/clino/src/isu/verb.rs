@@ -1,0 +1,96 @@
+//! `clino isu VERB … --port PORT`: the words of the gateway's console.
+
+use clap::{Args, Subcommand};
+use clino_codec::isu::Address;
+
+use crate::number::within;
+use crate::session::{Consent, PortOptions};
+
+/// Highest address of a module; 15 is reserved. Source: AN #201 §4.
+const MAX_ADDRESS: u8 = 14;
+
+/// What can be done with ISUs on a bus.
+#[derive(Subcommand)]
+pub enum Verb {
+    /// Where a module is, how it is set, whether its memory is sound
+    Info(One),
+    /// The angle
+    Angle(One),
+    /// The module reads zero as it stands; writes to its memory
+    Zero(Zero),
+    /// The null position, as the module stores it; writes to its memory, and the module starts again
+    Null(Null),
+    /// The address; writes to the module's memory, and the module starts again
+    Address(SetAddress),
+    /// The module starts again
+    Reset(One),
+    /// Makes the checksum of the module's memory right, and starts it again
+    Repair(Repair),
+}
+
+/// One module.
+#[derive(Args, Clone)]
+pub struct One {
+    /// Address of the module: 1-14, or 0 with --alone
+    #[arg(value_name = "A", value_parser = address)]
+    pub address: Address,
+    /// It is connected alone: address 0 reaches it, whatever its own is
+    #[arg(long)]
+    pub alone: bool,
+    #[command(flatten)]
+    pub port: PortOptions,
+}
+
+/// `zero A`
+#[derive(Args)]
+pub struct Zero {
+    #[command(flatten)]
+    pub one: One,
+    #[command(flatten)]
+    pub consent: Consent,
+}
+
+/// `null A POSITION`
+#[derive(Args)]
+pub struct Null {
+    #[command(flatten)]
+    pub one: One,
+    /// In 360/65536 of a degree, 0..=65535
+    #[arg(value_name = "POSITION", value_parser = position)]
+    pub position: u16,
+    #[command(flatten)]
+    pub consent: Consent,
+}
+
+/// `address A NEW`
+#[derive(Args)]
+pub struct SetAddress {
+    #[command(flatten)]
+    pub one: One,
+    /// Address for the module to take: 1-14, or 0 with --alone
+    #[arg(value_name = "NEW", value_parser = address)]
+    pub new: Address,
+    #[command(flatten)]
+    pub consent: Consent,
+}
+
+/// `repair A [NEW]`
+#[derive(Args)]
+pub struct Repair {
+    #[command(flatten)]
+    pub one: One,
+    /// The address it was to take when a change of its address was interrupted
+    #[arg(value_name = "NEW", value_parser = address)]
+    pub new: Option<Address>,
+    #[command(flatten)]
+    pub consent: Consent,
+}
+
+fn address(text: &str) -> Result<Address, String> {
+    within(text, 0..=MAX_ADDRESS)
+        .and_then(|address| Address::new(address).ok_or_else(|| format!("{address} is not an address")))
+}
+
+fn position(text: &str) -> Result<u16, String> {
+    within(text, u16::MIN..=u16::MAX)
+}
