@@ -15,8 +15,9 @@ pub struct Seen {
     pub latency: Duration,
     /// Characters read.
     pub characters: u32,
-    /// Frames that came back whole, byte by byte.
+    /// Frames that came back whole, byte by byte, and their characters.
     pub returned: u32,
+    returned_characters: u32,
     /// How much of the last frame has come back, and the frame.
     matched: usize,
     frame: [u8; MAX_FRAME],
@@ -35,6 +36,7 @@ impl Seen {
             latency: Duration::ZERO,
             characters: 0,
             returned: 0,
+            returned_characters: 0,
             matched: 0,
             frame: [0; MAX_FRAME],
             length: 0,
@@ -54,7 +56,10 @@ impl Seen {
         let fits = self.matched < self.length && self.frame.get(self.matched) == Some(&character.byte);
         // What did not begin like the frame is not its echo.
         self.matched = if fits { self.matched + 1 } else { usize::MAX };
-        self.returned = self.returned.wrapping_add(u32::from(fits && self.matched == self.length));
+        if fits && self.matched == self.length {
+            self.returned = self.returned.wrapping_add(1);
+            self.returned_characters = self.returned_characters.wrapping_add(self.length as u32);
+        }
     }
 }
 
@@ -111,7 +116,9 @@ pub fn diagnose(make: Make, asked: Asked, seen: &Seen, counters: &BusCounters) -
     if counters.good > 0 {
         return noise(counters);
     }
-    let others = seen.characters.saturating_sub(counters.echo);
+    // An echo may come too late to be known as one.
+    let own = counters.echo.max(seen.returned_characters);
+    let others = seen.characters.saturating_sub(own);
     if counters.late > 0 {
         return Diagnosis {
             kind: "late",
@@ -232,7 +239,13 @@ mod tests {
         let silent = BusCounters { no_answer: 3, ..asked };
         let bad = BusCounters { bad_answer: 3, ..asked };
         assert_eq!(kind(&seen(0), &silent), "silence");
-        // Our own characters are no answer.
+        // Our own characters are no answer, not even those that come too late to be known as an echo.
+        let mut late = Seen::new(EchoMode::Detect);
+        for _ in 0..3 {
+            late.sent(&[5, 1, 0x83]);
+            [5, 1, 0x83].map(Character::clean).into_iter().for_each(|character| late.heard(character));
+        }
+        assert_eq!(kind(&late, &BusCounters { discarded: 9, ..bad }), "silence");
         assert_eq!(kind(&seen(9), &BusCounters { echo: 9, ..silent }), "silence");
         assert_eq!(kind(&seen(24), &BusCounters { checksum: 3, ..bad }), "collision");
         assert_eq!(kind(&seen(24), &BusCounters { discarded: 24, ..bad }), "collision");

@@ -79,19 +79,23 @@ fn two_of_us_do_not_share_a_port() {
     assert_eq!(scan.join().unwrap().status, 3);
 }
 
-/// The kind of the probable cause that a program is told; people are told it, too, with steps in order.
-fn cause(port: &str, line: &str, step: &str) -> String {
-    // Silence is silence: no more is allowed than usual.
-    let run = clino(&format!("{line} --json --port {port}"));
-    let (status, objects) = (run.status, run.objects());
-    let hint = objects.iter().map(|object| &object["hint"]).find(|hint| hint["next"].is_array());
-    let hint = hint.unwrap_or_else(|| panic!("{line}: no cause in {objects:?}"));
-    assert_eq!(status, 1, "{line}: {objects:?}");
-    let run = clino(&format!("{line} --port {port}"));
-    assert_eq!(run.status, 1, "{line}: {run:?}");
-    assert!(run.stderr.contains("probable cause: ") && run.stderr.contains("\n  1. "), "{line}: {run:?}");
-    assert!(run.stderr.contains(step), "{line}: {run:?}");
-    hint["kind"].as_str().unwrap().to_owned()
+/// A program is told a probable cause of this kind; people are told it, too, with steps in order, this one among them. On a
+/// busy computer what is seen may lead to another cause now and then.
+fn cause(port: &str, line: &str, step: &str, kind: &str) {
+    patiently(|| {
+        // Silence is silence: no more is allowed than usual.
+        let run = clino(&format!("{line} --json --port {port}"));
+        let objects = run.objects();
+        let hints: Vec<_> = objects.iter().map(|object| &object["hint"]).collect();
+        let is_named = hints.iter().any(|hint| hint["kind"] == kind && hint["next"].is_array());
+        if run.status == 1 && is_named { Ok(()) } else { Err(format!("{line}, {kind}: {run:?}")) }
+    });
+    patiently(|| {
+        let run = clino(&format!("{line} --port {port}"));
+        let parts = ["probable cause: ", "\n  1. ", step];
+        let is_told = parts.iter().all(|part| run.stderr.contains(part));
+        if run.status == 1 && is_told { Ok(()) } else { Err(format!("{line}, {step}: {run:?}")) }
+    });
 }
 
 #[test]
@@ -99,14 +103,14 @@ fn no_sensor_answers() {
     let server = Server::start("--t7 5 --isu 3 --pty");
     let [t7, isu] = [0, 1].map(|_| server.path());
     let asks_t7 = || {
-        assert_eq!(cause(&t7, "t7 angle 6", "clino t7 scan;"), "silence");
-        assert_eq!(cause(&t7, "t7 damping 6 500 --yes", "check the supply"), "silence");
+        cause(&t7, "t7 angle 6", "clino t7 scan;", "silence");
+        cause(&t7, "t7 damping 6 500 --yes", "check the supply", "silence");
         // At a wrong rate a sensor understands nothing: the sweep is offered.
-        assert_eq!(cause(&t7, "t7 angle 5 --baud 19200", "clino t7 scan all"), "silence");
+        cause(&t7, "t7 angle 5 --baud 19200", "clino t7 scan all", "silence");
         // And it is understood at once at its own, although it is deaf for half a second.
         assert_eq!(on(&t7, "t7 angle 5").status, 0);
     };
-    let asks_isu = || assert_eq!(cause(&isu, "isu angle 4", "TXEN switches its driver"), "silence");
+    let asks_isu = || cause(&isu, "isu angle 4", "TXEN switches its driver", "silence");
     together(&[&asks_t7, &asks_isu]);
 }
 
@@ -127,19 +131,20 @@ fn an_echo_that_was_not_expected_and_one_that_is_missing() {
     let server = Server::start("--t7 5 --pty");
     let port = server.path();
     let adapter = Adapter::new(&port, 115_200, Faults { echo: true, ..Faults::default() });
-    assert_eq!(cause(adapter.path(), "t7 angle 6 --echo off", "leave --echo out"), "echo");
+    cause(adapter.path(), "t7 angle 6 --echo off", "leave --echo out", "echo");
     // It is found out, and there is only silence behind it.
-    assert_eq!(cause(adapter.path(), "t7 angle 6", "check the supply"), "silence");
+    cause(adapter.path(), "t7 angle 6", "check the supply", "silence");
     assert_eq!(on(adapter.path(), "t7 angle 5 --echo expected").status, 0);
     drop(adapter);
-    assert_eq!(cause(&port, "t7 angle 5 --echo expected", "leave --echo out"), "no_echo");
+    cause(&port, "t7 angle 5 --echo expected", "leave --echo out", "no_echo");
 }
 
 #[test]
 fn answers_that_are_later_than_the_port_is_allowed() {
     let server = Server::start("--t7 5,angle=12.345,fault=late:50ms/1 --pty");
     let port = server.path();
-    assert_eq!(cause(&port, "t7 angle 5", "--latency 100"), "late");
+    // On a busy computer an answer may be so late that it passes for that to the next try, which it is as well.
+    cause(&port, "t7 angle 5", "1. allow more, such as --latency 100", "late");
     // What is advised works, with room for a busy computer.
     let run = clino(&format!("t7 angle 5 --port {port} --latency 300"));
     assert_eq!(run.stdout, "angle: address 5, axis 2, angle_deg 12.345\n", "{run:?}");
