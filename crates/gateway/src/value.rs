@@ -176,7 +176,7 @@ pub struct Reading {
     pub(crate) report_every: Duration,
 }
 
-/// What is enough of a reading to know whether somebody wants to see it.
+/// The parts of a reading that decide whether it is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Glance {
     /// What the value is worth.
@@ -226,7 +226,8 @@ impl Reading {
         self.turns
     }
 
-    /// The angle with its turns, in 0.001°, under the same condition; `None` where that does not fit, beyond 5 965 turns.
+    /// The angle with its turns, in 0.001°, under the same condition; `None` where that does not fit, beyond 5 965
+    /// turns.
     pub fn unwrapped(&self, now: Instant) -> Option<i32> {
         self.angle(now)?.unwrapped(self.turns)
     }

@@ -9,7 +9,7 @@
 //!
 //! | fault | seen | causes |
 //! |---|---|---|
-//! | [`Babble`](BusFault::Babble) | characters before the request was out, in [a quarter](BABBLE_SHARE) of the exchanges at least | a node that talks without being asked, another master |
+//! | [`Babble`](BusFault::Babble) | characters before the request was out, in [a quarter](BABBLE_SHARE) of the exchanges at least | a node that transmits without being asked, another master |
 //! | [`Driver`](BusFault::Driver) | our own frames do not get out whole | interrupts held off, a defect of the UART |
 //! | [`Contention`](BusFault::Contention) | our own characters come back changed or not at all, where they should | a short, another driver that is always on |
 //! | [`Break`](BusFault::Break) | nothing but characters of zeros with a low stop bit | the pair shorted or swapped, a driver stuck low |
