@@ -33,7 +33,7 @@ impl Signals {
     pub const SAFE_MODE: Signals = Signals(1 << 5);
     /// Time and bit rates come from the internal oscillator.
     pub const INTERNAL_CLOCK: Signals = Signals(1 << 6);
-    /// The time before ended in a crash.
+    /// The previous run ended in a crash.
     pub const CRASHED: Signals = Signals(1 << 7);
     /// The T7 bus is out of order.
     pub const T7_BUS_FAULT: Signals = Signals(1 << 8);
@@ -43,7 +43,7 @@ impl Signals {
     pub const SLOT_FAULT: Signals = Signals(1 << 10);
     /// An enabled slot gives a health signal.
     pub const HEALTH: Signals = Signals(1 << 11);
-    /// A commissioning task is under way, or has ended and not been heard of yet.
+    /// A commissioning task is under way, or has ended and its result was not fetched yet.
     pub const TASK: Signals = Signals(1 << 12);
     /// An alarm of a slot is active, or waits for its acknowledgement.
     pub const ALARM: Signals = Signals(1 << 13);
@@ -69,7 +69,7 @@ impl Signals {
             "internal_clock",
             "time and bit rates come from the internal oscillator, up to 8 % off",
         ),
-        (Signals::CRASHED, "crashed", "the time before ended in a crash; see *start_cause*"),
+        (Signals::CRASHED, "crashed", "the previous run ended in a crash; see *start_cause*"),
         (Signals::T7_BUS_FAULT, "t7_bus_fault", "the T7 bus is out of order; see *fault* of the bus"),
         (Signals::ISU_BUS_FAULT, "isu_bus_fault", "the ISU bus is out of order; see *fault* of the bus"),
         (
@@ -82,7 +82,7 @@ impl Signals {
             "health",
             "a slot that is switched on gives a signal beside its value; see its *flags*",
         ),
-        (Signals::TASK, "task", "a task sets up sensors of a bus, or has ended and was not heard of yet"),
+        (Signals::TASK, "task", "a task runs on a bus, or has ended and its result was not fetched yet"),
         (Signals::ALARM, "alarm", "an alarm of a slot is active, or waits for its acknowledgement"),
     ];
 
@@ -141,7 +141,7 @@ pub struct Parts {
     pub safe_mode: bool,
     /// Time comes from the internal oscillator.
     pub internal_clock: bool,
-    /// The time before ended in a crash.
+    /// The previous run ended in a crash.
     pub crashed: bool,
 }
 

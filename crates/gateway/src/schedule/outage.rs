@@ -54,10 +54,10 @@ pub enum BusFault {
 impl BusFault {
     /// All of them, by number, with what they mean.
     pub const ALL: [(BusFault, &str); KINDS] = [
-        (BusFault::Mute, "nothing at all is heard"),
+        (BusFault::Mute, "nothing at all is received"),
         (BusFault::Break, "the line is low all the time: characters of zeros without a stop bit"),
         (BusFault::Babble, "a sender transmits without being asked"),
-        (BusFault::Garbage, "what is heard is no answer"),
+        (BusFault::Garbage, "the characters received are no answer"),
         (BusFault::Contention, "the gateway's own characters do not come back as they were sent"),
         (BusFault::Driver, "the gateway's own frames do not get out whole"),
     ];
