@@ -54,7 +54,7 @@ const WATCH_EVERY: Duration = Duration::from_millis(100);
 const SLOT_SEED: u8 = 2;
 const CONSOLE_SEED: u8 = u8::MAX;
 
-/// The one place where a bus becomes its task.
+/// The only place that selects the task of a bus.
 macro_rules! on {
     ($gateway:ident, $bus:expr, $task:ident => $does:expr) => {
         match $bus {

@@ -4,7 +4,7 @@
 //! - After an acknowledgement no request leaves at another bit rate than the acknowledged one, but for a task whose
 //!   business that is.
 //! - Nothing is sent within the documents' silence after a change of the bit rate.
-//! - Refused as busy is what a task works on, and nothing else.
+//! - An order is refused as busy if it changes what a task works on, and only then.
 
 use std::collections::BTreeMap;
 
