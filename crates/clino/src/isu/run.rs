@@ -263,9 +263,9 @@ fn address_back(report: &Report<Change>, old: Address) -> String {
     }
 }
 
-/// The module that is meant: 0 means the only one, if it is the only one.
+/// The module that is meant: the only one, if it is said to be, whatever its address is.
 fn module(one: &One) -> Result<Module, Ended> {
-    if one.address.is_any() && one.alone {
+    if one.alone {
         return Ok(Module::single(SingleDevice::i_have_attached_one_sensor_only()));
     }
     Module::at(one.address).map_err(|_| {

@@ -34,7 +34,7 @@ pub struct One {
     /// Address of the module: 1-14, or 0 with --alone
     #[arg(value_name = "A", value_parser = address)]
     pub address: Address,
-    /// It is connected alone: address 0 reaches it, whatever its own is
+    /// It is connected alone: it is asked at address 0, which every module answers, whatever its own is
     #[arg(long)]
     pub alone: bool,
     #[command(flatten)]

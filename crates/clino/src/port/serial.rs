@@ -30,6 +30,9 @@ const CHUNK: usize = 256;
 pub struct Serial {
     name: String,
     port: SerialPort,
+    /// As it was found, and is left.
+    before: Settings,
+    driven_before: Option<Driven>,
     rts_de: bool,
     latency: Duration,
     #[cfg(target_os = "linux")]
@@ -43,11 +46,13 @@ impl Serial {
         let mut port =
             SerialPort::open(path, KeepSettings).map_err(|error| failed(not_opened(path, error)))?;
         lock(path, &port).map_err(|error| failed(not_opened(path, error)))?;
+        let before = port.get_configuration().map_err(|error| failed(not_a_port(error)))?;
         set_up(&mut port, baud).map_err(failed)?;
         let writes = port.set_write_timeout(PATIENCE);
         writes.map_err(|error| failed(Problem::Io(error)))?;
+        let mut driven_before = None;
         if wiring.rs485 {
-            drive_by_kernel(&port).map_err(failed)?;
+            driven_before = Some(drive_by_kernel(&port).map_err(failed)?);
         }
         if wiring.rts_de {
             port.set_rts(false).map_err(|_| failed(Problem::NoRts))?;
@@ -55,6 +60,8 @@ impl Serial {
         let mut serial = Self {
             name: path.to_owned(),
             port,
+            before,
+            driven_before,
             rts_de: wiring.rts_de,
             latency: sysfs::latency(path),
             #[cfg(target_os = "linux")]
@@ -172,6 +179,11 @@ impl Drop for Serial {
             // The pair is left to the others, whatever happened. A port that has vanished drives nothing.
             let _ = self.port.set_rts(false);
         }
+        // A program that sets up nothing finds what it found before: no marks in the stream, its bit rate.
+        let _ = self.port.set_configuration(&self.before);
+        if let Some(driven) = self.driven_before.take() {
+            drive_as(&self.port, driven);
+        }
     }
 }
 
@@ -197,16 +209,35 @@ fn set_up(port: &mut SerialPort, baud: u32) -> Result<(), Problem> {
     mark_errors(port).map_err(Problem::Io)
 }
 
-/// Has the kernel's driver switch the transceiver: RTS high while it sends, no delays.
+/// How the transceiver is switched.
 #[cfg(target_os = "linux")]
-fn drive_by_kernel(port: &SerialPort) -> Result<(), Problem> {
-    port.set_rs4xx_mode(serial2::rs4xx::Rs485Config::new()).map_err(|_| Problem::NoRs485)
+type Driven = serial2::rs4xx::TransceiverMode;
+/// Linux alone has a mode to be put back.
+#[cfg(not(target_os = "linux"))]
+type Driven = std::convert::Infallible;
+
+/// Has the kernel's driver switch the transceiver: RTS high while it sends, no delays. Returns how it was switched before.
+#[cfg(target_os = "linux")]
+fn drive_by_kernel(port: &SerialPort) -> Result<Driven, Problem> {
+    let before = port.get_rs4xx_mode().map_err(|_| Problem::NoRs485)?;
+    port.set_rs4xx_mode(serial2::rs4xx::Rs485Config::new()).map_err(|_| Problem::NoRs485)?;
+    Ok(before)
 }
 
-/// Linux alone has this mode.
 #[cfg(not(target_os = "linux"))]
-fn drive_by_kernel(_: &SerialPort) -> Result<(), Problem> {
+fn drive_by_kernel(_: &SerialPort) -> Result<Driven, Problem> {
     Err(Problem::NoRs485)
+}
+
+/// Has it switched as before. A port that has vanished forgets its mode by itself.
+#[cfg(target_os = "linux")]
+fn drive_as(port: &SerialPort, driven: Driven) {
+    let _ = port.set_rs4xx_mode(driven);
+}
+
+#[cfg(not(target_os = "linux"))]
+fn drive_as(_: &SerialPort, driven: Driven) {
+    match driven {}
 }
 
 /// The settings of what is no terminal cannot be read.

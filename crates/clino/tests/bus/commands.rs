@@ -172,6 +172,21 @@ fn an_isu_is_read_and_set_up() {
 }
 
 #[test]
+fn an_isu_that_is_alone_gets_an_address_and_loses_it_again() {
+    let server = Server::start("--isu 3,angle=90 --pty");
+    let port = server.path();
+    let run = on(&port, "isu address 0 5 --alone --yes");
+    assert_eq!((run.status, run.stdout.as_str()), (0, "changed: address 5, from 3, writes 2\n"), "{run:?}");
+    let back = format!("clino isu address 5 3 --alone --port {port} puts the old value back");
+    assert!(run.stderr.contains(&back), "{run:?}");
+    assert_eq!(on(&port, "isu angle 5").status, 0);
+    // As it leaves the factory.
+    let run = on(&port, "isu address 5 0 --alone --yes");
+    assert_eq!((run.status, run.stdout.as_str()), (0, "changed: address 0, from 5, writes 2\n"), "{run:?}");
+    assert_eq!(on(&port, "isu angle 0 --alone").stdout, "angle: address 0, angle_deg 90.000\n");
+}
+
+#[test]
 fn an_isu_with_a_wrong_checksum_is_told_of_and_repaired() {
     let server = Server::start("--isu 3,angle=90,hard-error --pty");
     let port = server.path();

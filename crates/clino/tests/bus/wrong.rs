@@ -7,6 +7,7 @@ use rustix::fs::{FlockOperation, flock};
 
 use super::adapter::{Adapter, Faults};
 use super::common::misused;
+use super::port::Port;
 use super::server::Server;
 use super::{LATENCY, clino, json, on, patiently, together};
 
@@ -42,6 +43,23 @@ fn a_port_that_another_program_has() {
     port_error(&port, "", "port_busy", "end the other program");
     drop(other);
     assert_eq!(on(&port, "t7 angle 5").status, 0);
+}
+
+#[test]
+fn a_port_is_left_as_it_was_found() {
+    let server = Server::start("--t7 5,baud=9600,angle=-0.001 --pty");
+    let port = server.path();
+    let found = || {
+        let attributes = Port::open(&port).attributes();
+        let modes = (attributes.input_modes, attributes.output_modes, attributes.control_modes);
+        (modes, attributes.local_modes, attributes.output_speed())
+    };
+    let before = found();
+    let run = on(&port, "t7 angle 5 --baud 9600");
+    assert_eq!(run.stdout, "angle: address 5, axis 2, angle_deg -0.001\n", "{run:?}");
+    assert_eq!(found(), before);
+    assert_eq!(on(&port, "t7 angle 6 --baud 9600").status, 1);
+    assert_eq!(found(), before);
 }
 
 #[test]
