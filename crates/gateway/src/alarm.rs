@@ -1,4 +1,4 @@
-//! The alarms of a slot: what has become of what [`AlarmConfig`] watches.
+//! The alarms of a slot: their states, by the limits in [`AlarmConfig`].
 //!
 //! ```text
 //!            condition lasts for the delay          ends (hysteresis)
@@ -16,13 +16,14 @@
 //! | *rate* | rate beyond `alarm_rate`, either way | it is within |
 //! | *no_value* | no right and fresh angle for longer than `no_value` | the next one comes |
 //!
-//! The angle is the published one: filtered, in the slot's range. Limits do not reach across the end of the range. While
-//! there is no right angle, *high*, *low* and *rate* stay what they are: no value raises them and none ends them; *no_value*
-//! reports the gap. A condition has to hold in every value for the whole delay; a gap in the values begins it anew.
+//! The angle is the published one: filtered, in the slot's range. Limits do not reach across the end of the range.
+//! While there is no right angle, *high*, *low* and *rate* stay what they are: no value raises them and none ends them;
+//! *no_value* reports the gap. A condition has to hold in every value for the whole delay; a gap in the values begins
+//! it anew.
 //!
-//! An alarm that waits for its acknowledgement is active again at once when its condition holds again, and keeps its first
-//! time. When the sensor's numbers mean something else (a new zero, another sensor), *high*, *low* and *rate* end; what
-//! latches still waits for its acknowledgement. States are not stored: they begin anew with a reset.
+//! An alarm that waits for its acknowledgement is active again at once when its condition holds again, and keeps its
+//! first time. When the sensor's numbers mean something else (a new zero, another sensor), *high*, *low* and *rate*
+//! end; what latches still waits for its acknowledgement. States are not stored: they begin anew with a reset.
 
 use clino_bus::{Duration, Instant};
 
@@ -277,8 +278,8 @@ impl Watch {
         self.alarms.end(alarm, config.latching);
     }
 
-    /// Time passes without a right and fresh angle; the last one came at `measured`, if one did. Returns whether *no_value* is
-    /// raised now.
+    /// Time passes without a right and fresh angle; the last one came at `measured`, if one did. Returns whether
+    /// *no_value* is raised now.
     pub fn miss(&mut self, config: &AlarmConfig, measured: Option<Instant>, now: Instant) -> bool {
         let alarm = Alarm::NoValue;
         let Some(record) = self.records.get_mut(alarm as usize) else { return false };

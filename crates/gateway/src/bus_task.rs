@@ -1,12 +1,13 @@
-//! Who has a bus next: the polling of slots, or a commissioning task.
+//! What uses a bus next: the polling of slots, or a commissioning task.
 //!
-//! They take turns, one exchange each, so that neither waits for more than one exchange of the other. A task that has
-//! the line at a bit rate of its own has it alone.
+//! They take turns, one exchange each, so that neither waits for more than one exchange of the other. While a
+//! task runs the line at a bit rate of its own, nothing is polled.
 //!
 //! *Orders have an order.* What was acknowledged is carried out in the order in which it was acknowledged:
 //!
-//! - A change of settings comes into force as soon as no exchange is in hand, before the next one begins.
-//! - After a change of the bit rate the bus keeps silent until all nodes hear again ([`Poll::SILENCE`]).
+//! - A change of settings comes into force between two exchanges, before the next one begins.
+//! - After a change of the bit rate the bus keeps silent until every node recognises requests again
+//!   ([`Poll::SILENCE`]).
 //! - A task begins after both. Until it has ended, the bit rate is the task's: a change of it is refused. All other
 //!   settings change between two exchanges of the task.
 //! - A task that has changed the bit rate for good leaves that rate, and nothing else, in the settings.
@@ -22,7 +23,7 @@ use crate::schedule::outage::BusHealth;
 use crate::schedule::queue::Asked;
 use crate::schedule::settling::{Nodes, Settling, readers};
 use crate::settings::{BusChange, BusSettings};
-use crate::task::{Claim, Lead, News, Tasks};
+use crate::task::{Claim, News, TaskStep, Tasks};
 use crate::trace::{Entry, Purpose, Verdict};
 use crate::{Bus, SlotConfig};
 
@@ -40,7 +41,7 @@ impl<P: Poll + Tasks> Serve for P {}
 
 /// An exchange has ended.
 pub(crate) struct Ended {
-    /// What is told of it.
+    /// Its entry in the trace.
     pub entry: Entry,
     /// The slot whose value it has changed.
     pub slot: Option<usize>,
@@ -57,7 +58,7 @@ struct Answered {
 pub(crate) struct BusTask<P: Serve> {
     master: Master<P>,
     polling: Polling<P>,
-    /// The exchange in hand.
+    /// The exchange under way.
     begun: Entry,
     /// A reading that went well. What it says can wait until the next request is on its way.
     answer: Option<Answered>,
@@ -67,7 +68,7 @@ pub(crate) struct BusTask<P: Serve> {
     work: Option<P::Work>,
     /// It is to stop before it has begun.
     cancelled: bool,
-    /// Whose task it is, or was.
+    /// The requester of the task, or of the last one.
     asker: Asker,
     /// Not fetched yet; the next task waits until it is.
     news: Option<News>,
@@ -110,7 +111,7 @@ impl<P: Serve> BusTask<P> {
     pub fn set_up(&mut self, settings: &BusSettings) {
         self.master.set_timing(settings.timing);
         self.settings = *settings;
-        // The port runs without delays and echo until it is told otherwise.
+        // The port runs without delays and echo until it gets other settings.
         self.pending = settings.line != settings.timing.line();
     }
 
@@ -148,7 +149,7 @@ impl<P: Serve> BusTask<P> {
         self.task.as_ref().map_or(Claim::Nothing, P::claim)
     }
 
-    /// What a task worked on that has just ended, and how it has; once.
+    /// The claim of a task that has just ended, and how it has ended; once.
     pub fn ended(&mut self) -> Option<(Claim, News)> {
         let news = self.news.as_ref().filter(|news| news.is_end())?;
         self.task.take().map(|task| (P::claim(&task), *news))
@@ -157,7 +158,7 @@ impl<P: Serve> BusTask<P> {
     /// The task shall stop at its next consistent point.
     pub fn cancel(&mut self) {
         match &mut self.work {
-            Some(work) => P::led(work).cancel(),
+            Some(work) => P::runner(work).cancel(),
             None => self.cancelled = true,
         }
     }
@@ -165,17 +166,17 @@ impl<P: Serve> BusTask<P> {
     /// How far the task is.
     pub fn progress(&self) -> Option<TaskProgress> {
         match &self.work {
-            Some(work) => Some(P::led_ref(work).progress()),
+            Some(work) => Some(P::runner_ref(work).progress()),
             None => self.task.map(|_| TaskProgress::default()),
         }
     }
 
-    /// What the task has to say, if it is this asker's.
+    /// The event of the task, if this asker has ordered it.
     pub fn news(&mut self, asker: Asker) -> Option<News> {
         self.news.take_if(|_| self.asker == asker)
     }
 
-    /// Whether the task has something to say to this asker.
+    /// Whether the task has an event for this asker.
     pub fn has_news(&self, asker: Asker) -> bool {
         self.news.is_some() && self.asker == asker
     }
@@ -191,7 +192,7 @@ impl<P: Serve> BusTask<P> {
     }
 
     /// The numbers of these nodes mean something else from now on, by `until` at the latest: what was kept of them is
-    /// forgotten, and what is asked before that is not used.
+    /// forgotten, and answers to requests before that are not used.
     #[inline(never)]
     pub fn meaning_changed(&mut self, nodes: Nodes, until: Instant, now: Instant, slots: &mut [Polled]) {
         self.settling.add(nodes, until, now);
@@ -204,7 +205,7 @@ impl<P: Serve> BusTask<P> {
         self.restarted = self.restarted.or(readers);
     }
 
-    /// Whether what the node at this address says to a request of `asked` is not used yet.
+    /// Whether the answer of the node at this address to a request of `asked` is not used yet.
     pub fn is_settling(&self, address: u8, asked: Instant) -> bool {
         self.settling.holds(Nodes::at(P::BUS, address), asked)
     }
@@ -225,7 +226,7 @@ impl<P: Serve> BusTask<P> {
         self.polling.health()
     }
 
-    /// The slot means something else now: what is still to come for it is nobody's.
+    /// The slot is set anew: an answer that is still to come for it is discarded.
     pub fn forget(&mut self, index: usize, config: &SlotConfig) {
         self.answer.take_if(|answer| answer.asked.slot == index);
         self.polling.forget(index, config);
@@ -263,14 +264,14 @@ impl<P: Serve> BusTask<P> {
         answered.or(over)
     }
 
-    /// The exchange in hand may be over.
+    /// The exchange under way may be over.
     #[inline(never)]
     fn end(&mut self, now: Instant, slots: &mut [Polled]) -> Option<Ended> {
         let outcome = self.master.poll(now);
         self.settle(outcome.as_ref()?, slots)
     }
 
-    /// Takes what a reading that went well has said.
+    /// Takes the content of a reading that went well.
     #[inline(never)]
     fn take(&mut self, slots: &mut [Polled]) -> Option<Ended> {
         let Answered { asked, said, at, entry } = self.answer.take()?;
@@ -286,7 +287,7 @@ impl<P: Serve> BusTask<P> {
         Some(Ended { entry, slot: self.polling.take(&self.master, &asked, said, used, at, slots) })
     }
 
-    /// Whoever's turn it is may begin an exchange.
+    /// Begins the next exchange, if one is due: of the polling or of the task, whichever has its turn.
     #[inline(never)]
     fn begin_next(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) {
         if core::mem::take(&mut self.pending) {
@@ -301,7 +302,7 @@ impl<P: Serve> BusTask<P> {
         let task_first = self.task_is_next;
         for task in [task_first, !task_first] {
             let begun = match task {
-                true => self.lead(now, slots, port),
+                true => self.advance(now, slots, port),
                 false if self.is_exclusive() => false,
                 false => self.ask(now, slots, port),
             };
@@ -312,7 +313,7 @@ impl<P: Serve> BusTask<P> {
         }
     }
 
-    /// Begins the task that was accepted, once all nodes can hear it.
+    /// Begins the task that was accepted, once every node recognises requests.
     #[inline(never)]
     fn begin_task(&mut self, now: Instant) {
         let (Some(task), None, None) = (&self.task, &self.work, &self.news) else { return };
@@ -348,7 +349,7 @@ impl<P: Serve> BusTask<P> {
             return master;
         }
         let task = match (&self.work, &self.task, &self.news) {
-            (Some(work), _, None) => P::led_ref(work).poll_at(),
+            (Some(work), _, None) => P::runner_ref(work).poll_at(),
             (None, Some(_), None) if self.cancelled => Some(Instant::ZERO),
             (None, Some(_), None) => Some(self.polling.silent_until()),
             _ => None,
@@ -359,19 +360,19 @@ impl<P: Serve> BusTask<P> {
     }
 
     fn is_exclusive(&self) -> bool {
-        self.work.as_ref().is_some_and(|work| P::led_ref(work).is_exclusive())
+        self.work.as_ref().is_some_and(|work| P::runner_ref(work).is_exclusive())
     }
 
     #[inline(never)]
     fn settle(&mut self, outcome: &ExchangeOutcome<P>, slots: &mut [Polled]) -> Option<Ended> {
         let entry = self.begun.ended(outcome.at, Verdict::of(&outcome.result));
         let slot = match (&mut self.work, &outcome.result) {
-            (Some(work), result) if P::led_ref(work).is_asking() => {
+            (Some(work), result) if P::runner_ref(work).is_asking() => {
                 if result.is_ok() {
                     self.polling.heard(&self.master, outcome.at, slots);
                 }
                 self.disturbed = self.disturbed.map(|_| outcome.at);
-                self.news = P::led(work).settle(outcome);
+                self.news = P::runner(work).settle(outcome);
                 self.settling.sent(outcome.at + P::SETTLES);
                 None
             }
@@ -385,18 +386,18 @@ impl<P: Serve> BusTask<P> {
         Some(Ended { entry, slot })
     }
 
-    /// Leads the task on; says whether it has begun an exchange.
+    /// Runs the task's next steps; returns whether it has begun an exchange.
     #[inline(never)]
-    fn lead(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
+    fn advance(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
         if self.news.is_some() {
             return false;
         }
         let writes = self.master.counters().writes;
         for _ in 0..RATES_AT_ONCE {
             let Some(work) = &mut self.work else { return false };
-            match P::led(work).poll(&mut self.master, now) {
-                Lead::Idle => return false,
-                Lead::Send(ref frame) => {
+            match P::runner(work).poll(&mut self.master, now) {
+                TaskStep::Idle => return false,
+                TaskStep::Send(ref frame) => {
                     if self.master.counters().writes != writes {
                         let (address, _) = P::named(frame.as_ref());
                         count(slots, P::BUS, address, |counters| &mut counters.writes);
@@ -408,11 +409,11 @@ impl<P: Serve> BusTask<P> {
                     self.send(frame.as_ref(), Purpose::Task, now, port);
                     return true;
                 }
-                Lead::Serial(serial) => {
+                TaskStep::Serial(serial) => {
                     self.disturbed = Some(now);
                     self.run(serial, now, slots, port);
                 }
-                Lead::Done(news) => {
+                TaskStep::Done(news) => {
                     self.work = None;
                     self.news = Some(news);
                     self.stay();
@@ -435,8 +436,8 @@ impl<P: Serve> BusTask<P> {
         self.meaning_changed(nodes, now, now, slots);
     }
 
-    /// A task has ended: the bit rate stays as it has left it. Nodes at this rate may have taken what was sent at another
-    /// for anything.
+    /// A task has ended: the bit rate stays as it has left it. Nodes at this rate may have taken what was sent at
+    /// another for anything.
     fn stay(&mut self) {
         if let Some(since) = self.disturbed.take() {
             self.polling.keep_silent(since);

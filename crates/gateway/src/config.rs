@@ -1,6 +1,6 @@
-//! What the gateway is told to read. Data, not code: the firmware has a default table, later a stored one.
+//! The configuration of the slots. Data, not code: the firmware has a default table, later a stored one.
 //!
-//! [`SlotConfig::usual`] is the only place that says what a setting is while it is not set.
+//! [`SlotConfig::usual`] is the only place that defines the default of a setting.
 
 use clino_bus::Duration;
 use clino_codec::angle::{Angle, Range};
@@ -18,8 +18,8 @@ pub(crate) use name::are_characters;
 /// 32 T7 on one bus (T7 guide section 1), 14 ISU on one line (AN #201 section 4), two PWM inputs.
 pub const MAX_SLOTS: usize = 32 + 14 + 2;
 
-/// An RS485 segment. One protocol per segment, by construction: T7 frames parse as ISU commands, and a slot cannot be
-/// told to look for a sensor on the other segment.
+/// An RS485 segment. One protocol per segment, by construction: T7 frames parse as ISU commands, and no slot can be
+/// set to read a sensor on the other segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Bus {
@@ -153,8 +153,8 @@ impl Source {
         source.unwrap_or(Source::Incomplete { kind, address })
     }
 
-    /// The source of this kind with an address that was not told for it. What was never told is 0, which is an address of an
-    /// ISU, too.
+    /// The source of this kind with an address that was not set for this kind. An address that was never set is 0,
+    /// which is an address of an ISU, too.
     pub fn held(kind: Kind, address: u8, axis: t7::Axis) -> Source {
         match (kind, address) {
             (Kind::Isu, 0) => Source::Incomplete { kind, address },
@@ -185,8 +185,8 @@ impl Source {
         }
     }
 
-    /// Whether it cannot be read: a kind without an address; an axis of a T7 that cannot be asked whether it measures it,
-    /// because all answer to its address.
+    /// Whether it cannot be read: a kind without an address; an axis of a T7 that cannot be asked whether it measures
+    /// it, because all answer to its address.
     pub fn is_faulty(&self) -> bool {
         match self {
             Source::Incomplete { kind, .. } => *kind != Kind::Off,
@@ -195,7 +195,7 @@ impl Source {
         }
     }
 
-    /// The segment to ask on; a PWM input is not asked, it speaks.
+    /// The segment to ask on; a PWM input sends without being asked.
     pub const fn bus(&self) -> Option<Bus> {
         match self {
             Source::T7 { .. } => Some(Bus::T7),
@@ -223,7 +223,7 @@ pub enum Ask {
     Everything,
 }
 
-/// What is made of the last [`samples`](SlotConfig::samples) angles. Both work across the seam of the turn.
+/// How the last [`samples`](SlotConfig::samples) angles are combined. Both work across the seam of the turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
     /// The last one counts.
@@ -242,7 +242,8 @@ impl Filter {
 /// Most angles that a filter goes over.
 pub(crate) const MOST_SAMPLES: usize = 8;
 
-/// One line of the slot table. What can be set of it, and within which limits, is in [`settings::slot`](crate::settings::slot).
+/// One line of the slot table. What can be set of it, and within which limits, is in
+/// [`settings::slot`](crate::settings::slot).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SlotConfig {
     /// What to read.
@@ -255,7 +256,7 @@ pub struct SlotConfig {
     pub retries: u8,
     /// Whether the first value, a jump, and a value after a line error are published only when a second one agrees.
     pub confirm: bool,
-    /// What is made of the last few angles.
+    /// How the last few angles are combined.
     pub filter: Filter,
     /// How many angles the filter goes over.
     pub samples: u8,
@@ -267,8 +268,8 @@ pub struct SlotConfig {
     pub range: Range,
     /// For a PWM input: the slot that reads the same ISU over its serial line, to be compared with.
     pub partner: Option<u8>,
-    /// What is still healthy: for a PWM input the difference to its partner in 0.001°, for a T7 that is asked for
-    /// everything the deviation of its acceleration from 1 g in 0.001 g.
+    /// The greatest deviation that a cross-check accepts: for a PWM input the difference to its partner in 0.001°, for
+    /// a T7 that is asked for everything the deviation of its acceleration from 1 g in 0.001 g.
     pub tolerance: u16,
     /// From one reading to the next; zero is as often as the bus can. For PWM, the nominal period of the signal.
     pub period: Duration,
@@ -281,7 +282,7 @@ pub struct SlotConfig {
     pub report_every: Duration,
     /// Where the sensor says this, the slot says zero.
     pub soft_zero: Angle,
-    /// What people call it.
+    /// The name that users give it.
     pub name: Name,
     /// An angle that is further from the last one than this allows is a jump, in 0.001°/s; zero allows any.
     pub max_rate: u32,
@@ -312,7 +313,7 @@ const T7_STALE: Duration = Duration::from_millis(30);
 const ISU_STALE: Duration = Duration::from_millis(150);
 const PWM_STALE: Duration = PWM_PERIOD.times(STALE_PERIODS);
 
-/// Faster than anybody tilts what is worth reading at 8 Hz: half a turn a second.
+/// Half a turn a second: faster than any motion that a sensor with a bandwidth of 8 Hz can follow usefully.
 const T7_MAX_RATE: u32 = 180_000;
 /// From one refresh of an ISU to the next, an eighth of a turn.
 const ISU_MAX_RATE: u32 = 90_000;
@@ -349,7 +350,7 @@ impl SlotConfig {
 
     /// A slot that reads this as it usually is read.
     ///
-    /// A PWM cycle is not confirmed: it is no message whose checksum may fail to see an error, its period and duty are
+    /// A PWM cycle is not confirmed: it has no checksum that may miss an error, its period and duty are
     /// checked, and a second cycle would be 33 ms late.
     pub const fn usual(source: Source) -> SlotConfig {
         let usual = SlotConfig { source, enabled: true, retries: 1, confirm: true, ..SlotConfig::OFF };

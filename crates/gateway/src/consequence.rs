@@ -1,10 +1,10 @@
-//! What an order does to others than the sensor that it is about, for those who are asked whether it is meant.
+//! What else an order changes, beside the sensor that it names: shown when the command asks for confirmation.
 
 use crate::config::{Bus, MAX_SLOTS, SlotConfig, Source};
 use crate::order::Order;
 use crate::task;
 
-/// What an order does to others.
+/// What else an order changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Consequence {
     /// Other nodes that slots read on the bus. They stay at its present bit rate and fall silent.
@@ -14,10 +14,10 @@ pub struct Consequence {
 }
 
 impl Consequence {
-    /// Nobody else is concerned.
+    /// No other node or slot is concerned.
     pub const NONE: Consequence = Consequence { silenced: 0, shared: None };
 
-    /// Of an order, while the T7 bus has this bit rate and `slot` tells how slots are set.
+    /// The consequence of an order, while the T7 bus has this bit rate; `slot` returns the configuration of a slot.
     pub fn of(order: &Order, baud: u32, slot: &dyn Fn(u8) -> Option<SlotConfig>) -> Consequence {
         match order {
             Order::T7(task::t7::Task::Baud(device, rate)) if rate.bits_per_second() != baud => {

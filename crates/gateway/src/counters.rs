@@ -25,10 +25,10 @@ pub struct SlotCounters {
     pub length: u16,
     /// Answers from another address or to another command.
     pub foreign: u16,
-    /// Answers with a character that the receiver complained of, characters that make no answer, and requests into which
-    /// somebody else talked.
+    /// Answers with a character that the receiver flagged as wrong, characters that make no answer, and requests during
+    /// which another sender transmitted.
     pub garbled: u16,
-    /// Answers that say no, or a value out of its range.
+    /// Answers that refuse the request, or have a value out of its range.
     pub refused: u16,
     /// Requests that did not get out.
     pub not_sent: u16,

@@ -1,4 +1,5 @@
-//! What comes to the gateway core and what it hands out, beside the events of a line: captures, actions of a port, requesters.
+//! What comes to the gateway core and what it hands out, beside the events of a line: captures, actions of a port,
+//! requesters.
 
 use clino_bus::{Timing, line};
 use clino_codec::pwm::Ticks;
@@ -26,7 +27,7 @@ pub enum Action<'a> {
     Run(Timing, line::LineSettings),
 }
 
-/// The door an order comes from. The outcome of a task is reported to it.
+/// The interface an order comes from. The outcome of a task is reported to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Asker {

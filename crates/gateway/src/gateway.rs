@@ -1,5 +1,5 @@
-//! The façade: the slots, the two polled buses and the PWM inputs, behind one `poll`. It hands on; what happens to an event is
-//! decided in `bus_task.rs`, `pwm.rs`, `schedule.rs` and `slot.rs`.
+//! The façade: the slots, the two polled buses and the PWM inputs, behind one `poll`. It only forwards; what happens to
+//! an event is decided in `bus_task.rs`, `pwm.rs`, `schedule.rs` and `slot.rs`.
 
 use clino_bus::{BusCounters, Duration, Event, Instant, Isu, T7, Timing, earliest};
 use clino_commissioning::TaskProgress;
@@ -46,14 +46,15 @@ pub struct Gateway {
     watch_at: Instant,
 }
 
-/// From one look at the slots that may have had no value for too long to the next: the settings count in tenths of a second.
+/// From one look at the slots that may have had no value for too long to the next: the settings count in tenths of a
+/// second.
 const WATCH_EVERY: Duration = Duration::from_millis(100);
 
-/// What tells the fingerprints of things apart; buses have 0 and 1.
+/// Seeds that make the fingerprints of slots, buses and console differ; buses have 0 and 1.
 const SLOT_SEED: u8 = 2;
 const CONSOLE_SEED: u8 = u8::MAX;
 
-/// The one place where a bus becomes its task.
+/// The only place that selects the task of a bus.
 macro_rules! on {
     ($gateway:ident, $bus:expr, $task:ident => $does:expr) => {
         match $bus {
@@ -108,7 +109,7 @@ impl Gateway {
         self.changed = self.changed.or(changed);
     }
 
-    /// From now on refuses what does not go with these times. A task under way goes on.
+    /// From now on refuses the orders that `restraint` excludes. A task under way goes on.
     pub fn restrain(&mut self, restraint: Restraint) {
         self.restraint = restraint;
     }
@@ -116,8 +117,8 @@ impl Gateway {
     /// Carries out an order, whole or not at all.
     ///
     /// # Errors
-    /// The [check](Order::check) has something against it; or it is [restrained](Gateway::restrain); or [`Refusal::Busy`]:
-    /// the bus has a task already, or has one that works on what is to change.
+    /// The [check](Order::check) fails; or the order is [restrained](Gateway::restrain); or [`Refusal::Busy`]: the bus
+    /// has a task already, or one with a claim on what would change.
     pub fn carry_out(&mut self, order: Order, asker: Asker) -> Result<(), Refusal> {
         order.check()?;
         order.check_in(self.restraint)?;
@@ -150,7 +151,7 @@ impl Gateway {
         if accepted { Ok(()) } else { Err(Refusal::Busy) }
     }
 
-    /// What waits for an acknowledgement of an alarm has it, of one slot or of all.
+    /// Acknowledges the alarms that wait for it, of one slot or of all.
     fn acknowledge(&mut self, slot: Option<u8>) {
         let mut changed = self.changed;
         for (index, polled) in self.slots_of(slot) {
@@ -177,7 +178,7 @@ impl Gateway {
         self.slots.get(slot)?.slot.alarm(alarm, now)
     }
 
-    /// Changes what is named of a slot, whole or not at all. What is not named is read and kept in the same moment.
+    /// Changes the named settings of a slot, all or none. The others are read and kept at the same instant.
     ///
     /// # Errors
     /// As of [`Gateway::carry_out`].
@@ -187,7 +188,7 @@ impl Gateway {
         self.carry_out(Order::Slot { slot, config }, asker)
     }
 
-    /// The slot is to be like this. Returns whether it is: a task may work on what would change.
+    /// Sets a slot. Returns whether it was set: a task may have a claim on what would change.
     fn change_slot(&mut self, index: usize, config: SlotConfig) -> bool {
         let claims = [self.t7.claim(), self.isu.claim()];
         // What changes nothing interrupts nothing.
@@ -253,7 +254,7 @@ impl Gateway {
         on!(self, bus, task => task.progress())
     }
 
-    /// Lets time pass on a bus; `port` is told what it has to do, in this order.
+    /// Lets time pass on a bus; `port` is called with what it has to do, in this order.
     pub fn poll(&mut self, bus: Bus, now: Instant, port: impl FnMut(Action<'_>)) {
         let ended = on!(mut self, bus, task => task.poll(now, &mut self.slots, port));
         self.note(ended);
@@ -288,8 +289,8 @@ impl Gateway {
         self.reading(index)
     }
 
-    /// Publishes the readings that have changed since they were last published or returned, all at once. Returns whether
-    /// there were any.
+    /// Publishes the readings that have changed since they were last published or returned, all at once. Returns
+    /// whether there were any.
     pub fn publish(&mut self, publisher: &mut Publisher<'_>) -> bool {
         let changed = core::mem::take(&mut self.changed);
         if changed.is_empty() {
@@ -324,7 +325,7 @@ impl Gateway {
         self.slots.get(slot).map(Polled::detail)
     }
 
-    /// How a bus is set. In force, or as soon as no exchange is in hand.
+    /// How a bus is set. In force, or before its next exchange.
     pub fn bus_settings(&self, bus: Bus) -> &BusSettings {
         on!(self, bus, task => task.settings())
     }

@@ -1,4 +1,4 @@
-//! Gateway core: which sensor is read when, what its last value is worth, and how that is told.
+//! Gateway core: which sensor is read when, what its last value is worth, and how that is published.
 //!
 //! Sans-IO. [`Gateway`] takes line events, timer captures and `now`; it hands out frames to send and
 //! [`Reading`]s to publish, and says with `poll_at` when it wants to be called again. [`Reporter`] chooses

@@ -1,6 +1,6 @@
-//! What is allowed and yet not wise in a slot table.
+//! Configuration warnings: settings that are allowed, and probably a mistake.
 //!
-//! Not among it: an ISU and a T7 on one segment. Each protocol has its own, and no table can say otherwise
+//! Not among them: an ISU and a T7 on one segment. Each protocol has its own, and no table can say otherwise
 //! ([`Source::bus`]).
 //!
 //! The load of a bus is computed from its documents' figures: request, latency, answer, guard.
@@ -20,7 +20,7 @@ use crate::config::{Ask, Bus, Filter, Kind, SlotConfig, Source};
 use crate::schedule::refresh::REFRESH;
 use crate::settings::BusSettings;
 
-/// Shortest averaging time that makes a difference: the sensor's bandwidth is 8 Hz (T7 data sheet).
+/// Shortest averaging time that has an effect: the sensor's bandwidth is 8 Hz (T7 data sheet).
 pub const SHORTEST_DAMPING_MS: u16 = 125;
 /// An ISU switches its driver on 1 ms before its first bit (AN #201 section 2, TXEN); no other latency is documented.
 const ISU_LATENCY: Duration = Duration::from_micros(1_000);
@@ -36,10 +36,10 @@ const PERCENT: u64 = 100;
 /// Parts of a percent in which loads are added up.
 const PARTS: u64 = 1_000;
 
-/// Something that is not wise.
+/// A configuration warning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finding {
-    /// Two slots read the same.
+    /// Two slots read the same source.
     Duplicate {
         /// A slot.
         slot: u8,
@@ -105,7 +105,7 @@ pub enum Finding {
         slot: u8,
         /// Its kind.
         kind: Kind,
-        /// What is in the place of the address.
+        /// The number that is set as its address.
         address: u8,
     },
     /// Our driver may come on while an answer ends.
@@ -124,11 +124,11 @@ pub enum Finding {
         /// Its delay after a frame.
         post: Duration,
     },
-    /// A PWM input is to be compared with a slot that reads no ISU.
+    /// The partner of a PWM input is a slot that reads no ISU.
     Partner {
         /// The slot.
         slot: u8,
-        /// What it is to be compared with.
+        /// Its partner.
         partner: u8,
     },
 }
@@ -184,7 +184,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// What there is to check: the table, the buses, and the averaging time of a slot's T7 where it is known.
+/// The configuration to check: the table, the buses, and the averaging time of a slot's T7 where it is known.
 #[derive(Clone, Copy)]
 pub struct Lint<'a> {
     /// How a slot is set; `None` beyond the last one.
@@ -198,7 +198,7 @@ pub struct Lint<'a> {
 }
 
 impl<'a> Lint<'a> {
-    /// Tells everything that is not wise.
+    /// Calls `found` with each warning.
     pub fn findings(self, found: &mut dyn FnMut(Finding)) {
         for bus in [Bus::T7, Bus::Isu] {
             if let Some(overload) = self.overload(bus) {
@@ -281,7 +281,7 @@ impl<'a> Lint<'a> {
             found(all_answer);
         }
         let period = config.period;
-        // Asked twice, a value is half a refresh old at most when it is read; more often is work for nothing.
+        // Asked twice, a value is half a refresh old at most when it is read; more frequent readings repeat it.
         if matches!(config.source, Source::Isu { .. })
             && period.times(2) + Duration::from_micros(2_000) < REFRESH
         {
@@ -307,7 +307,7 @@ impl<'a> Lint<'a> {
         }
     }
 
-    /// The first slot before this one that reads the same.
+    /// The first slot before this one that reads the same source.
     #[inline(never)]
     fn earlier(self, slot: u8, source: Source) -> Option<u8> {
         let mut earlier = self.slots().take_while(|&(other, _)| other < slot);

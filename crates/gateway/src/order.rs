@@ -1,4 +1,4 @@
-//! What people and programs may ask of the running gateway.
+//! Orders: what users and programs may change in the running gateway.
 //!
 //! [`Order::check`] says what is wrong with an order, with the limit that it breaks; an order that passes is carried
 //! out whole.
@@ -21,7 +21,7 @@ pub enum Order {
         /// What it reads.
         config: SlotConfig,
     },
-    /// These fields of a bus change, as soon as no exchange is in hand. A bit rate is refused as [`Refusal::Busy`] while a
+    /// These fields of a bus change, before its next exchange. A bit rate is refused as [`Refusal::Busy`] while a
     /// task needs the present one.
     Bus {
         /// The bus.
@@ -64,7 +64,7 @@ impl Order {
         }
     }
 
-    /// Whether it may be carried out in times like these.
+    /// Whether it may be carried out under this restraint.
     ///
     /// # Errors
     /// [`Refusal::Restrained`].

@@ -1,8 +1,9 @@
-//! The PWM inputs: from a captured cycle to the value of the slots that read it, and the comparison with the serial line of
-//! the same ISU.
+//! The PWM inputs: from a captured cycle to the value of the slots that read it, and the comparison with the serial
+//! line of the same ISU.
 //!
-//! Both outputs say the angle of the same refresh (AN #201 section 4), but the serial one is read up to two refreshes later.
-//! So they have to disagree for [`STRIKES`] cycles on end before that is said, and while the sensor turns, nothing is.
+//! Both outputs say the angle of the same refresh (AN #201 section 4), but the serial one is read up to two refreshes
+//! later. So the signal is raised only after they have disagreed for [`STRIKES`] cycles in a row, and not while
+//! the sensor turns.
 
 use clino_bus::Instant;
 use clino_codec::angle::Angle;
@@ -42,8 +43,8 @@ impl PwmInputs {
         self.lost_edges
     }
 
-    /// The slot reads something else now. Returns the slots that have changed with it: a PWM input that is compared with it
-    /// begins anew.
+    /// The slot reads something else now. Returns the slots that have changed with it: a PWM input that is compared
+    /// with it begins anew.
     #[inline(never)]
     pub fn forget(&mut self, index: usize, slots: &mut [Polled]) -> Bits {
         let listens = slots.get(index).is_some_and(|polled| listens(&polled.slot));
@@ -63,8 +64,8 @@ impl PwmInputs {
         changed
     }
 
-    /// Takes what a timer input saw at `now`. `is_settling` says whether the numbers of a node are not used yet. Returns the
-    /// slots that have changed.
+    /// Takes what a timer input saw at `now`. `is_settling` says whether the numbers of a node are not used yet.
+    /// Returns the slots that have changed.
     pub fn take(
         &mut self,
         input: PwmInput,
@@ -120,7 +121,7 @@ impl PwmInputs {
         }
     }
 
-    /// The PWM slots whose ISU may still say numbers that mean something else.
+    /// The PWM slots whose ISU may still send angles from before a change of its settings.
     #[inline(never)]
     fn settling(&self, slots: &[Polled], is_settling: &dyn Fn(Bus, u8) -> bool) -> Bits {
         let mut settling = Bits::EMPTY;

@@ -14,7 +14,7 @@ pub struct Number {
     pub unit: &'static str,
     /// How much.
     pub value: i64,
-    /// Decimals that it is told with.
+    /// Decimals that it is written with.
     pub decimals: u8,
 }
 
@@ -53,12 +53,12 @@ pub enum Refusal {
         /// What it has, bit/s.
         allowed: &'static [u32],
     },
-    /// A T7 cannot be told this.
+    /// A T7 does not accept this command or value.
     T7(t7::EncodeError),
-    /// An ISU cannot be told this.
+    /// An ISU does not accept this command or value.
     Isu(clino_commissioning::isu::Cause),
     /// A task under way does not leave room for it: another task, or a change of what the task works on. Ask again.
     Busy,
-    /// It is right, but not done in times like these.
+    /// It is valid, but refused in the present degraded mode.
     Restrained(Restraint),
 }

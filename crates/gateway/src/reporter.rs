@@ -1,9 +1,9 @@
 //! Which slot is printed next, when the console is slower than the sensors.
 //!
 //! A slot is printed when it has an outcome that was not printed yet and its reporting interval has passed. Among
-//! several, the one with the earliest deadline goes first: a slot whose lines are wanted often is printed ahead of one
-//! that is wanted seldom, and none starves. A change of status or of an alarm goes ahead of everything. What is not printed in time is
-//! replaced by its successor: a slow console shows fewer readings, never old ones.
+//! several, the one with the earliest deadline goes first: a slot with a short interval is printed ahead of one with a
+//! long interval, and none starves. A change of status or of an alarm goes ahead of everything. What is not printed in
+//! time is replaced by its successor: a slow console shows fewer readings, never old ones.
 
 use clino_bus::Instant;
 
@@ -39,8 +39,8 @@ impl Reporter {
         Reporter { printed: [Printed::default(); MAX_SLOTS] }
     }
 
-    /// The slot to be printed now, if any; it counts as printed. A change of an alarm goes first, one alarm at a time. `look` looks at a slot as of `now`, and returns `None`
-    /// from the first slot on that there is not.
+    /// The slot to be printed now, if any; it counts as printed. A change of an alarm goes first, one alarm at a time.
+    /// `look` looks at a slot as of `now`, and returns `None` from the first slot on that there is not.
     pub fn next(&mut self, look: impl Fn(usize) -> Option<Glance>, now: Instant) -> Option<StreamEntry> {
         let mut most_urgent: Option<(Instant, usize, Glance)> = None;
         for (slot, printed) in self.printed.iter().enumerate() {

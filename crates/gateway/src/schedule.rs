@@ -4,7 +4,7 @@
 //!
 //! | what delays a request | how long | file |
 //! |---|---|---|
-//! | the exchange in hand | until its answer, or its deadline | `clino_bus`, `master.rs` |
+//! | the exchange under way | until its answer, or its deadline | `clino_bus`, `master.rs` |
 //! | the gap between two frames of a protocol, a line that is not idle | as the documents say | `clino_bus`, `timing.rs`, `line.rs` |
 //! | a late answer that is still awaited | until it cannot come any more | `clino_bus`, `master/late.rs` |
 //! | the period of the slot | one period after it was due | `schedule/turn.rs` |
@@ -16,7 +16,7 @@
 //! | nodes that may be deaf, a change of the bit rate | one silence | `schedule/silence.rs` |
 //! | a bus that is out of order: no retries, each slot once in its period | until the first answer | `schedule/outage.rs` |
 //! | a commissioning task | every other exchange, or all at a bit rate of its own | `bus_task.rs` |
-//! | settings that change | until the exchange in hand is over | `bus_task.rs` |
+//! | settings that change | until the exchange under way is over | `bus_task.rs` |
 //! | settling: the answer comes, but its value is not used | until the sensor has its new numbers | `schedule/settling.rs` |
 
 pub(crate) mod outage;

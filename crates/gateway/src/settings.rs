@@ -1,10 +1,11 @@
-//! Everything the gateway is told: what is stored, and what it starts with.
+//! All settings of the gateway: what is stored, and what it starts with.
 //!
-//! It exists once, in the gateway that runs by it. [`Settings`] is the same in one piece, for those who have the room.
+//! They exist once, in the gateway that runs by them. [`Settings`] holds the same in one piece, for hosts with enough
+//! memory.
 //!
-//! What can be set, its name, unit, limits and meaning stand in one table for each thing that is set: [`slot`], [`bus`],
-//! [`port`], [`console`]. Console, Modbus map, stored record and the checks read these tables and state no limit of their
-//! own. To add a setting: its field, its row, its register.
+//! What can be set, its name, unit, limits and meaning stand in one table for each thing that is set: [`slot`],
+//! [`bus`], [`port`], [`console`]. Console, Modbus map, stored record and the checks read these tables and state no
+//! limit of their own. To add a setting: its field, its row, its register.
 
 use clino_bus::{Timing, line};
 
@@ -42,7 +43,7 @@ impl BusSettings {
     }
 }
 
-/// Who has all settings, and tells or takes them one by one.
+/// A holder of all settings: reads and sets them one by one.
 pub trait Configuration {
     /// What a slot reads; `None` beyond the last one.
     fn slot(&self, slot: usize) -> Option<&SlotConfig>;
@@ -72,7 +73,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// These slots, beginning with the first, and buses without delays or echo. Entries beyond [`MAX_SLOTS`] are left out.
+    /// These slots, beginning with the first, and buses without delays or echo. Entries beyond [`MAX_SLOTS`] are left
+    /// out.
     pub fn new(table: &[SlotConfig], t7: Timing, isu: Timing) -> Settings {
         let mut slots = [SlotConfig::OFF; MAX_SLOTS];
         slots.iter_mut().zip(table).for_each(|(slot, config)| *slot = *config);

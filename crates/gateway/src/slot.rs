@@ -1,7 +1,7 @@
-//! One slot: its configuration, and how an outcome becomes its value. When it is asked says `schedule.rs`.
+//! One slot: its configuration, and how an outcome becomes its value. `schedule.rs` decides when it is asked.
 //!
-//! An outcome is taken in two steps. [`Slot::settle`] decides whether it is published and is over soon: the next request
-//! waits for it. [`Slot::digest`] makes the angle of it, afterwards.
+//! An outcome is taken in two steps. [`Slot::settle`] decides whether it is published and is over soon: the next
+//! request waits for it. [`Slot::digest`] makes the angle of it, afterwards.
 
 use clino_bus::{Duration, Instant};
 use clino_codec::angle::Angle;
@@ -96,7 +96,7 @@ fn first_status(config: &SlotConfig) -> Status {
     }
 }
 
-/// Whether an angle of a slot that is set like this means the same as of one that is set like that.
+/// Whether angles of a slot mean the same under both configurations.
 fn means_the_same(one: &SlotConfig, other: &SlotConfig) -> bool {
     let meaning = |c: &SlotConfig| (c.source, c.soft_zero, c.direction, c.range, c.filter, c.samples);
     meaning(one) == meaning(other)
@@ -109,10 +109,10 @@ const UNKNOWN: u32 = 0;
 /// Nothing was said of the temperature: colder than anything.
 const NO_TEMPERATURE: i16 = i16::MIN;
 
-/// Readings in a row with an acceleration that is not 1 g, after which that is said.
+/// Readings in a row with an acceleration that is not 1 g, after which the slot signals it.
 const GRAVITY_STRIKES: u8 = 3;
 
-/// A value that is to be confirmed may wait for its witness this long, however soon a value of its slot is stale.
+/// A candidate may wait for its confirmation this long, however soon a value of its slot is stale.
 const LEAST_LIFE: Duration = Duration::from_millis(1_000);
 
 impl Slot {
@@ -161,8 +161,8 @@ impl Slot {
         *self = Slot { sequence, counters, alarm, extremes, ..Slot::new(config) };
     }
 
-    /// The sensor's number means something else now: what was kept of it is forgotten, and nothing was read yet. What was
-    /// counted goes on, and so does what is known of the node's answers.
+    /// The sensor's number means something else now: what was kept of it is forgotten, and nothing was read yet. What
+    /// was counted goes on, and so does what is known of the node's answers.
     pub fn restart(&mut self) {
         let Slot { counters, link, last_error, measured, serial, mut alarm, .. } = *self;
         alarm.restart(&self.config.alarm);
@@ -198,22 +198,22 @@ impl Slot {
         self.last_error
     }
 
-    /// When the last value wants to be confirmed, if it does.
+    /// When the sensor has to be asked to confirm the last value, if at all.
     pub fn confirm_at(&self, after: Duration, now: Instant) -> Option<Instant> {
-        self.plausibility.hurries().then(|| self.plausibility.since(now) + after)
+        self.plausibility.wants_confirmation().then(|| self.plausibility.since(now) + after)
     }
 
     /// Whether the next request is to confirm the last value.
     pub fn is_to_confirm(&self) -> bool {
-        self.plausibility.hurries()
+        self.plausibility.wants_confirmation()
     }
 
-    /// Nothing is to be confirmed out of turn any more.
+    /// No value has to be confirmed out of turn any more.
     pub fn relax(&mut self) {
         self.plausibility.relax();
     }
 
-    /// Nobody has answered for long: what was heard before confirms nothing and foretells nothing.
+    /// No answer has come for long: earlier values neither confirm nor predict anything.
     pub fn lose_track(&mut self) {
         self.plausibility.forget();
     }
@@ -233,11 +233,11 @@ impl Slot {
     }
 
     /// The sensor did not answer: another one may be in its place.
-    pub fn doubt_identity(&mut self) {
+    pub fn forget_identity(&mut self) {
         self.identified = false;
     }
 
-    /// Something was wrong with what was heard: the next value is not believed at once.
+    /// Something was wrong with what was received: the next value needs a confirmation.
     pub fn distrust(&mut self) {
         self.plausibility.distrust();
     }
@@ -253,7 +253,7 @@ impl Slot {
         }
     }
 
-    /// A request of this slot failed; `damaged` is what was heard then, if something was.
+    /// A request of this slot failed. `damaged`: characters came, and something was wrong with them.
     pub fn note_damage(&mut self, damaged: bool) {
         self.note_link(damaged);
         if damaged {
@@ -267,8 +267,8 @@ impl Slot {
         }
     }
 
-    /// A reading ended at `at`: with what the sensor says (`fresh`: it has measured anew), or with the reason why it says
-    /// nothing. `resolution` is that of the sensor, in µ°. Returns whether this is to be published.
+    /// A reading ended at `at`: with what the sensor says (`fresh`: it has measured anew), or with the reason why it
+    /// says nothing. `resolution` is that of the sensor, in µ°. Returns whether this is to be published.
     pub fn settle(
         &mut self,
         result: Result<Sample, Status>,
@@ -383,7 +383,7 @@ impl Slot {
         self.is_stale(now) && self.alarm.miss(&self.config.alarm, self.measured(), now)
     }
 
-    /// What waits for an acknowledgement has it. Returns whether something did.
+    /// Acknowledges all alarms that wait for it. Returns whether one did.
     pub fn acknowledge(&mut self) -> bool {
         self.alarm.acknowledge()
     }

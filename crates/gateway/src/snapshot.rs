@@ -5,10 +5,10 @@
 //!                │ buffer 0 │ ──▶ readers: generation n
 //! ```
 //!
-//! The publisher writes what has changed into the buffer that nobody is shown, then shows it. A reader looks at the one
-//! that is shown; it is disturbed only if two generations are published while it looks, and then looks again. So it never
-//! gets half of a number, nor two slots of different generations. Neither waits for the other: no interrupt is held off
-//! while 48 slots are copied.
+//! The publisher writes what has changed into the buffer that is not shown, then shows it. A reader reads the buffer
+//! that is shown; only if two generations are published while it reads, it has to read again. So it never gets half of
+//! a number, nor two slots of different generations. Neither waits for the other: no interrupt is held off while 48
+//! slots are copied.
 //!
 //! Limits: one publisher. 48 bytes a slot and buffer, 4.6 KB in all.
 
@@ -60,13 +60,13 @@ impl Snapshot {
         }
     }
 
-    /// The one who publishes. There must be one only: two would mix their generations.
+    /// The publisher. There must be one only: two would mix their generations.
     pub const fn publisher(&self) -> Publisher<'_> {
         Publisher { snapshot: self, behind: Bits::EMPTY }
     }
 
     /// What `look` finds in one generation. It may be called more than once; what it found in a generation that was
-    /// replaced meanwhile is thrown away.
+    /// replaced meanwhile is discarded.
     pub fn read<R>(&self, mut look: impl FnMut(&View<'_>) -> R) -> R {
         loop {
             let view = self.view();
@@ -77,7 +77,7 @@ impl Snapshot {
         }
     }
 
-    /// The generation that is shown, for those who ask themselves whether it [still holds](View::holds).
+    /// The generation that is shown, for readers that check themselves whether it [still holds](View::holds).
     pub fn view(&self) -> View<'_> {
         let generation = self.shown.load(Ordering::Acquire);
         View { rows: self.buffer(generation), generation, begun: &self.begun }
@@ -136,8 +136,7 @@ impl View<'_> {
         self.rows.get(slot).map(|row| words::glance(&row.0, now))
     }
 
-    /// Whether everything that was read here until now is of this generation. What was read before this says no is to be
-    /// thrown away.
+    /// Whether everything that was read here until now is of this generation. If not, discard what was read.
     pub fn holds(&self) -> bool {
         fence(Ordering::Acquire);
         self.begun.load(Ordering::Relaxed).wrapping_sub(self.generation) < BUFFERS as u32
@@ -149,7 +148,7 @@ impl View<'_> {
     }
 }
 
-/// The one who publishes.
+/// Publishes generations of a [`Snapshot`].
 pub struct Publisher<'a> {
     snapshot: &'a Snapshot,
     /// Slots that the buffer to be written next has not got yet.

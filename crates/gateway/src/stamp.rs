@@ -1,7 +1,7 @@
-//! An instant in three quarters of the room of [`Instant`]: 48 slots keep several each, and 48 bits cost no more than 32 do
-//! beside the fields that they stand with.
+//! An instant in 48 bits, of which 48 slots keep several each. With the fields beside it, it takes no more memory than
+//! one of 32 bits.
 //!
-//! A stamp is the low 48 bits of an instant. Whoever looks at one says what time it is, and gets the one instant with these
+//! A stamp is the low 48 bits of an instant. A reader passes the time `now`, and gets the one instant with these
 //! bits between [`FUTURE`] ahead and the rest of 2^48 µs ago. So every age up to 8.9 years is exact, and
 //! an older one is never taken for an instant to come. The longest span that a setting allows is
 //! [an hour](crate::settings::slot::LONGEST_STALE).
@@ -27,7 +27,7 @@ impl Stamp {
         Stamp([us as u16, (us >> 16) as u16, (us >> 32) as u16])
     }
 
-    /// The instant, to somebody for whom it is `now`.
+    /// The instant, as seen at `now`.
     pub const fn near(self, now: Instant) -> Instant {
         let ahead = self.bits().wrapping_sub(now.as_micros()) % ROUND;
         if ahead <= FUTURE {

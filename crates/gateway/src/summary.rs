@@ -1,8 +1,8 @@
-//! How the gateway is doing as a whole: what the status word, the bitmaps, `list` and the stream say follows from the parts
-//! here, and nowhere else.
+//! How the gateway is doing as a whole: what the status word, the bitmaps, `list` and the stream say follows from the
+//! parts here, and nowhere else.
 //!
-//! No part that declares a fault leaves the summary clean, and no slot of a bus that is out of order is online, whatever was
-//! heard of it: what comes from such a bus is no sign of life.
+//! No part that declares a fault leaves the summary clean, and no slot of a bus that is out of order is online,
+//! whatever was received from it: characters on such a bus are no sign of life.
 
 use crate::alarm::Alarms;
 use crate::config::{Bus, MAX_SLOTS, Source};
@@ -12,8 +12,8 @@ use crate::value::Status;
 
 const _: () = assert!(MAX_SLOTS <= u64::BITS as usize);
 
-/// What is to be told of the gateway as a whole; a bit each. They never change their meaning: they are part of the register
-/// map.
+/// The status word of the gateway as a whole, a bit for each signal. Bits never change their meaning: they are part of
+/// the register map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Signals(u16);
@@ -33,7 +33,7 @@ impl Signals {
     pub const SAFE_MODE: Signals = Signals(1 << 5);
     /// Time and bit rates come from the internal oscillator.
     pub const INTERNAL_CLOCK: Signals = Signals(1 << 6);
-    /// The time before ended in a crash.
+    /// The previous run ended in a crash.
     pub const CRASHED: Signals = Signals(1 << 7);
     /// The T7 bus is out of order.
     pub const T7_BUS_FAULT: Signals = Signals(1 << 8);
@@ -43,7 +43,7 @@ impl Signals {
     pub const SLOT_FAULT: Signals = Signals(1 << 10);
     /// An enabled slot gives a health signal.
     pub const HEALTH: Signals = Signals(1 << 11);
-    /// A commissioning task is under way, or has ended and not been heard of yet.
+    /// A commissioning task is under way, or has ended and its result was not fetched yet.
     pub const TASK: Signals = Signals(1 << 12);
     /// An alarm of a slot is active, or waits for its acknowledgement.
     pub const ALARM: Signals = Signals(1 << 13);
@@ -69,7 +69,7 @@ impl Signals {
             "internal_clock",
             "time and bit rates come from the internal oscillator, up to 8 % off",
         ),
-        (Signals::CRASHED, "crashed", "the time before ended in a crash; see *start_cause*"),
+        (Signals::CRASHED, "crashed", "the previous run ended in a crash; see *start_cause*"),
         (Signals::T7_BUS_FAULT, "t7_bus_fault", "the T7 bus is out of order; see *fault* of the bus"),
         (Signals::ISU_BUS_FAULT, "isu_bus_fault", "the ISU bus is out of order; see *fault* of the bus"),
         (
@@ -82,7 +82,7 @@ impl Signals {
             "health",
             "a slot that is switched on gives a signal beside its value; see its *flags*",
         ),
-        (Signals::TASK, "task", "a task sets up sensors of a bus, or has ended and was not heard of yet"),
+        (Signals::TASK, "task", "a task runs on a bus, or has ended and its result was not fetched yet"),
         (Signals::ALARM, "alarm", "an alarm of a slot is active, or waits for its acknowledgement"),
     ];
 
@@ -91,7 +91,7 @@ impl Signals {
         self.0
     }
 
-    /// Whether there is nothing to tell: all is as it should be.
+    /// Whether no signal is set: all is as it should be.
     pub const fn is_clean(self) -> bool {
         self.0 == 0
     }
@@ -118,11 +118,11 @@ impl Signals {
 /// What a bus declares.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BusPart {
-    /// Why nobody on it answers.
+    /// Why no node on it answers.
     pub fault: Option<BusFault>,
     /// Its driver had to be switched off by force.
     pub forced: bool,
-    /// There is a task on it, or one whose end nobody has fetched.
+    /// It has a task, or a task has ended and its requester has not fetched the end yet.
     pub task: bool,
 }
 
@@ -141,7 +141,7 @@ pub struct Parts {
     pub safe_mode: bool,
     /// Time comes from the internal oscillator.
     pub internal_clock: bool,
-    /// The time before ended in a crash.
+    /// The previous run ended in a crash.
     pub crashed: bool,
 }
 
@@ -163,7 +163,7 @@ pub struct Standing {
 /// The gateway as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
-    /// What is to be told.
+    /// The status word.
     pub signals: Signals,
     /// A bit for each slot that gave a sign of life when it was last asked.
     pub online: u64,
@@ -222,7 +222,7 @@ impl Tally {
         let Parts { t7, isu, unsaved, command, safe_mode, internal_clock, crashed } = *parts;
         let dead = |(enabled, answering): (u8, u8)| enabled > 0 && answering == 0;
         let [on_t7, on_isu] = self.on;
-        let told = [
+        let signals = [
             (Signals::T7_BUS_DEAD, dead(on_t7)),
             (Signals::ISU_BUS_DEAD, dead(on_isu)),
             (Signals::DRIVER_FORCED, t7.forced || isu.forced),
@@ -238,12 +238,12 @@ impl Tally {
             (Signals::TASK, t7.task || isu.task),
             (Signals::ALARM, self.summary.alarms != 0),
         ];
-        told.into_iter().fold(Signals(0), |all, (signal, on)| all.and(signal.when(on)))
+        signals.into_iter().fold(Signals(0), |all, (signal, on)| all.and(signal.when(on)))
     }
 }
 
 impl Summary {
-    /// Sums up the slots, of which `slot` tells until there is none, and the other parts.
+    /// Sums up the slots, which `slot` returns until there is none, and the other parts.
     pub fn of(slot: impl Fn(usize) -> Option<Standing>, parts: &Parts) -> Summary {
         let mut tally = Tally::default();
         for (index, standing) in (0..MAX_SLOTS).map_while(|index| Some((index, slot(index)?))) {

@@ -1,8 +1,8 @@
-//! Commissioning tasks: what can be asked for, and how it is led while the bus goes on polling.
+//! Commissioning tasks: which there are, and how one runs while the bus goes on polling.
 //!
-//! One task at a time on each bus. It takes turns with the polling, one exchange each, except while it has the line at
+//! One task at a time on each bus. It takes turns with the polling, one exchange each, except while it uses the line at
 //! a bit rate of its own. What it finds and how it ends is [`News`]; the task waits until its news has been fetched, so
-//! that none is lost to a slow reader. What nobody else may change until then is its claim (`task/claim.rs`).
+//! that a slow reader loses none. What no other order may change until then is its claim (`task/claim.rs`).
 
 mod claim;
 mod follow;
@@ -17,7 +17,7 @@ pub(crate) use claim::Claim;
 pub(crate) use follow::followed;
 pub use reason::Reason;
 
-/// What is told of a task.
+/// An event of a task: what it has found, or how it has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
     /// Of a task on the T7 bus.
@@ -33,21 +33,21 @@ impl News {
     }
 }
 
-/// What a task wants of its bus.
-pub(crate) enum Lead<P: Protocol> {
+/// The next step of a task: what its bus has to do.
+pub(crate) enum TaskStep<P: Protocol> {
     /// Nothing now.
     Idle,
-    /// This frame out.
+    /// Send this frame.
     Send(P::Frame),
-    /// Another bit rate.
+    /// Change to this bit rate.
     Serial(Serial),
-    /// It has ended.
+    /// The task has ended.
     Done(News),
 }
 
-/// A task under way, whatever it does.
-pub(crate) trait Led<P: Protocol> {
-    fn poll(&mut self, master: &mut Master<P>, now: Instant) -> Lead<P>;
+/// Runs one task, whatever its operation is.
+pub(crate) trait TaskRunner<P: Protocol> {
+    fn poll(&mut self, master: &mut Master<P>, now: Instant) -> TaskStep<P>;
     fn settle(&mut self, outcome: &ExchangeOutcome<P>) -> Option<News>;
     fn poll_at(&self) -> Option<Instant>;
     fn is_asking(&self) -> bool;
@@ -64,11 +64,11 @@ pub(crate) trait Tasks: Commissionable {
     fn begin(task: &Self::Task, serial: Serial, place: &mut Option<Self::Work>) -> Result<(), News>;
     /// What no other order may change until the task has ended.
     fn claim(task: &Self::Task) -> Claim;
-    fn led(work: &mut Self::Work) -> &mut dyn Led<Self>;
-    fn led_ref(work: &Self::Work) -> &dyn Led<Self>;
+    fn runner(work: &mut Self::Work) -> &mut dyn TaskRunner<Self>;
+    fn runner_ref(work: &Self::Work) -> &dyn TaskRunner<Self>;
 }
 
-impl<P, O> Led<P> for Runner<O>
+impl<P, O> TaskRunner<P> for Runner<O>
 where
     P: Commissionable,
     O: Operation<Protocol = P>,
@@ -76,13 +76,13 @@ where
     O::Report: Into<News>,
     O::Error: Into<News>,
 {
-    fn poll(&mut self, master: &mut Master<P>, now: Instant) -> Lead<P> {
+    fn poll(&mut self, master: &mut Master<P>, now: Instant) -> TaskStep<P> {
         match self.poll(master, now) {
-            RunnerAction::Idle => Lead::Idle,
-            RunnerAction::Send(frame) => Lead::Send(frame),
-            RunnerAction::Serial(serial) => Lead::Serial(serial),
-            RunnerAction::Done(Ok(report)) => Lead::Done(report.into()),
-            RunnerAction::Done(Err(error)) => Lead::Done(error.into()),
+            RunnerAction::Idle => TaskStep::Idle,
+            RunnerAction::Send(frame) => TaskStep::Send(frame),
+            RunnerAction::Serial(serial) => TaskStep::Serial(serial),
+            RunnerAction::Done(Ok(report)) => TaskStep::Done(report.into()),
+            RunnerAction::Done(Err(error)) => TaskStep::Done(error.into()),
         }
     }
 

@@ -1,4 +1,4 @@
-//! The last transactions of both buses, for those who want to see what happened before it went wrong.
+//! The last transactions of both buses: what happened before a fault.
 //!
 //! Written where a transaction ends; read newest first. 16 bytes an entry.
 
@@ -21,7 +21,7 @@ pub enum Verdict {
     NoAnswer,
     /// Characters, but no frame.
     Garbled,
-    /// The receiver complained of a character.
+    /// The receiver flagged a character as wrong.
     LineErrors,
     /// Wrong checksum.
     Checksum,
@@ -31,7 +31,7 @@ pub enum Verdict {
     Foreign,
     /// A value out of its range.
     Value,
-    /// Somebody else talked into the request.
+    /// Another sender transmitted during the request.
     Contention,
     /// The line did not fall silent.
     LineBusy,
@@ -122,7 +122,7 @@ pub struct Entry {
     took: u16,
     /// Where.
     pub bus: Bus,
-    /// Who was asked.
+    /// The address that was asked.
     pub address: u8,
     /// The command code (T7) or function (ISU).
     pub command: u8,

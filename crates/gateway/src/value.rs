@@ -26,9 +26,9 @@ pub enum Status {
     Stale,
     /// The node did not answer in time.
     NoAnswer,
-    /// Something came back that is not a valid answer.
+    /// Characters came back that are not a valid answer.
     BadAnswer,
-    /// The node answered that it cannot.
+    /// The node answered with an error.
     DeviceError,
     /// The node answered with an angle outside its documented range.
     OutOfRange,
@@ -96,15 +96,15 @@ impl Status {
             Status::Ok => "the angle is right and fresh",
             Status::Stale => "the last angle was right, but it is too old",
             Status::NoAnswer => "the node did not answer in time",
-            Status::BadAnswer => "something came back that is not a valid answer",
-            Status::DeviceError => "the node answered that it cannot",
+            Status::BadAnswer => "characters came back that are not a valid answer",
+            Status::DeviceError => "the node answered with an error",
             Status::OutOfRange => "the angle is outside its documented range",
             Status::NotSent => "the gateway's own request did not get out",
             Status::NoSignal => "a PWM input without a signal",
             Status::StuckLow => "the PWM input sits at a low level",
             Status::StuckHigh => "the PWM input sits at a high level",
             Status::BadPeriod => "the PWM period is not that of an ISU",
-            Status::Suspect => "two values in a row disagree; neither is told",
+            Status::Suspect => "two values in a row disagree; neither is published",
             Status::Disabled => "the slot is switched off, or unused",
             Status::ConfigFault => {
                 "the slot cannot be read as it is set: no address of its kind, or an axis that its T7 lacks"
@@ -176,7 +176,7 @@ pub struct Reading {
     pub(crate) report_every: Duration,
 }
 
-/// What is enough of a reading to know whether somebody wants to see it.
+/// The parts of a reading that decide whether it is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Glance {
     /// What the value is worth.
@@ -226,7 +226,8 @@ impl Reading {
         self.turns
     }
 
-    /// The angle with its turns, in 0.001°, under the same condition; `None` where that does not fit, beyond 5 965 turns.
+    /// The angle with its turns, in 0.001°, under the same condition; `None` where that does not fit, beyond 5 965
+    /// turns.
     pub fn unwrapped(&self, now: Instant) -> Option<i32> {
         self.angle(now)?.unwrapped(self.turns)
     }

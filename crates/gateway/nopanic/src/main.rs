@@ -15,9 +15,9 @@ mod gateway;
 use core::panic::PanicInfo;
 
 /// Address of a function.
-pub struct Entry(#[expect(dead_code, reason = "nobody calls it")] *const ());
+pub struct Entry(#[expect(dead_code, reason = "the pointer is only stored")] *const ());
 
-// SAFETY: nobody calls or dereferences it.
+// SAFETY: the pointer is only stored, never called or dereferenced.
 unsafe impl Sync for Entry {}
 
 macro_rules! entries {

@@ -1,7 +1,7 @@
-//! The polling of one bus: what a slot is asked, and what comes of it. Which slot is next says `schedule/queue.rs`.
+//! The polling of one bus: what a slot is asked, and what comes of it. `schedule/queue.rs` decides which slot is next.
 //!
-//! An answer is taken in two steps: [`Polling::end`] while the bus waits for the next request, [`Polling::take`] when that
-//! is on its way. A reading that failed is tried again, if that can be done soon.
+//! An answer is taken in two steps: [`Polling::end`] while the bus waits for the next request, [`Polling::take`] when
+//! that is on its way. A reading that failed is tried again, if that can be done soon.
 
 use core::marker::PhantomData;
 
@@ -22,10 +22,10 @@ mod t7;
 /// What makes a slot pollable with protocol `P`: the request, and the angle in its answer.
 pub(crate) trait Poll: Protocol {
     const BUS: Bus;
-    /// Dead nodes together get one part in so many of the bus.
+    /// Dead nodes together get one part in this many of the bus.
     const PROBE_SHARE: u32;
-    /// After this silence every node takes the next character for the beginning of a request, whatever it has taken noise
-    /// for; zero if that is not known.
+    /// After this silence every node takes the next character for the beginning of a request, whatever it has taken
+    /// noise for; zero if that is not known.
     const SILENCE: Duration;
     /// Two angles this close are the same, in µ°.
     const RESOLUTION: u32;
@@ -33,9 +33,10 @@ pub(crate) trait Poll: Protocol {
     const SETTLES: Duration;
     /// Whether a request with this command may change what the node's angle means.
     fn alters(command: u8) -> bool;
-    /// The request that reads a slot. One that confirms differs from the first, if the protocol has two that say the same.
+    /// The request that reads a slot. One that confirms differs from the first, if the protocol has two that say the
+    /// same.
     fn request(slot: &Slot) -> Option<(Self::Address, Self::Request)>;
-    /// What an answer says of the sensor itself, if it is about that and not about its value.
+    /// The sensor's identity, if the answer carries that and not a value.
     fn identity(_: &Self::Answer) -> Option<Identity> {
         None
     }
@@ -75,7 +76,7 @@ impl<P: Poll> Polling<P> {
         self.watch.clear_counters();
     }
 
-    /// The slot means something else now: what is still to come for it is nobody's.
+    /// The slot is set anew: an answer that is still to come for it is discarded.
     pub fn forget(&mut self, index: usize, config: &SlotConfig) {
         self.queue.forget(index, config.bus() == Some(P::BUS));
         self.watch.forget(index);
@@ -85,25 +86,25 @@ impl<P: Poll> Polling<P> {
         }
     }
 
-    /// The bus has another bit rate: the nodes may have taken what was sent until `since` for anything. Nobody is asked
-    /// until all hear again.
+    /// The bus has another bit rate: the nodes may have taken what was sent until `since` for anything. No request is
+    /// sent until every node recognises requests again.
     pub fn keep_silent(&mut self, since: Instant) {
         self.queue.keep_silent(since);
     }
 
-    /// Nobody is asked before this.
+    /// No request is sent before this.
     pub fn silent_until(&self) -> Instant {
         self.queue.silent_until()
     }
 
-    /// Somebody on the bus has answered.
+    /// A node on the bus has answered.
     pub fn heard(&mut self, master: &Master<P>, at: Instant, slots: &mut [Polled]) {
         if self.watch.answered(master.counters()) {
             self.queue.set_faulty(false, slots, at);
         }
     }
 
-    /// Something has happened that may change what is to be asked, and when.
+    /// An event may have changed which request is due, and when.
     pub fn look_again(&mut self) {
         self.queue.look_again();
     }
@@ -113,13 +114,13 @@ impl<P: Poll> Polling<P> {
         self.queue.poll_at()
     }
 
-    /// Our last stop bit was out at `at`; there is time to see who is next.
+    /// Our last stop bit was out at `at`; there is time to find the next slot.
     pub fn look_ahead(&mut self, at: Instant, slots: &[Polled]) {
         self.queue.look_ahead(at, slots);
     }
 
     /// Begins the next exchange that is due, if one is; returns the frame to submit to the line, and why. To be called
-    /// while the master has none in hand.
+    /// while the master has none under way.
     pub fn next(
         &mut self,
         master: &mut Master<P>,
@@ -172,8 +173,8 @@ impl<P: Poll> Polling<P> {
         Some((asked, said))
     }
 
-    /// Takes what an answer at `at` has said; that it was said, if it is not to be used. Returns the slot whose value has
-    /// changed, if one has.
+    /// Takes the content of an answer at `at`; if it is not `used`, only the fact that an answer came. Returns the slot
+    /// whose value has changed, if one has.
     pub fn take(
         &mut self,
         master: &Master<P>,
@@ -268,8 +269,8 @@ fn is_retried<P: Poll>(
         let after = retry.after::<P>(turn.tried, &request, fault, at)?;
         Some(master.ask_at(address, &request)?.max(after))
     });
-    // A retry that would be late for half of the next reading's period is left to that reading. A slot without a period has
-    // no next reading to be late for.
+    // A retry that would be late for half of the next reading's period is left to that reading. A slot without a period
+    // has no next reading to be late for.
     let half = Duration::from_micros(slot.config.period.as_micros() / 2);
     again.is_some_and(|again| slot.config.period == Duration::ZERO || again <= turn.due + half)
 }

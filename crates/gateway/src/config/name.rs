@@ -1,5 +1,5 @@
-//! What people call a slot: up to 16 printable ASCII characters, quotation marks left out: those begin and end it where it
-//! is typed.
+//! The name that a user gives a slot: up to 16 printable ASCII characters, without quotation marks, which enclose it
+//! where it is typed.
 
 /// A name. It may be empty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -9,8 +9,8 @@ impl Name {
     /// Characters of the longest name.
     pub const LENGTH: usize = 16;
 
-    /// Characters of a part. A name is told in parts of one number each: its characters, the first in the highest byte;
-    /// zeros behind its end.
+    /// Characters of a part. A name is transferred in parts of one number each: its characters, the first in the
+    /// highest byte; zeros behind its end.
     pub const PART: usize = 4;
 
     /// No name.

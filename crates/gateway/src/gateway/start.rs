@@ -1,4 +1,4 @@
-//! How a gateway comes to be, and what it is told before it begins.
+//! How a gateway is made, and set up before it begins.
 //!
 //! A gateway is 14 KB. It is made idle, for which there is little to write; then it is set up where it stays.
 
@@ -17,8 +17,8 @@ use crate::settings::{BusSettings, Configuration, Settings};
 use crate::trace::Trace;
 
 impl Gateway {
-    /// A gateway without slots, for buses as the sensors' documents say. Inlined, so that most of it is made in its place
-    /// and not on the stack.
+    /// A gateway without slots, for buses as the sensors' documents say. Inlined, so that most of it is made in its
+    /// place and not on the stack.
     #[inline(always)]
     pub fn idle(pwm: pwm::Limits) -> Gateway {
         Gateway {
@@ -56,7 +56,7 @@ impl Gateway {
     }
 }
 
-/// Its settings are told at any time, and set before it begins; afterwards that is for
+/// Settings can be read at any time. Set them here only before the gateway begins; afterwards with
 /// [`carry_out`](Gateway::carry_out).
 impl Configuration for Gateway {
     fn slot(&self, slot: usize) -> Option<&SlotConfig> {
@@ -76,7 +76,7 @@ impl Configuration for Gateway {
         *place = Polled::new(*config);
         self.note_settings(slot);
         self.reset(slot);
-        // A slot that is off is empty, as everybody supposes.
+        // A slot that is off is empty, as every reader assumes.
         self.changed.set(slot, *config != SlotConfig::OFF);
     }
 

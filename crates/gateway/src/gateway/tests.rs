@@ -1,4 +1,4 @@
-//! The gateway core and its lines against whatever may come in: it never stops asking, and once the bus is clean
+//! The gateway core and its lines with any input: it never stops asking, and once the bus is clean
 //! again it reads right within three periods of the slowest slot.
 
 use super::*;
@@ -156,7 +156,7 @@ fn clean_buses_are_read_right() {
 }
 
 #[test]
-fn a_value_that_is_not_renewed_grows_stale_even_if_nobody_calls() {
+fn a_value_that_is_not_renewed_grows_stale_even_without_a_call() {
     let mut bench = Bench::new();
     bench.clean(Duration::from_millis(100));
     bench.now = bench.now + ISU_PERIOD.times(3) + Duration::from_micros(100_000);

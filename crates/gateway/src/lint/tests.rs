@@ -1,4 +1,4 @@
-//! Every finding, and a table without any.
+//! Every warning, and a table without any.
 
 use std::string::ToString;
 use std::vec::Vec;
@@ -31,7 +31,7 @@ fn said(table: &[SlotConfig]) -> Vec<std::string::String> {
 }
 
 #[test]
-fn nothing_is_wrong_with_a_full_house() {
+fn a_full_table_has_no_warnings() {
     let pwm = |input| SlotConfig { partner: Some(32), ..SlotConfig::usual(Source::Pwm { input }) };
     let table: Vec<SlotConfig> = (1..=32)
         .map(|node| t7(node, 100))
@@ -81,7 +81,7 @@ fn each_finding_says_slot_and_limit() {
 }
 
 #[test]
-fn two_axes_of_one_node_are_not_the_same() {
+fn two_axes_of_one_node_are_no_duplicate() {
     let axis = |axis| {
         let address = t7::Address::new(1).unwrap();
         SlotConfig::usual(Source::T7 { address, axis })

@@ -1,4 +1,4 @@
-//! Every order in every time.
+//! Every order in every degraded mode.
 
 use clino_bus::{Instant, Serial, Timing};
 use clino_codec::isu::eeprom::Change;
@@ -24,7 +24,7 @@ fn address(number: u8) -> Address {
     Address::new(number).unwrap()
 }
 
-/// What changes nothing in a sensor.
+/// Orders that change nothing in a sensor.
 fn reading() -> [Order; 4] {
     let module = Module::at(isu::Address::new(3).unwrap()).unwrap();
     [
@@ -35,7 +35,7 @@ fn reading() -> [Order; 4] {
     ]
 }
 
-/// What does.
+/// Orders that do.
 fn writing() -> [Order; 7] {
     let device = Device::at(address(5)).unwrap();
     let module = Module::at(isu::Address::new(3).unwrap()).unwrap();
@@ -50,7 +50,7 @@ fn writing() -> [Order; 7] {
     ]
 }
 
-/// What concerns the gateway alone.
+/// Orders that concern the gateway alone.
 fn own() -> [Order; 5] {
     [
         Order::Slot { slot: 7, config: SlotConfig::OFF },
@@ -62,7 +62,7 @@ fn own() -> [Order; 5] {
 }
 
 #[test]
-fn each_time_refuses_its_own() {
+fn each_degraded_mode_refuses_its_own_orders() {
     for (restraint, reads, writes) in [
         (Restraint::None, true, true),
         (Restraint::InexactClock, true, false),

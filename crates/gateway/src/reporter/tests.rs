@@ -1,4 +1,4 @@
-//! Who is printed when.
+//! Which slot is printed when.
 
 use super::*;
 use crate::Reading;
@@ -53,7 +53,7 @@ fn a_slot_that_was_never_read_is_not_printed() {
     assert_eq!(next(&mut Reporter::new(), &[never], 1), None);
 }
 
-/// A sensor that is set up anew takes back the angle that was printed: whoever reads the stream must not keep it.
+/// A sensor that is set up anew takes back the angle that was printed: a reader of the stream must not keep it.
 #[test]
 fn a_value_that_was_printed_is_taken_back() {
     let mut reporter = Reporter::new();
@@ -92,7 +92,7 @@ fn growing_stale_is_a_change_of_status() {
 
 #[test]
 fn the_slot_wanted_more_often_goes_first_and_none_starves() {
-    // Slot 0 is wanted every 33 ms, slots 1 to 3 every 100 ms; a line takes 9 ms.
+    // Slot 0 is to be printed every 33 ms, slots 1 to 3 every 100 ms; a line takes 9 ms.
     let mut reporter = Reporter::new();
     let mut printed: Vec<(u32, u8)> = Vec::new();
     for now in (0..2_000).step_by(9) {
@@ -114,7 +114,7 @@ fn the_slot_wanted_more_often_goes_first_and_none_starves() {
     }
 }
 
-/// A change of alarms is told at once, one alarm at a time, and the reading keeps its turn.
+/// A change of alarms is printed at once, one alarm at a time, and the reading keeps its turn.
 #[test]
 fn each_alarm_that_changes_is_printed_once_and_first() {
     let mut reporter = Reporter::new();

@@ -1,24 +1,24 @@
 //! Whether a bus as a whole is out of order, and what that looks like from here.
 //!
-//! One dead node is no fault of its bus; a bus on which nobody answers is. So a bus is declared faulty when, since its last
-//! good answer, every slot that was not dead before has been asked in vain [twice](ROUNDS), and the first of them
-//! [half a second](FAULTY_AFTER) ago. A request that did not get out at all counts for every slot. The first good answer of anybody ends the fault. A refusal is an answer, too: the node
-//! has understood what it was asked.
+//! One dead node is no fault of its bus; a bus on which no node answers is faulty. So a bus is declared faulty when,
+//! since its last good answer, every slot that was not dead before has been asked in vain [twice](ROUNDS), and the
+//! first of them [half a second](FAULTY_AFTER) ago. A request that did not get out at all counts for every slot. The
+//! first good answer of any node ends the fault. A refusal is an answer, too: the node has understood the request.
 //!
-//! What it is called follows from the last round of requests, one to each slot:
+//! The kind of the fault follows from the last round of requests, one to each slot:
 //!
 //! | fault | seen | causes |
 //! |---|---|---|
-//! | [`Babble`](BusFault::Babble) | characters before the request was out, in [a quarter](BABBLE_SHARE) of the exchanges at least | a node that talks without being asked, another master |
+//! | [`Babble`](BusFault::Babble) | characters before the request was out, in [a quarter](BABBLE_SHARE) of the exchanges at least | a node that transmits without being asked, another master |
 //! | [`Driver`](BusFault::Driver) | our own frames do not get out whole | interrupts held off, a defect of the UART |
-//! | [`Contention`](BusFault::Contention) | our own characters come back changed or not at all, where they should | a short, somebody else's driver that is always on |
+//! | [`Contention`](BusFault::Contention) | our own characters come back changed or not at all, where they should | a short, another driver that is always on |
 //! | [`Break`](BusFault::Break) | nothing but characters of zeros with a low stop bit | the pair shorted or swapped, a driver stuck low |
 //! | [`Garbage`](BusFault::Garbage) | other characters, but no answers | wrong bit rate, no termination, noise |
 //! | [`Mute`](BusFault::Mute) | nothing at all | cut or shorted pair, DE stuck, no supply, wrong bit rate |
 //!
-//! Limits: a fault that lets an answer through now and then is none of the bus; it shows in the slots
-//! ([`Health::NOISY`](crate::Health::NOISY)) and in the counters. Behind a transceiver whose receiver is off while it drives,
-//! a driver that is always on makes the gateway deaf: that is mute, as a cut pair is.
+//! Limits: a fault that lets an answer through now and then is no bus fault; it shows in the slots
+//! ([`Health::NOISY`](crate::Health::NOISY)) and in the counters. Behind a transceiver whose receiver is off while it
+//! drives, a driver that is always on makes the gateway deaf: that is mute, as a cut pair is.
 
 use clino_bus::{BusCounters, Duration, Instant};
 
@@ -27,23 +27,23 @@ use crate::trace::Verdict;
 
 /// Rounds in vain: what hits one round by chance does not hit two.
 const ROUNDS: u8 = 2;
-/// From the first request in vain to a fault, at least: longer than the bursts of noise that a plant has, shorter than the
-/// second after which a node is taken for dead, so that no node of a faulty bus is.
+/// From the first request in vain to a fault, at least: longer than the bursts of noise that a plant has, shorter than
+/// the second after which a node is taken for dead, so that no node of a faulty bus is.
 const FAULTY_AFTER: Duration = Duration::from_millis(500);
-/// One exchange in so many: a babbler that pauses for a millisecond hits every fourth of our frames of 0.3 ms.
+/// One exchange in this many: a babbler that pauses for a millisecond hits every fourth of our frames of 0.3 ms.
 const BABBLE_SHARE: u8 = 4;
 
-/// Why nobody on a bus answers, as far as it can be told from here. The numbers are part of the register map.
+/// Why no node on a bus answers, as far as the gateway can observe. The numbers are part of the register map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BusFault {
-    /// Nothing at all is heard.
+    /// Nothing at all is received.
     Mute = 1,
     /// The line is low all the time: characters of zeros without a stop bit.
     Break = 2,
-    /// Somebody talks without being asked.
+    /// A sender transmits without being asked.
     Babble = 3,
-    /// What is heard is no answer.
+    /// The characters received are no answer.
     Garbage = 4,
     /// Our own characters do not come back as they were sent.
     Contention = 5,
@@ -54,10 +54,10 @@ pub enum BusFault {
 impl BusFault {
     /// All of them, by number, with what they mean.
     pub const ALL: [(BusFault, &str); KINDS] = [
-        (BusFault::Mute, "nothing at all is heard"),
+        (BusFault::Mute, "nothing at all is received"),
         (BusFault::Break, "the line is low all the time: characters of zeros without a stop bit"),
         (BusFault::Babble, "a sender transmits without being asked"),
-        (BusFault::Garbage, "what is heard is no answer"),
+        (BusFault::Garbage, "the characters received are no answer"),
         (BusFault::Contention, "the gateway's own characters do not come back as they were sent"),
         (BusFault::Driver, "the gateway's own frames do not get out whole"),
     ];
@@ -78,9 +78,9 @@ impl BusFault {
 /// How a bus as a whole is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BusHealth {
-    /// Why nobody answers; `None` if somebody does, or has a moment ago.
+    /// Why no node answers; `None` if one does, or has a moment ago.
     pub fault: Option<BusFault>,
-    /// Requests in vain since the last good answer of anybody.
+    /// Requests in vain since the last good answer of any node.
     pub in_vain: u32,
     /// How often the bus was declared faulty since reset; wraps.
     pub faults: u32,
@@ -88,12 +88,12 @@ pub struct BusHealth {
 
 const KINDS: usize = 6;
 
-/// What is to be done after a request in vain.
+/// What follows from a request in vain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Consequence {
     /// Nothing.
     None,
-    /// Only these can still tell whether it is the bus: they are to be asked.
+    /// Only these slots can still decide whether it is the bus: ask them now.
     Ask(Bits),
     /// The bus is faulty from now on.
     Faulty,
@@ -113,7 +113,7 @@ pub(crate) struct Watch {
     health: BusHealth,
     /// When the first of the requests in vain ended.
     since: Instant,
-    /// Who has been asked in vain in this round,
+    /// Slots that have been asked in vain in this round,
     failed: Bits,
     /// and what was seen then, counted by fault.
     seen: [u8; KINDS],
@@ -140,14 +140,14 @@ impl Watch {
         self.failed.set(slot, false);
     }
 
-    /// Nobody is left to be asked.
+    /// No slot is left to be asked.
     pub fn retire(&mut self) {
         let faults = self.health.faults;
         *self = Watch { marks: self.marks, ..Watch::default() };
         self.health.faults = faults;
     }
 
-    /// Somebody has answered. Returns whether this has ended a fault.
+    /// A node has answered. Returns whether this has ended a fault.
     #[inline(never)]
     pub fn answered(&mut self, counters: &BusCounters) -> bool {
         self.marks = Marks::of(counters);
@@ -174,7 +174,7 @@ impl Watch {
             self.since = at;
         }
         self.health.in_vain = self.health.in_vain.saturating_add(1);
-        // A request that did not get out would not have done so for anybody.
+        // A request that did not get out would not have done so for any other slot.
         match verdict {
             Verdict::LineBusy | Verdict::NotSent => self.failed = living,
             _ => self.failed.set(slot, true),
@@ -200,7 +200,7 @@ impl Watch {
         Consequence::None
     }
 
-    /// What this exchange alone would be called.
+    /// The kind of fault that this exchange alone would show.
     fn look(&mut self, verdict: Verdict, counters: &BusCounters) -> BusFault {
         let now = Marks::of(counters);
         let before = core::mem::replace(&mut self.marks, now);
@@ -217,7 +217,7 @@ impl Watch {
         }
     }
 
-    /// What this round is called.
+    /// The kind of fault that this round shows.
     fn fault(&self) -> BusFault {
         let [_, broken, babble, garbage, contention, driver] = self.seen;
         let all = self.seen.iter().fold(0, |sum: u8, count| sum.saturating_add(*count));

@@ -1,23 +1,24 @@
 //! Which slot of a bus is asked next, and when: earliest deadline first.
 //!
-//! *Deadlines.* A period begins where the last one was due to begin, however late it was asked: no drift. A period that the
-//! bus had no time for is left out and counted (`Turn::book_next`). An ISU is due when it has something new, which is no
-//! fixed period (`refresh.rs`). A retry goes first; a value that has to be confirmed (`slot/plausibility.rs`) is due [`CONFIRM_AFTER`] it
-//! came, if not sooner.
+//! *Deadlines.* A period begins where the last one was due to begin, however late it was asked: no drift. A period that
+//! the bus had no time for is left out and counted (`Turn::book_next`). An ISU is due when it has something new, which
+//! is no fixed period (`refresh.rs`). A retry goes first; a value that has to be confirmed (`slot/plausibility.rs`) is
+//! due [`CONFIRM_AFTER`] it came, if not sooner.
 //!
-//! *Dead nodes.* A node that has not answered [`DEAD_AFTER`] readings in a row, and not for [`GONE_AFTER`], is taken for
-//! dead. Dead nodes are probed one after another, without retries, each after a pause that grows by a [part](PAUSE_GROWS) with every probe, up to
-//! [`LONGEST_PAUSE_MS`]: exponential back-off. Together they get one part of the bus ([`Queue::new`]), however many there
-//! are, and the time in which nobody else is due; the others keep the rest. A node that is back is found within 2 s.
+//! *Dead nodes.* A node that has not answered [`DEAD_AFTER`] readings in a row, and not for [`GONE_AFTER`], is taken
+//! for dead. Dead nodes are probed one after another, without retries, each after a pause that grows by a
+//! [part](PAUSE_GROWS) with every probe, up to [`LONGEST_PAUSE_MS`]: exponential back-off. Together they get one part
+//! of the bus ([`Queue::new`]), however many there are, and the time in which no other slot is due; the others keep the
+//! rest. A node that is back is found within 2 s.
 //!
-//! *Faulty bus.* While nobody on a bus answers (`outage.rs`), nobody is dead: each slot is asked once in its period, or as
-//! often as the bus can, without retries. So the first node that answers again does so within one cycle, the time that the
-//! bus needs to ask all its slots once; and then all are due at once. What was heard before confirms nothing.
+//! *Faulty bus.* While no node on a bus answers (`outage.rs`), none is taken for dead: each slot is asked once in its
+//! period, or as often as the bus can, without retries. So the first node that recovers answers within one cycle, the
+//! time that the bus needs to ask all its slots once; and then all are due at once. Earlier values confirm nothing.
 //!
-//! *Deaf nodes* are given a silence, in which they come to (`silence.rs`).
+//! *Deaf nodes* recognise requests again after a silence (`silence.rs`).
 //!
-//! *Time.* Looking through all slots takes longer than the bus should wait between two exchanges. So it is done while an
-//! answer is awaited ([`Queue::look_ahead`]), and again only if that exchange does not end well.
+//! *Time.* Looking through all slots takes longer than the bus should wait between two exchanges. So it is done while
+//! an answer is awaited ([`Queue::look_ahead`]), and again only if that exchange does not end well.
 
 use clino_bus::{Duration, Instant};
 
@@ -26,22 +27,22 @@ use super::silence::Silence;
 use crate::bits::Bits;
 use crate::trace::Purpose;
 
-/// A value that has to be confirmed is asked for again after this. What has damaged the first answer is over then: twenty
-/// milliseconds are two periods of the mains' harmonics, and the exchanges of several other nodes.
+/// A value that has to be confirmed is asked for again after this. What has damaged the first answer is over then:
+/// twenty milliseconds are two periods of the mains' harmonics, and the exchanges of several other nodes.
 pub(crate) const CONFIRM_AFTER: Duration = Duration::from_millis(20);
 /// Readings in a row without any answer after which a node is taken for dead.
 const DEAD_AFTER: u8 = 3;
 /// A node that has answered within this time is not dead, but has perhaps taken noise for the beginning of a long
 /// command: it then takes what is asked for the rest of that, and the more often it is asked the sooner it is back.
 const GONE_AFTER: Duration = Duration::from_millis(1_000);
-/// A pause between two probes of a node grows by one part in so many, and by a millisecond.
+/// The pause between two probes of a node grows by one part in this many, and by a millisecond.
 const PAUSE_GROWS: u16 = 16;
 /// The longest pause. What is left of 2 s is for the other dead nodes.
 const LONGEST_PAUSE_MS: u16 = 1_200;
-/// Nothing will be to be asked.
+/// No request is scheduled.
 const NEVER: Instant = Instant::NEVER;
 
-/// The exchange in hand.
+/// The exchange under way.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked {
     pub slot: usize,
@@ -57,29 +58,29 @@ pub(crate) struct Queue {
     /// The slots of this bus.
     mine: Bits,
     asked: Option<Asked>,
-    /// Who is next if the exchange in hand ends well.
+    /// The slot that is next if the exchange under way ends well.
     ahead: Option<usize>,
-    /// Dead nodes together get one part in so many of the bus.
+    /// Dead nodes together get one part in this many of the bus.
     probe_share: u32,
     silence: Silence,
-    /// Nobody on the bus answers.
+    /// No node on the bus answers.
     faulty: bool,
-    /// Something was wrong with the line since the bus is faulty.
+    /// There was a line error since the bus is faulty.
     troubled: bool,
-    /// Who was dead before that.
+    /// Slots that were dead before that.
     gone: Bits,
-    /// No dead node is asked before this, unless nobody else is due.
+    /// No dead node is asked before this, unless no other slot is due.
     probe_at: Instant,
     /// What the last probe took.
     probe_took: Duration,
-    /// Nothing is to be asked before this. Found by looking through all slots, which is not done for every character
+    /// No request is due before this. Found by looking through all slots, which is not done for every character
     /// that comes in.
     idle_until: Instant,
 }
 
 impl Queue {
     /// The queue of no slot. Dead nodes together get one part in `probe_share` of the bus; after a silence of
-    /// `silence` all nodes hear again, whatever they have taken for a request.
+    /// `silence` every node recognises requests again.
     #[inline(always)]
     pub fn new(probe_share: u32, silence: Duration) -> Self {
         Queue {
@@ -97,7 +98,7 @@ impl Queue {
         }
     }
 
-    /// The slot means something else now: what is still to come for it is nobody's.
+    /// The slot is set anew: an answer that is still to come for it is discarded.
     pub fn forget(&mut self, slot: usize, is_mine: bool) {
         self.mine.set(slot, is_mine);
         self.asked.take_if(|asked| asked.slot == slot);
@@ -107,12 +108,12 @@ impl Queue {
         self.look_again();
     }
 
-    /// Something has happened that may change what is to be asked, and when.
+    /// An event may have changed which request is due, and when.
     pub fn look_again(&mut self) {
         self.idle_until = Instant::ZERO;
     }
 
-    /// When something is to be asked, if ever.
+    /// When the next request is due, if ever.
     pub fn poll_at(&self) -> Option<Instant> {
         (self.idle_until != NEVER).then_some(self.idle_until)
     }
@@ -151,29 +152,29 @@ impl Queue {
         self.look_again();
     }
 
-    /// The exchange in hand has ended.
+    /// The exchange under way has ended.
     pub fn end(&mut self) -> Option<Asked> {
         self.look_again();
         self.asked.take()
     }
 
-    /// The exchange in hand has not ended well: who is next has to be found again.
+    /// The exchange under way has failed: the next slot has to be found again.
     pub fn end_badly(&mut self) -> Option<Asked> {
         self.ahead = None;
         self.end()
     }
 
-    /// Our last stop bit was out at `at`; there is time to see who is next.
+    /// Our last stop bit was out at `at`; there is time to find the next slot.
     pub fn look_ahead(&mut self, at: Instant, slots: &[Polled]) {
         let Some(asked) = &mut self.asked else { return };
         asked.released = at;
-        let in_hand = asked.slot;
+        let under_way = asked.slot;
         let mut ahead: Option<(Instant, usize)> = None;
         for (index, polled) in self.mine(slots) {
-            // What the slot in hand is due for besides its next reading, the exchange in hand will tell.
-            let due = if index == in_hand { polled.turn.due } else { polled.due(CONFIRM_AFTER, at) };
+            // Whether the slot under way is due for more than its next reading is known when its exchange has ended.
+            let due = if index == under_way { polled.turn.due } else { polled.due(CONFIRM_AFTER, at) };
             let free = match polled.turn.dead {
-                true if index == in_hand => NEVER,
+                true if index == under_way => NEVER,
                 true => due.max(self.probe_at),
                 false => due,
             };
@@ -200,7 +201,7 @@ impl Queue {
                 let free = if dead && disturbs { due.max(self.probe_at) } else { due };
                 let beaten =
                     |at| soonest.is_some_and(|(other_at, other_due, _)| (other_at, other_due) <= (at, due));
-                // The master is asked only about those that would be first if it had nothing against it.
+                // The master is asked only about slots that would be first without its limits.
                 if !beaten(free.max(now))
                     && let Some(at) = ask_at(polled).map(|ask_at| free.max(ask_at).max(now))
                     && !beaten(at)
@@ -241,7 +242,7 @@ impl Queue {
         self.mine.is_empty()
     }
 
-    /// Something was wrong with the line at `at`: what was heard was no answer, or somebody else talked.
+    /// A line error at `at`: the characters received were no answer, or another sender was active.
     pub fn note_trouble(&mut self, at: Instant) {
         self.silence.trouble(at);
         self.troubled = self.faulty;
@@ -253,12 +254,12 @@ impl Queue {
         self.gone.set(slot, false);
     }
 
-    /// Nothing was heard from the slot, nor from anybody else.
+    /// Nothing was received after a request of the slot, neither from its node nor from another sender.
     #[inline(never)]
     pub fn note_no_answer(&mut self, slot: usize, slots: &[Polled]) {
-        // The line has just fallen silent. What the nodes have heard before may have made them deaf.
+        // The line has just fallen silent. What the nodes have received before may have made them deaf.
         if core::mem::take(&mut self.troubled) {
-            self.doubt(slots);
+            self.suspect_deaf(slots);
             self.silence.asked(slot);
         }
         let was_gone = self.gone.has(slot) || slots.get(slot).is_some_and(|polled| polled.turn.dead);
@@ -267,21 +268,22 @@ impl Queue {
         }
     }
 
-    /// Nobody is asked until all nodes hear again, whatever they have taken what was sent until `since` for.
+    /// No request is sent until every node recognises requests again, whatever it has made of what was sent until
+    /// `since`.
     pub fn keep_silent(&mut self, since: Instant) {
         self.silence.begin(since);
         self.look_again();
     }
 
-    /// Nobody is asked before this.
+    /// No request is sent before this.
     pub fn silent_until(&self) -> Instant {
         self.silence.until()
     }
 
-    /// Everybody who is not dead may be deaf.
+    /// All nodes that are not dead may be deaf.
     #[inline(never)]
-    pub fn doubt(&mut self, slots: &[Polled]) {
-        self.silence.doubt(self.living(slots));
+    pub fn suspect_deaf(&mut self, slots: &[Polled]) {
+        self.silence.suspect_deaf(self.living(slots));
     }
 
     /// These are due at once.
@@ -295,7 +297,7 @@ impl Queue {
         self.look_again();
     }
 
-    /// The bus is faulty as a whole, or is so no more. Whoever was dead may be back: all begin anew.
+    /// The bus is faulty as a whole, or is so no more. Dead nodes may be back: all begin anew.
     #[inline(never)]
     pub fn set_faulty(&mut self, faulty: bool, slots: &mut [Polled], at: Instant) {
         self.faulty = faulty;
@@ -311,7 +313,7 @@ impl Queue {
         }
         self.schedule_now(self.mine, slots, at);
         if !faulty {
-            self.doubt(slots);
+            self.suspect_deaf(slots);
         }
     }
 
@@ -320,7 +322,7 @@ impl Queue {
         let was_dead = polled.turn.dead;
         polled.turn.silent = if silent { polled.turn.silent.saturating_add(1) } else { 0 };
         if silent {
-            polled.slot.doubt_identity();
+            polled.slot.forget_identity();
         }
         let gone = polled.slot.measured().is_none_or(|read| at.since(read) >= GONE_AFTER);
         polled.turn.dead = !self.faulty && gone && polled.turn.silent >= DEAD_AFTER;

@@ -1,18 +1,18 @@
 //! When an ISU has its next angle.
 //!
-//! A module makes a new angle every 8/15 s (AN #201 section 4) and does not say when. Its instant shows between two readings
-//! that differ, to no better than the time between them; the next one is a refresh later, give or take its clock. So every
-//! reading that differs narrows the span in which the next angle appears, and every refresh widens it. While it is wider
-//! than [`NARROW`], a reading is put into its middle; else one at its end finds the new angle when it is hardly older than
-//! that.
+//! A module makes a new angle every 8/15 s (AN #201 section 4) and does not signal it. The instant is known to lie
+//! between two readings that differ; the next one is a refresh later, within the tolerance of the module's clock. So
+//! every reading that differs narrows the span in which the next angle appears, and every refresh widens it. While it
+//! is wider than [`NARROW`], the next reading is in its middle; else it is at its end, and finds the new angle when
+//! that is little older than [`NARROW`].
 //!
-//! A module at rest says nothing about its instant. It is read at least once in the shortest refresh then, so that no angle
-//! is missed when it begins to move.
+//! The instant of a module at rest is not known. It is read at least once in the shortest refresh then, so that no
+//! angle is missed when it begins to move.
 //!
-//! Limits: against a clock off by more than [`TOLERANCE`], the module's or ours, the span means nothing. Every angle is still
-//! read right, but up to one reading later. A module asked twice a refresh, as usual, misses none; one asked once in it
-//! misses some of a fast one's, one in thirteen at 8 %. An angle of a slow one that is read again may be taken for a new
-//! one that is the same. A module asked less often than it refreshes is not followed.
+//! Limits: against a clock off by more than [`TOLERANCE`], the module's or ours, the span means nothing. Every angle is
+//! still read right, but up to one reading later. A module asked twice a refresh, as usual, misses none; one asked once
+//! in it misses some of a fast one's, one in thirteen at 8 %. An angle of a slow one that is read again may be taken
+//! for a new one that is the same. A module asked less often than it refreshes is not followed.
 
 use clino_bus::{Duration, Instant};
 
@@ -26,8 +26,8 @@ const SHORTEST: Duration = Duration::from_micros(REFRESH.as_micros() - TOLERANCE
 const LONGEST: Duration = Duration::from_micros(REFRESH.as_micros() + TOLERANCE.as_micros());
 /// Two exchanges of 12.5 ms: a reading in the middle of less than this would be of no use.
 const NARROW: Duration = Duration::from_micros(25_000);
-/// Longest time between two readings while the instant is not known: a refresh less the 5 % by which the PWM output of the
-/// same clock may be off, and an exchange.
+/// Longest time between two readings while the instant is not known: a refresh less the 5 % by which the PWM output of
+/// the same clock may be off, and an exchange.
 const BLIND: Duration = Duration::from_micros(490_000);
 
 /// What is known of a module's next angle.
@@ -35,25 +35,25 @@ const BLIND: Duration = Duration::from_micros(490_000);
 pub(crate) struct RefreshTracker {
     /// It appears after this,
     from: Stamp,
-    /// and so much later at the latest, in µs.
+    /// and at most this much later, in µs.
     width: u32,
     /// The angle read last, in µ°.
     code: i32,
-    /// Something was read, not long ago.
+    /// An angle was read, not long ago.
     known: bool,
     /// The last angle appeared when it was expected.
     locked: bool,
 }
 
 impl RefreshTracker {
-    /// An angle was read with a request that was out at `asked` and whose answer ended at `at`. Returns whether it was not
-    /// read before; an angle that equals its predecessor counts as new when a refresh has certainly passed.
+    /// An angle was read with a request that was out at `asked` and whose answer ended at `at`. Returns whether it was
+    /// not read before; an angle that equals its predecessor counts as new when a refresh has certainly passed.
     pub fn read(&mut self, code: i32, asked: Instant, at: Instant) -> bool {
         let changed = !self.known || code != self.code;
         let (from, by) = self.bounds(at);
         let overdue = asked >= by;
         let (from, by, locked) = if !self.known || at >= from + SHORTEST || changed && at <= from {
-            // There may have been two, or it came when it should not: all that is known is that this was read.
+            // Two refreshes may have passed, or one came at an unexpected time: only this reading is certain.
             (asked, at + LONGEST, false)
         } else if changed {
             (from + SHORTEST, by.min(at) + LONGEST, true)

@@ -1,21 +1,21 @@
 //! What the number of a node means, and what is kept of it when that changes.
 //!
-//! A sensor that is zeroed, reversed, moved or reset says other numbers from some instant on, and so does a bus at another
-//! bit rate. What was kept of the numbers before (filter, turns, rate, confirmation, refresh) is worth nothing then, in every
-//! slot that reads the node: several may read the axes of one T7, and a PWM input is the other output of the ISU that its
-//! partner reads. [`readers`] finds them, [`Polled::restart`] forgets.
+//! A sensor that is zeroed, reversed, moved or reset says other numbers from some instant on, and so does a bus at
+//! another bit rate. What was kept of the numbers before (filter, turns, rate, confirmation, refresh) is worth nothing
+//! then, in every slot that reads the node: several may read the axes of one T7, and a PWM input is the other output of
+//! the ISU that its partner reads. [`readers`] finds them, [`Polled::restart`] forgets.
 //!
-//! When exactly a node begins to say its new numbers is not known: the write may be lost, its answer may be lost, an ISU says
-//! its last angle until the next refresh. So from the request that may change it, until the task that has sent it has ended
-//! and the node has had time (`SETTLES` of its protocol), the node's numbers are not used ([`Settling`]).
+//! When exactly a node begins to say its new numbers is not known: the write may be lost, its answer may be lost, an
+//! ISU says its last angle until the next refresh. So from the request that may change it, until the task that has sent
+//! it has ended and the node has had time (`Poll::SETTLES`), the node's numbers are not used ([`Settling`]).
 //!
 //! ```text
 //!   task   ──── write ─ answer, or none ───── read back ── end
-//!   slot   ok ─┤ restart: never_read, whatever the node says                 ├─ first value, its witness ─ ok
+//!   slot   ok ─┤ restart: never_read, whatever the node says                 ├─ first value, confirmed ── ok
 //!                                                   end, and SETTLES after the last write
 //! ```
 //!
-//! Limit: a change that nothing on the bus shows (somebody else's tool, a magnet) is not noticed; a T7 that is asked for
+//! Limit: a change that nothing on the bus shows (another tool, a magnet) is not noticed; a T7 that is asked for
 //! everything says its serial number, and another one is another sensor.
 
 use clino_bus::Instant;
@@ -38,7 +38,7 @@ impl Nodes {
     /// Every node.
     pub const ALL: Nodes = Nodes(u128::MAX);
 
-    /// Who listens to this address.
+    /// The nodes that listen to this address.
     #[inline(never)]
     pub const fn at(bus: Bus, address: u8) -> Nodes {
         match (bus, address) {
@@ -82,22 +82,22 @@ pub(crate) fn readers(slots: &[Polled], bus: Bus, nodes: Nodes) -> Bits {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Settling {
     nodes: Nodes,
-    /// They say their new numbers to whatever is asked after this,
+    /// They answer all requests after this with their new numbers,
     until: Instant,
     /// and after the end of the task.
     task: bool,
-    /// The exchange in hand is one that may change them.
-    in_hand: bool,
+    /// The exchange under way is one that may change them.
+    under_way: bool,
 }
 
 impl Settling {
     /// A request that may change these nodes goes out for a task.
     pub fn begin(&mut self, nodes: Nodes, now: Instant) {
         self.add(nodes, now, now);
-        (self.task, self.in_hand) = (true, true);
+        (self.task, self.under_way) = (true, true);
     }
 
-    /// What was asked of these nodes before `until` is not used.
+    /// Answers of these nodes to requests before `until` are not used.
     pub fn add(&mut self, nodes: Nodes, until: Instant, now: Instant) {
         if !self.task && now >= self.until {
             self.nodes = Nodes::NONE;
@@ -105,9 +105,10 @@ impl Settling {
         (self.nodes, self.until) = (self.nodes.and(nodes), self.until.max(until));
     }
 
-    /// An exchange of the task has ended, answered or not. If it may have changed its nodes, they have done so by `until`.
+    /// An exchange of the task has ended, answered or not. If it may have changed its nodes, they have done so by
+    /// `until`.
     pub fn sent(&mut self, until: Instant) {
-        if core::mem::take(&mut self.in_hand) {
+        if core::mem::take(&mut self.under_way) {
             self.until = self.until.max(until);
         }
     }
@@ -117,7 +118,7 @@ impl Settling {
         self.task = false;
     }
 
-    /// Whether what these nodes say to a request of `asked` is not used.
+    /// Whether answers of these nodes to a request of `asked` are not used.
     pub fn holds(&self, nodes: Nodes, asked: Instant) -> bool {
         (self.task || asked < self.until) && self.nodes.meet(nodes)
     }

@@ -1,46 +1,48 @@
-//! The silence in which deaf nodes come to.
+//! The silence after which deaf nodes recognise requests again.
 //!
-//! A T7 that has taken noise for the beginning of a command takes what follows for the rest of it, up to
-//! [500 ms of silence](Silence::new), and what follows that may look like a beginning again. So a bus keeps silent for once
+//! A T7 that has taken noise for the beginning of a command takes what follows for the rest of it, up to [500 ms of
+//! silence](Silence::new), and what follows that may look like a beginning again. So a bus keeps silent once:
 //!
-//! - after every [change of the bit rate](Silence::begin): what was sent at the other rate is noise to the nodes of this one;
-//! - when a node dies after [more than once](TROUBLES) something was wrong with the line, but not more often than every
+//! - after every [change of the bit rate](Silence::begin): requests at the old rate are noise to nodes at the new one;
+//! - when a node dies and there was [more than one](TROUBLES) line error shortly before, but not more often than every
 //!   [`SILENCE_EVERY`];
-//! - when everybody had [reason to be deaf](Silence::doubt) and somebody does not answer. Everybody is asked once before
-//!   that: those who hear need not wait for those who do not.
+//! - when all nodes [may be deaf](Silence::suspect_deaf) and one of them does not answer. Every node is asked once
+//!   before that: nodes that are not deaf need not wait for those that are.
 
 use clino_bus::{Duration, Instant};
 
 use crate::bits::Bits;
 
-/// What was wrong with the line so long ago has nothing to do with a node that is silent now: the second after which a node
-/// is taken for dead, and as much.
+/// An older line error has nothing to do with a node that is silent now: twice the second after which a node is taken
+/// for dead.
 const TROUBLE_LASTS: Duration = Duration::from_millis(2_000);
-/// A node that is unplugged while it answers makes one bad answer; more is something else.
+/// A node that is unplugged while it answers makes one bad answer; more have another cause.
 const TROUBLES: u8 = 2;
-/// From one silence to the next, at least: 10 % of the time at most, on a line that is never without noise.
+/// The least time from one silence to the next: on a line with constant noise the bus is silent for 10 % of the time at
+/// most.
 const SILENCE_EVERY: Duration = Duration::from_millis(5_000);
 
 pub(super) struct Silence {
-    /// After so long every node takes the next character for the beginning of a request; zero if the nodes need no silence.
+    /// After this time of silence every node takes the next character for the beginning of a request; zero if the nodes
+    /// need no silence.
     span: Duration,
-    /// When something was wrong with the line last, and how often in a row.
+    /// When the last line error was, and how many there were in a row.
     trouble_at: Instant,
     troubles: u8,
-    /// Nobody is asked before this.
+    /// No request is sent before this.
     until: Instant,
-    /// A node may be deaf and has not been given its silence yet.
+    /// A node may be deaf, and the silence for it has not begun yet.
     owed: bool,
-    /// Everybody may be deaf.
-    doubted: bool,
-    /// Of these, those who have still to be asked,
+    /// All nodes that are not dead may be deaf.
+    suspected: bool,
+    /// Slots that have not been asked since then,
     unasked: Bits,
-    /// and those who did not answer.
+    /// and slots that did not answer.
     missed: Bits,
 }
 
 impl Silence {
-    /// After a silence of `span` all nodes hear again, whatever they have taken for a request.
+    /// After a silence of `span` every node recognises requests again.
     pub fn new(span: Duration) -> Self {
         Silence {
             span,
@@ -48,13 +50,13 @@ impl Silence {
             troubles: 0,
             until: Instant::ZERO,
             owed: false,
-            doubted: false,
+            suspected: false,
             unasked: Bits::EMPTY,
             missed: Bits::EMPTY,
         }
     }
 
-    /// Something was wrong with the line at `at`: what was heard was no answer, or somebody else talked.
+    /// A line error at `at`: the characters received were no answer, or another sender was active.
     pub fn trouble(&mut self, at: Instant) {
         let before = if self.is_in_trouble(at) { self.troubles } else { 0 };
         (self.trouble_at, self.troubles) = (at, before.saturating_add(1));
@@ -69,20 +71,20 @@ impl Silence {
         self.owed |= self.troubles >= TROUBLES && self.is_in_trouble(at);
     }
 
-    /// All who have heard something until `since` are given their silence.
+    /// Begins the silence for all nodes that have received anything up to `since`.
     pub fn begin(&mut self, since: Instant) {
         self.until = self.until.max(since + self.span);
     }
 
-    /// Nobody is asked before this.
+    /// No request is sent before this.
     pub fn until(&self) -> Instant {
         self.until
     }
 
-    /// These may all be deaf.
-    pub fn doubt(&mut self, slots: Bits) {
-        if !self.doubted {
-            (self.doubted, self.unasked, self.missed) = (true, slots, Bits::EMPTY);
+    /// The nodes of these slots may all be deaf.
+    pub fn suspect_deaf(&mut self, slots: Bits) {
+        if !self.suspected {
+            (self.suspected, self.unasked, self.missed) = (true, slots, Bits::EMPTY);
         }
     }
 
@@ -91,14 +93,14 @@ impl Silence {
         self.unasked.set(slot, false);
     }
 
-    /// The slot has answered, or nobody is to wait for it.
+    /// The slot has answered, or there is no need to wait for it.
     pub fn heard(&mut self, slot: usize) {
         self.missed.set(slot, false);
     }
 
     /// The slot has not answered.
     pub fn missed(&mut self, slot: usize) {
-        self.missed.set(slot, self.doubted);
+        self.missed.set(slot, self.suspected);
     }
 
     /// The slot is not on this bus any more.
@@ -107,17 +109,17 @@ impl Silence {
         self.heard(slot);
     }
 
-    /// Until when nobody is asked. To be called while no exchange is in hand.
+    /// The instant before which no request is sent. To be called between two exchanges.
     #[inline(never)]
     pub fn keep(&mut self, now: Instant) -> Instant {
         let often = self.until > Instant::ZERO && now < self.until + SILENCE_EVERY;
-        let all_asked = self.doubted && self.unasked.is_empty();
+        let all_asked = self.suspected && self.unasked.is_empty();
         if (self.owed && !often) || (all_asked && !self.missed.is_empty()) {
             self.owed = false;
             self.until = now + self.span;
         }
         if all_asked {
-            (self.doubted, self.missed) = (false, Bits::EMPTY);
+            (self.suspected, self.missed) = (false, Bits::EMPTY);
         }
         self.until
     }

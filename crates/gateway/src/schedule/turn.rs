@@ -14,7 +14,7 @@ use crate::value::Status;
 pub(crate) struct Turn {
     /// When the next reading is due.
     pub due: Instant,
-    /// Tries of the reading in hand that have failed.
+    /// Tries of the current reading that have failed.
     pub tried: u8,
     /// Readings in a row to which there was no answer.
     pub silent: u8,
@@ -88,13 +88,13 @@ impl Polled {
         self.turn.restart();
     }
 
-    /// No answer has come for long: what was heard before confirms nothing and foretells nothing.
+    /// No answer has come for long: earlier values neither confirm nor predict anything.
     pub fn lose_track(&mut self) {
         self.slot.lose_track();
         self.turn.refresh = RefreshTracker::default();
     }
 
-    /// When the slot wants to be asked; a retry goes first, a value that is to be confirmed `confirm_after` it came.
+    /// When the slot is due; a retry goes first, the confirmation of a value is due `confirm_after` it came.
     pub fn due(&self, confirm_after: Duration, now: Instant) -> Instant {
         match self.slot.confirm_at(confirm_after, now) {
             _ if self.turn.tried > 0 => Instant::ZERO,

@@ -1,19 +1,19 @@
-//! Cross-checks: two things that a sensor says and that have to fit. Their outcomes are signals ([`Health`]) beside the value.
+//! Cross-checks: two values of a sensor that have to agree. Their outcomes are signals ([`Health`]) beside the value.
 //!
 //! - The PWM output of an ISU against its own serial line (`SlotConfig::partner`, compared in `pwm.rs`).
-//! - The accelerations of a T7 against gravity. The guide gives them in section 2.3 and says nothing of how they relate to
-//!   the angles, nor how the axes lie; its one example cannot be explained by any simple relation. What holds in any case is
-//!   that a device at rest measures 1 g in all, so that is checked.
+//! - The accelerations of a T7 against gravity. The guide gives them in section 2.3 and says nothing of how they relate
+//!   to the angles, nor how the axes lie; its one example cannot be explained by any simple relation. What holds in any
+//!   case is that a device at rest measures 1 g in all, so that is checked.
 //! - The failures among the last requests ([`Link`]).
 //!
-//! A check speaks after several failures in a row, so that a moving sensor, whose two outputs are not of the same instant,
-//! is not accused; it is silent again at the first success.
+//! A check raises its signal after several failures in a row, so that a moving sensor, whose two outputs are not of the
+//! same instant, raises none; the first success ends it.
 //!
 //! [`Health`]: crate::Health
 
 use clino_codec::t7::Acceleration;
 
-/// A check that speaks after several failures in a row.
+/// A check that raises its signal after several failures in a row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Strikes(u8);
 
@@ -52,7 +52,7 @@ impl Link {
 /// Steps of acceleration per thousandth of g, times ten: 102 300 per g.
 const STEPS_PER_10_MG: i64 = 1_023;
 
-/// Whether the accelerations add up to 1 g, give or take so many thousandths of g.
+/// Whether the accelerations add up to 1 g within `tolerance` thousandths of g.
 pub(crate) fn is_one_g(accelerations: &[Acceleration; 3], tolerance: u16) -> bool {
     let square = |steps: i64| steps.saturating_mul(steps);
     let sum = accelerations.iter().map(|a| square(a.0.into())).fold(0, i64::saturating_add);

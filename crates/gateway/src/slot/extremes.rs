@@ -21,7 +21,7 @@ pub struct Extremes {
     begun: bool,
 }
 
-/// An extreme, as it is told.
+/// An extreme and its age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExtremeAngle {
     /// In 0.001°, in the slot's range.
@@ -47,15 +47,15 @@ impl Extremes {
 
     /// The lowest angle; `None` if there was none.
     pub fn lowest(&self, now: Instant) -> Option<ExtremeAngle> {
-        self.told(self.lowest, now)
+        self.with_age(self.lowest, now)
     }
 
     /// The highest angle; `None` if there was none.
     pub fn highest(&self, now: Instant) -> Option<ExtremeAngle> {
-        self.told(self.highest, now)
+        self.with_age(self.highest, now)
     }
 
-    fn told(&self, extreme: Extreme, now: Instant) -> Option<ExtremeAngle> {
+    fn with_age(&self, extreme: Extreme, now: Instant) -> Option<ExtremeAngle> {
         self.begun
             .then(|| ExtremeAngle { mdeg: extreme.mdeg, age_ms: now.millis_since(extreme.at.near(now)) })
     }

@@ -1,8 +1,8 @@
 //! Mean and median on the circle.
 //!
 //! Both look at the angles from the newest one, the shorter way round, and are right as long as all of them lie within
-//! half a turn of it; a sensor that turns faster than that within a few readings has no mean. For such angles the mean is
-//! the point from which the squared distances along the circle are least, without a sine in it.
+//! half a turn of it; a sensor that turns faster than that within a few readings has no mean. For such angles the mean
+//! is the point from which the squared distances along the circle are least, without a sine in it.
 
 use clino_codec::angle::Angle;
 
@@ -45,7 +45,7 @@ impl Window {
         self.off_newest(rounded(sum, 2))
     }
 
-    /// The offset with so many others below it.
+    /// The offset that has `rank` others below it.
     fn ranked(&self, rank: u8) -> i32 {
         let is_ranked = |&offset: &i32| {
             let below = self.offsets().filter(|&other| other < offset).count();

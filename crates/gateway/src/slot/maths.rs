@@ -1,4 +1,4 @@
-//! What is made of a sensor's angles. Integers only; no angle is far from another across the seam of the turn.
+//! From a sensor's angle to the published one. Integers only; no angle is far from another across the seam of the turn.
 //!
 //! ```text
 //! raw ── soft zero, direction ── filter ─┬─ publication (value/publication.rs) ── angle

@@ -1,14 +1,14 @@
 //! Whether a value may be published, or has to be confirmed by a second one first.
 //!
 //! One damaged frame in a few hundred passes its 8-bit sum. Two that say the same are 10 000 times rarer and more, as
-//! long as what damaged the first is over before the second. So that value is held back which is worth nothing so far:
-//! the first one, one after a line error, and a jump. It is asked for again after [`CONFIRM_AFTER`], once, in
-//! another way where the sensor has one, and from then on with every reading, until two in a row agree. Meanwhile the slot
-//! keeps its last value, which grows old, or its last error; it turns *suspect* when two have disagreed.
+//! long as what damaged the first is over before the second. So unconfirmed values are held back: the first one, one
+//! after a line error, and a jump. The sensor is asked again after [`CONFIRM_AFTER`], once, in another way where the
+//! sensor has one, and from then on with every reading, until two in a row agree. Meanwhile the slot keeps its last
+//! value, which grows old, or its last error; it turns *suspect* when two have disagreed.
 //!
-//! Two values agree if they differ by no more than the sensor's resolution and what it may have moved in between; where a
-//! slot has no limit of its rate, any two do, if the first is not too old. Silence is no line error: nothing was heard that
-//! could be wrong.
+//! Two values agree if they differ by no more than the sensor's resolution and what it may have moved in between; where
+//! a slot has no limit of its rate, any two do, if the first is not too old. Silence is no line error: nothing was
+//! received that could be wrong.
 //!
 //! [`CONFIRM_AFTER`]: crate::schedule::queue::CONFIRM_AFTER
 
@@ -18,7 +18,7 @@ use clino_codec::angle::Angle;
 use super::maths::step;
 use crate::stamp::Stamp;
 
-/// The rate of a slot that may move as fast as it likes.
+/// The rate of a slot whose motion has no limit.
 const NO_LIMIT: u32 = 0;
 /// Micro-degrees a microsecond, per millidegree a second: one in a thousand.
 const PER_MDEG_PER_S: u64 = 1_000;
@@ -65,20 +65,20 @@ impl Demands {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// The next value needs no witness unless it jumps.
+    /// The next value needs no confirmation unless it jumps.
     Trusting,
-    /// The next value needs a witness.
+    /// The next value needs a confirmation.
     Distrusting,
-    /// The candidate waits for its witness.
+    /// The candidate waits for its confirmation.
     Waiting,
 }
 
-/// The gate of one slot.
+/// The plausibility check of one slot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plausibility {
     state: State,
-    /// The witness has not been asked for out of turn yet.
-    hurry: bool,
+    /// The candidate wants a confirmation out of turn, and the sensor has not been asked for it yet.
+    wants_confirmation: bool,
     candidate: Angle,
     at: Stamp,
 }
@@ -87,37 +87,37 @@ impl Plausibility {
     /// Nothing was read yet, or nothing for long.
     pub const NEW: Plausibility = Plausibility {
         state: State::Distrusting,
-        hurry: false,
+        wants_confirmation: false,
         candidate: Angle::ZERO,
         at: Stamp::of(Instant::ZERO),
     };
 
-    /// The witness did not come: it is not asked for out of turn again.
+    /// No confirmation came: the sensor is not asked for it out of turn again.
     pub fn relax(&mut self) {
-        self.hurry = false;
+        self.wants_confirmation = false;
     }
 
-    /// Nothing was heard for long: the candidate confirms nothing any more.
+    /// No answer came for long: the candidate confirms nothing any more.
     pub fn forget(&mut self) {
-        self.hurry = false;
+        self.wants_confirmation = false;
         if self.state == State::Waiting {
             self.state = State::Distrusting;
         }
     }
 
-    /// Something was wrong with what was heard.
+    /// Something was wrong with what was received.
     pub fn distrust(&mut self) {
         if self.state == State::Trusting {
             self.state = State::Distrusting;
         }
     }
 
-    /// Whether a witness is wanted out of turn.
-    pub fn hurries(&self) -> bool {
-        self.hurry
+    /// Whether the candidate wants a confirmation out of turn.
+    pub fn wants_confirmation(&self) -> bool {
+        self.wants_confirmation
     }
 
-    /// When the value came that wants a witness.
+    /// When the candidate came.
     pub fn since(&self, now: Instant) -> Instant {
         self.at.near(now)
     }
@@ -143,7 +143,7 @@ impl Plausibility {
             },
         };
         (self.candidate, self.at) = (value, Stamp::of(at));
-        self.hurry = acceptance == Acceptance::Hold;
+        self.wants_confirmation = acceptance == Acceptance::Hold;
         self.state = if acceptance == Acceptance::Publish { State::Trusting } else { State::Waiting };
         acceptance
     }

@@ -1,5 +1,5 @@
 //! A reading as 32-bit words, so that each can be read and written at once. Any words make a reading: a reader may see
-//! those of two readings before it finds out.
+//! the words of two readings, and then detects that.
 //!
 //! ```text
 //!  0  status | flags << 8 | health << 16 | address << 24      6  temperature | alarms << 16

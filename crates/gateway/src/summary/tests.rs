@@ -1,5 +1,5 @@
-//! No declared fault anywhere leaves the summary clean: every part and every slot, by chance, against the list of what is a
-//! fault, restated here.
+//! No declared fault anywhere leaves the summary clean: every part and every slot, by chance, against the list of what
+//! is a fault, restated here.
 
 use super::*;
 use crate::alarm::Alarms;
@@ -148,9 +148,9 @@ fn the_bits_are_those_of_the_map() {
     }
 }
 
-/// The row's own example: what is heard of a pair that is stuck low is bad answers, which were taken for a sign of life.
+/// A pair that is stuck low makes bad answers, which are a sign of life on a bus without a fault only.
 #[test]
-fn a_pair_that_is_stuck_low_is_told() {
+fn a_pair_that_is_stuck_low_is_reported() {
     let isu = Source::Isu { address: isu::Address::new(1).unwrap() };
     let slot = Standing {
         source: isu,

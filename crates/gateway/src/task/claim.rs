@@ -1,13 +1,14 @@
 //! What a task works on besides its sensor.
 //!
-//! Two orders about one thing have an order: what was acknowledged last is in force in the end. A task takes a while, so
-//! that a change that comes meanwhile would be overwritten by its end. Such a change is refused as busy, and no other.
+//! Two orders about one thing have an order: what was acknowledged last is in force in the end. A task takes a while,
+//! so that a change that comes meanwhile would be overwritten by its end. Such a change is refused as busy, and no
+//! other.
 
 use clino_codec::angle::Angle;
 
 use crate::config::{Bus, SlotConfig, Source};
 
-/// What nobody else may change until the task has ended.
+/// What no other order may change until the task has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Claim {
     /// Nothing but the bit rate, at which every task runs.

@@ -7,13 +7,13 @@ use clino_commissioning::isu::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, Led, Tasks};
+use super::{Claim, TaskRunner, Tasks};
 use crate::config::{Bus, Source};
 
-/// What can be asked for.
+/// The tasks that can be ordered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
-    /// Who it is and how it is set up.
+    /// Identification of a module and its setup.
     Identify(Module),
     /// The module starts again.
     Reset(Module),
@@ -25,10 +25,10 @@ pub enum Task {
     Repair(Module),
 }
 
-/// What is told of a task.
+/// An event of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
-    /// Who a module is and how it is set up.
+    /// A module's identification and setup.
     Identity(Identity),
     /// A module came up again.
     Alive(Alive),
@@ -97,7 +97,7 @@ impl Tasks for Isu {
         }
     }
 
-    fn led(work: &mut Work) -> &mut dyn Led<Isu> {
+    fn runner(work: &mut Work) -> &mut dyn TaskRunner<Isu> {
         match work {
             Work::Identify(runner) => runner,
             Work::Reset(runner) => runner,
@@ -107,7 +107,7 @@ impl Tasks for Isu {
         }
     }
 
-    fn led_ref(work: &Work) -> &dyn Led<Isu> {
+    fn runner_ref(work: &Work) -> &dyn TaskRunner<Isu> {
         match work {
             Work::Identify(runner) => runner,
             Work::Reset(runner) => runner,

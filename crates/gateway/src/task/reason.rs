@@ -29,23 +29,23 @@ macro_rules! reasons {
 }
 
 reasons! {
-    /// it cannot be asked of this sensor
+    /// the sensor has no such command or value
     Refused = 1, "refused";
-    /// it would be written to all sensors of the bus
+    /// the value would be written to all sensors of the bus
     WritesToAll = 2, "writes_to_all";
     /// the sensor does not answer
     NoAnswer = 3, "no_answer";
     /// a T7 answers with a status other than *ok*
     DeviceStatus = 4, "device_status";
-    /// a T7 holds the value for out of its range
+    /// a T7 rejects the value as out of range
     OutOfRange = 5, "out_of_range";
-    /// what was written does not read back
+    /// the written value does not read back
     NotTaken = 6, "not_taken";
     /// the angle is not zero afterwards
     NotZero = 7, "not_zero";
     /// the sensor moves
     Moving = 8, "moving";
-    /// it is no product that is known
+    /// the product type is not known
     UnknownProduct = 9, "unknown_product";
     /// another sensor than before answers
     WrongSerial = 10, "wrong_serial";
@@ -55,9 +55,9 @@ reasons! {
     StillAtOldAddress = 12, "still_at_old_address";
     /// the sensor answers at its old bit rate
     StillAtOldRate = 13, "still_at_old_rate";
-    /// the sensor answers neither as before nor as it was told
+    /// the sensor answers neither with its old setting nor with the new one
     Lost = 14, "lost";
-    /// it was stopped
+    /// the task was cancelled
     Cancelled = 15, "cancelled";
     /// an ISU answers with an error
     DeviceError = 16, "device_error";
@@ -71,15 +71,15 @@ reasons! {
     ZeroOnSharedLine = 20, "zero_on_shared_line";
     /// the address is reserved
     ReservedAddress = 21, "reserved_address";
-    /// what is read twice differs
+    /// two readings of the EEPROM differ
     Mismatch = 22, "mismatch";
-    /// what was written is gone after the module's start
+    /// the written value is lost after the module's restart
     NotKept = 23, "not_kept";
-    /// the module does not start again
+    /// the module does not restart
     NotBooted = 24, "not_booted";
     /// no module answers at any address
     NotFound = 25, "not_found";
-    /// the gateway's own storage does not take it
+    /// the gateway cannot store the change
     NotStored = 26, "not_stored";
 }
 

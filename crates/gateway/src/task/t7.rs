@@ -10,13 +10,13 @@ use clino_commissioning::t7::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, Led, Tasks};
+use super::{Claim, TaskRunner, Tasks};
 use crate::config::{Bus, Source};
 
-/// What can be asked for.
+/// The tasks that can be ordered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
-    /// Who it is and how it is set up.
+    /// Identification of a device and its setup.
     Identify(Device),
     /// Every address at these bit rates.
     Sweep(Rates),
@@ -35,14 +35,14 @@ pub enum Task {
     Baud(Device, BaudRate),
 }
 
-/// What is told of a task.
+/// An event of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
     /// A sweep has found something. More follows.
     Found(Found),
     /// A sweep is over.
     Swept(Swept),
-    /// Who a device is and how it is set up.
+    /// A device's identification and setup.
     Identity(Identity),
     /// What an axis read before and after it was set to zero.
     Zeroed(Zeroed),
@@ -112,7 +112,7 @@ impl Tasks for T7 {
         }
     }
 
-    fn led(work: &mut Work) -> &mut dyn Led<T7> {
+    fn runner(work: &mut Work) -> &mut dyn TaskRunner<T7> {
         match work {
             Work::Identify(runner) => runner,
             Work::Sweep(runner) => runner,
@@ -123,7 +123,7 @@ impl Tasks for T7 {
         }
     }
 
-    fn led_ref(work: &Work) -> &dyn Led<T7> {
+    fn runner_ref(work: &Work) -> &dyn TaskRunner<T7> {
         match work {
             Work::Identify(runner) => runner,
             Work::Sweep(runner) => runner,

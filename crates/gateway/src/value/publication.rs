@@ -7,8 +7,8 @@
 //!                                                       └── 16-bit integer, 0.01°: rounded and brought into ±180° again
 //! ```
 //!
-//! An angle just below the end of its range rounds to the end, which is the beginning of the next turn: 359.9996° is 0.000°,
-//! 179.9996° is -180.000°. Whatever rounds after the range was seen to would publish 360.000°.
+//! An angle just below the end of its range rounds to the end, which is the beginning of the next turn: 359.9996° is
+//! 0.000°, 179.9996° is -180.000°. Rounding after the range is applied would publish 360.000°.
 //!
 //! | value | range |
 //! |---|---|
@@ -65,7 +65,7 @@ impl Published {
         Angle::from_udeg(self.0.saturating_mul(UDEG_PER_MDEG))
     }
 
-    /// The angle and so many whole turns, in millidegrees; `None` beyond 32 bits, 5 965 turns.
+    /// The angle plus `turns` whole turns, in millidegrees; `None` beyond 32 bits, 5 965 turns.
     pub fn unwrapped(self, turns: i32) -> Option<i32> {
         turns.checked_mul(TURN)?.checked_add(self.0)
     }

@@ -1,4 +1,4 @@
-//! Orders have an order: a real gateway with simulated sensors, and those who order at any time.
+//! Orders have an order: a real gateway with simulated sensors, and orders at any time.
 
 mod model;
 mod sequence;

@@ -1,10 +1,10 @@
 //! Orders and tasks in any order, at any time, against a model that knows only what was acknowledged.
 //!
-//! - What was acknowledged and not superseded is in force in the end: told, and run.
+//! - What was acknowledged and not superseded is in force in the end: in the settings, and on the line.
 //! - After an acknowledgement no request leaves at another bit rate than the acknowledged one, but for a task whose
 //!   business that is.
 //! - Nothing is sent within the documents' silence after a change of the bit rate.
-//! - Refused as busy is what a task works on, and nothing else.
+//! - An order is refused as busy if it changes what a task works on, and only then.
 
 use std::collections::BTreeMap;
 

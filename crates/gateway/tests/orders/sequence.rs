@@ -35,7 +35,8 @@ fn settings(site: &Site) -> (u32, u64) {
     (settings.timing.serial.baud, u64::from(settings.timing.guard.as_micros()))
 }
 
-/// All fields that are not the bit rate, at every millisecond of a change of the bit rate: both are in force in the end.
+/// All fields that are not the bit rate, at every millisecond of a change of the bit rate: both are in force in the
+/// end.
 #[test]
 fn a_change_during_a_change_of_bit_rate_undoes_neither() {
     let changes = [
@@ -63,14 +64,14 @@ fn a_change_during_a_change_of_bit_rate_undoes_neither() {
             assert_eq!(line.post_delay, change.post_delay.unwrap_or(Duration::ZERO));
             assert_eq!(line.echo, change.echo.unwrap_or(EchoMode::Off));
             let shown = site.gateway.bus_settings(Bus::T7);
-            assert_eq!((&shown.timing, &shown.line), (timing, line), "what runs is what is told");
+            assert_eq!((&shown.timing, &shown.line), (timing, line), "the line runs as the settings say");
             assert!(site.gateway.is_in_force(Bus::T7));
         }
     }
 }
 
-/// A bit rate is the task's while there is one: refused at every instant, and the task is not disturbed. A rate that is no
-/// change is refused while the rate changes, and only then.
+/// A bit rate is the task's while there is one: refused at every instant, and the task is not disturbed. A rate that is
+/// no change is refused while the rate changes, and only then.
 #[test]
 fn a_bit_rate_is_refused_while_a_task_needs_it() {
     let tasks = [
@@ -104,9 +105,9 @@ fn a_bit_rate_is_refused_while_a_task_needs_it() {
     }
 }
 
-/// Twenty instants; each time the sensors are at the new rate already and have heard the old one as noise.
+/// Twenty instants; each time the sensors are at the new rate already and have received the old one as noise.
 #[test]
-fn a_task_after_a_change_of_bit_rate_begins_at_the_new_rate_when_the_nodes_hear() {
+fn a_task_after_a_change_of_bit_rate_begins_at_the_new_rate_after_the_silence() {
     for phase in 0..20 {
         let mut site = Site::new((1..=3).map(|node| t7(node, 1, STILL)).collect());
         site.run(Duration::from_micros(1_000_000 + phase * 1_300));
@@ -154,7 +155,7 @@ fn polls_keep_silent_after_a_change_of_bit_rate_and_each_begins_the_silence_anew
     }
 }
 
-/// The sensor that has moved is followed at once, the others have to be given their silence.
+/// The sensor that has moved is followed at once, the others need a silence first.
 #[test]
 fn after_a_task_has_changed_the_bit_rate_the_next_one_waits_for_the_nodes() {
     // Node 2 is at the new rate before the bus is, and has heard 115200 as noise.
@@ -275,7 +276,7 @@ fn the_revision_counts_what_a_task_has_changed_when_it_has() {
     }
 }
 
-/// A slot is not told what a task will overwrite, and everything else.
+/// A slot refuses settings that a task will overwrite, and accepts all others.
 #[test]
 fn slots_change_during_a_change_of_address_but_for_the_two_addresses() {
     for after in (0..40).step_by(2) {
@@ -318,7 +319,7 @@ fn a_sensor_that_was_zeroed_reads_zero_in_its_slots() {
     }
     site.run(Duration::from_micros(500_000));
     site.order(Order::T7(Task::Zero(device(1), Axis::Two))).unwrap();
-    // Meanwhile nobody else sets it, but to what it will be.
+    // Meanwhile no other order sets it, except to the value that it will have.
     let mine = *site.gateway.config(0).unwrap();
     let other = SlotConfig { soft_zero: Angle::from_mdeg(1_000).unwrap(), ..mine };
     assert_eq!(site.order(Order::Slot { slot: 0, config: other }), Err(Refusal::Busy));

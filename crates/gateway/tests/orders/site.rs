@@ -30,9 +30,9 @@ pub struct Site {
     pub sensors: Vec<Sensor>,
     /// Every request, in order.
     pub sent: Vec<Sent>,
-    /// How the bus was told to run, and when.
+    /// The line settings that the bus was given, and when.
     pub runs: Vec<(Instant, Timing, line::LineSettings)>,
-    /// What tasks have told.
+    /// The events of all tasks.
     pub news: Vec<News>,
     /// News is fetched as it comes.
     pub prompt: bool,

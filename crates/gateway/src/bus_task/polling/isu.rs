@@ -1,7 +1,8 @@
 //! Polling an ISU: the angle in its RAM, when it is new.
 //!
-//! An angle is confirmed by reading the same cell again. That is often the same measurement, which is what is wanted: the
-//! line is in doubt, not the sensor. There is one way only to ask for it, so that time has to tell the two answers apart.
+//! An angle is confirmed by reading the same cell again. That is often the same measurement, which is intended: the
+//! line may be at fault, not the sensor. There is only one request for it, so only the time distinguishes the two
+//! answers.
 
 use clino_bus::{Duration, Instant, Isu};
 use clino_codec::isu::{Address, Answer, DecodeError, Function, Request, Response};

@@ -68,15 +68,15 @@ impl Plant {
         self.mix(u64::from(angle.udeg().cast_unsigned()));
         let slot = usize::from(reading.slot);
         let truth = Angle::from_mdeg(self.mdeg(reading.slot + 1, now)).unwrap();
-        // What it turns while an answer is on its way and an ISU keeps its angle; and what a damaged frame that passes its
-        // 8-bit sum may be off without being a jump, at the rate of its slot since the last good angle, while the sensor has
-        // turned the other way.
+        // What it turns while an answer is on its way and an ISU keeps its angle; and what a damaged frame that passes
+        // its 8-bit sum may be off without being a jump, at the rate of its slot since the last good angle, while the
+        // sensor has turned the other way.
         let (keeps_ms, rate) = if slot < T7S.into() { (30, 180) } else { (600 + 60, 90) };
         let since = (now - self.ok_at[slot]).min(SECOND) / 1_000;
         let moved = (keeps_ms + since) * 3 * u64::from(reading.slot + 1);
-        let gate = 50 + since * rate;
+        let allowed_jump = 50 + since * rate;
         let error = u64::from(angle.difference(truth).udeg().unsigned_abs()) / 1_000;
-        assert!(error <= moved + gate, "slot {slot} says {angle:?} instead of {truth:?} at {now}");
+        assert!(error <= moved + allowed_jump, "slot {slot} says {angle:?} instead of {truth:?} at {now}");
         if now > MINUTE {
             let there = self.there_since(slot).max(self.ok_at[slot]);
             self.longest = self.longest.max(now - self.ok_at[slot]);
@@ -125,7 +125,7 @@ fn run(seed: u64, span: u64) -> u64 {
     let mut table: Vec<SlotConfig> =
         (1..=T7S).map(|node| t7_slot(node, Duration::from_millis(100))).collect();
     table.extend((1..=ISUS).map(|node| isu_slot(node, Duration::from_millis(266))));
-    // A fault is no reason to doubt the value before it.
+    // A fault does not make the value before it stale.
     table.iter_mut().for_each(|slot| slot.stale = Duration::from_millis(1_000));
     let mut world = World::new(&table, Plant::new(seed));
     world.run(span, Plant::watch);

@@ -6,7 +6,7 @@ use crate::Health;
 use crate::config::Ask;
 use clino_bus::Duration;
 
-/// One ISU at 90° or wherever it is told, and T7s that measure 1 g.
+/// One ISU at 90° or where `isu` puts it, and T7s that measure 1 g.
 struct Still {
     isu: u16,
     chance: Chance,
@@ -31,7 +31,8 @@ fn pwm_slot(partner: Option<u8>) -> SlotConfig {
     SlotConfig { partner, ..SlotConfig::usual(Source::Pwm { input: PwmInput::Pwm1 }) }
 }
 
-/// A cycle of 1/30 s at 84 MHz for an angle in degrees: 6.749 times the duty in per cent, less 157.45 (AN #201 section 5).
+/// A cycle of 1/30 s at 84 MHz for an angle in degrees: 6.749 times the duty in per cent, less 157.45
+/// (AN #201 section 5).
 fn cycle(degrees: f64) -> Capture {
     let high = ((degrees + 157.45) / 674.9 * 2_800_000.0).round() as u32;
     Capture::Cycle(Ticks { period: 2_800_000, high })
@@ -41,7 +42,7 @@ fn world(table: &[SlotConfig]) -> World<Still> {
     World::new(table, Still { isu: 0x4000, chance: Chance::new(1) })
 }
 
-/// So many cycles; returns after how many the signal was first seen.
+/// Feeds `count` cycles; returns after how many the signal was first seen.
 fn cycles(world: &mut World<Still>, degrees: f64, count: u32) -> Option<u32> {
     (1..=count).find(|_| {
         let until = world.now + 33_333;
@@ -109,7 +110,7 @@ fn edges_without_a_whole_cycle_are_no_signal() {
 }
 
 #[test]
-fn a_pwm_input_is_confirmed_if_that_is_wanted() {
+fn a_pwm_input_is_confirmed_if_so_configured() {
     let confirmed = SlotConfig { confirm: true, max_rate: 100_000, ..pwm_slot(None) };
     let mut world = world(&[confirmed]);
     for (degrees, status) in [
@@ -135,7 +136,7 @@ fn a_pwm_input_is_confirmed_if_that_is_wanted() {
 }
 
 #[test]
-fn an_order_while_an_answer_is_in_hand_gets_none_of_it() {
+fn a_slot_that_is_set_during_an_exchange_does_not_get_its_answer() {
     let mut world = world(&[t7_slot(1, Duration::ZERO)]);
     world.skip(1_000_000);
     // To and fro between two sensors, so that what was counted begins anew.

@@ -94,7 +94,7 @@ impl World {
         }
     }
 
-    /// Good answers of a second, once the gateway has found out who is dead.
+    /// Good answers of a second, once the gateway has found the dead nodes.
     fn rate(period: Duration, alive: fn(u8, u64) -> bool) -> u32 {
         let mut world = World::new(period, alive);
         world.run(3_000_000);
@@ -129,7 +129,7 @@ fn one_living_node_of_32_keeps_nine_tenths_of_its_rate() {
 }
 
 #[test]
-fn living_nodes_do_not_pay_for_a_budget_nobody_needs() {
+fn living_nodes_do_not_pay_for_an_unused_budget() {
     // 3 + 8 characters, 2 ms and the guard: 3.042 ms.
     let rate = World::rate(Duration::ZERO, |_, _| true);
     assert!(rate >= 328, "{rate}");
@@ -138,7 +138,8 @@ fn living_nodes_do_not_pay_for_a_budget_nobody_needs() {
 #[test]
 fn dead_nodes_take_turns() {
     // Their periods pass many times between two probes: none may be forgotten over the others. On a busy bus, the turns
-    // come from the budget: 31 probes of 2.5 ms and a twenty-first of the bus, 1.65 s; else from the longest pause, 1.2 s.
+    // come from the budget: 31 probes of 2.5 ms and a twenty-first of the bus, 1.65 s; else from the longest
+    // pause, 1.2 s.
     for (period, turns) in [(Duration::ZERO, 7..=9), (Duration::from_millis(20), 10..=12)] {
         let mut world = World::new(period, seven);
         world.run(60_000_000);

@@ -1,4 +1,4 @@
-//! A bus on which nobody answers for a while: who is asked meanwhile, and how soon all are read again.
+//! A bus on which no node answers for a while: which slots are asked meanwhile, and how soon all are read again.
 
 use super::world::{Chance, Fate, Sensors, World, isu_slot, t7_slot};
 use super::*;
@@ -11,7 +11,7 @@ const ISUS: u8 = 4;
 /// Request, 2 ms, first character and its margin, quiet and guard: what a T7 costs that does not answer.
 const T7_IN_VAIN: u64 = 2_610;
 
-/// Nobody answers between these times, and some never.
+/// Nodes of which none answers between these times, and some never answer.
 struct Plant {
     chance: Chance,
     bus: Bus,

@@ -52,7 +52,7 @@ fn world(product: &[u8; 6], axis: t7::Axis) -> World<Node> {
     World::new(&[config], node)
 }
 
-fn asked_who(world: &World<Node>) -> usize {
+fn identity_requests(world: &World<Node>) -> usize {
     world.sensors.commands.iter().filter(|&&command| command == GET_DEVICE_INFORMATION).count()
 }
 
@@ -62,7 +62,7 @@ fn one_with_three_axes_is_asked_once_and_read() {
     world.skip(1_000_000);
     assert_eq!(world.status(0), Status::Ok);
     assert_eq!(world.sensors.commands[0], GET_DEVICE_INFORMATION);
-    assert_eq!(asked_who(&world), 1);
+    assert_eq!(identity_requests(&world), 1);
     assert!(world.sensors.commands.contains(&GET_ANGLE_1));
     assert!(world.sensors.commands.len() > 45, "once a period: {}", world.sensors.commands.len());
 }
@@ -77,7 +77,7 @@ fn one_with_one_axis_is_a_fault_of_the_configuration_until_it_is_another() {
         });
         assert_eq!(world.status(0), Status::ConfigFault);
         assert!(!seen.contains("ok"), "{seen:?}");
-        assert_eq!(asked_who(&world), world.sensors.commands.len(), "its angle is of no use");
+        assert_eq!(identity_requests(&world), world.sensors.commands.len(), "its angle is of no use");
         world.sensors.product = *b"T7-3  ";
         world.skip(2_200_000);
         assert_eq!(world.status(0), Status::Ok);
@@ -89,7 +89,7 @@ fn one_with_one_axis_is_a_fault_of_the_configuration_until_it_is_another() {
 fn one_that_was_away_is_asked_again() {
     let mut world = world(b"T7-3  ", t7::Axis::One);
     world.skip(500_000);
-    assert_eq!((world.status(0), asked_who(&world)), (Status::Ok, 1));
+    assert_eq!((world.status(0), identity_requests(&world)), (Status::Ok, 1));
     world.sensors.gone = true;
     world.skip(4_000_000);
     (world.sensors.gone, world.sensors.product) = (false, *b"T7-1  ");
@@ -103,10 +103,10 @@ fn one_that_was_away_is_asked_again() {
 fn the_axis_that_all_have_is_not_asked_about() {
     let mut world = world(b"T7-1  ", t7::Axis::Two);
     world.skip(500_000);
-    assert_eq!((world.status(0), asked_who(&world)), (Status::Ok, 0));
+    assert_eq!((world.status(0), identity_requests(&world)), (Status::Ok, 0));
 }
 
-/// Nobody can be asked who he is at the address of all.
+/// At the address of all, no single T7 can be asked for its identity.
 #[test]
 fn another_axis_at_the_address_of_all_is_not_read() {
     let source = Source::T7 { address: t7::Address::of_request(126).unwrap(), axis: t7::Axis::One };

@@ -1,10 +1,10 @@
-//! ISUs that all refresh in their own time: every angle is found, and soon.
+//! ISUs that refresh independently: every angle is found, and soon.
 
 use super::world::{Chance, Fate, Sensors, World, isu_slot};
 use super::*;
 use clino_bus::Duration;
 
-/// So many nodes, each with a clock of its own, up to 0.5 % off, and a new code at every refresh.
+/// ISUs, each with a clock of its own, up to 0.5 % off, and a new code at every refresh.
 struct Modules {
     chance: Chance,
     /// Instant of the first refresh and time to the next, in µs.
@@ -14,7 +14,7 @@ struct Modules {
     missed: u32,
     /// Readings called new that were not, or the other way round.
     misjudged: u32,
-    /// Longest time from a refresh to the end of the answer that tells it.
+    /// Longest time from a refresh to the end of the answer that carries it.
     oldest: u64,
     /// From when on the ages count.
     settled: u64,
@@ -76,7 +76,7 @@ impl Sensors for Modules {
     }
 }
 
-/// Two minutes of so many modules.
+/// Two minutes of `nodes` modules.
 fn watched(nodes: u8, period: Duration, seed: u64, ours: i64) -> World<Modules> {
     let table: Vec<SlotConfig> = (1..=nodes).map(|node| isu_slot(node, period)).collect();
     let mut world = World::new(&table, Modules::new(nodes.into(), seed, ours));
@@ -119,8 +119,8 @@ fn a_module_asked_seldom_is_not_followed() {
     assert!((0.49..=0.52).contains(&requests), "{requests}");
 }
 
-/// Our clock off by as much as the internal oscillator can be: −8 to 4.5 % (DS8626 table 39), and beyond. Every angle is
-/// still the one that was measured; what suffers is how soon it is found, and whether it is known to be new.
+/// Our clock off by as much as the internal oscillator can be: −8 to 4.5 % (DS8626 table 39), and beyond. Every angle
+/// is still the one that was measured; what suffers is how soon it is found, and whether it is known to be new.
 #[test]
 fn with_an_inexact_clock_no_angle_is_wrong_and_none_is_missed_at_the_usual_period() {
     for ours in [-80_000, -45_000, -33_300, -20_000, 20_000, 33_300, 45_000, 80_000] {

@@ -1,4 +1,4 @@
-//! Who is asked when, under random deaths and returns.
+//! Which node is asked when, while nodes fail and return at random.
 
 use super::world::{Chance, Fate, Sensors, World, isu_slot, t7_slot};
 use super::*;
@@ -38,7 +38,7 @@ fn t7_table(nodes: u8, period: Duration) -> Vec<SlotConfig> {
     (1..=nodes).map(|node| t7_slot(node, period)).collect()
 }
 
-/// Good answers of a second, once the gateway has found out who is dead.
+/// Good answers of a second, once the gateway has found the dead nodes.
 fn rate(table: &[SlotConfig], there: impl Fn(Bus, u8, u64) -> bool) -> f64 {
     let mut world = world(table, there);
     world.skip(3 * SECOND);
@@ -210,14 +210,16 @@ fn a_filter_a_zero_a_direction_and_a_range() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Nodes come and go as they like. A node that was there for two seconds is read; one that was away for that long
-    /// is not; whoever is there is never kept waiting by the others.
+    /// Nodes come and go at random. A node that was there for two seconds is read; one that was away for that long
+    /// is not; a node that is there is read in time, whatever the others do.
     #[test]
-    fn whoever_is_there_is_read(
+    fn every_node_that_is_there_is_read(
         changes in prop::collection::vec((0_u64..20 * SECOND, 1_u8..=12, any::<bool>(), any::<bool>()), 0..60),
     ) {
         let there = |bus: Bus, node: u8, now: u64| {
-            let mine = changes.iter().filter(|&&(at, who, isu, _)| at <= now && who == node && isu == (bus == Bus::Isu));
+            let mine = changes.iter().filter(|&&(at, changed, isu, _)| {
+                at <= now && changed == node && isu == (bus == Bus::Isu)
+            });
             mine.max_by_key(|change| change.0).is_none_or(|change| change.3)
         };
         let table: Vec<SlotConfig> = t7_table(12, Duration::from_millis(100)).into_iter()
@@ -236,8 +238,8 @@ proptest! {
                 let (bus, node) = if slot < 12 { (Bus::T7, slot as u8 + 1) } else { (Bus::Isu, slot as u8 - 11) };
                 let steady = |span: u64| (0..=span / (SECOND / 20)).all(|n| {
                     there(bus, node, now.saturating_sub(n * SECOND / 20)) == there(bus, node, now)
-                }) && changes.iter().all(|&(at, who, isu, _)| {
-                    who != node || isu != (bus == Bus::Isu) || at > now || at + span < now
+                }) && changes.iter().all(|&(at, changed, isu, _)| {
+                    changed != node || isu != (bus == Bus::Isu) || at > now || at + span < now
                 });
                 if now > 2 * SECOND && there(bus, node, now) && steady(2 * SECOND) {
                     // Its period, half of one for the others, and the dead ISUs' probes.

@@ -1,7 +1,7 @@
 //! A gateway and its sensors, in virtual time, event by event.
 //!
-//! The wire is played by arithmetic: a frame goes out after the guard, at ten bits a character, and a node's answer begins
-//! after its latency. Frames are made by hand, from the documents.
+//! The wire is played by arithmetic: a frame goes out after the guard, at ten bits a character, and a node's answer
+//! begins after its latency. Frames are made by hand, from the documents.
 
 use super::*;
 use clino_bus::Duration;
@@ -37,7 +37,7 @@ pub(super) enum Fate {
     Damaged,
     /// The last characters are missing.
     Torn,
-    /// It begins so many µs late.
+    /// It begins this many µs late.
     Late(u64),
 }
 
@@ -136,7 +136,7 @@ fn t7_answer(request: &[u8], mdeg: i32, product: [u8; 6]) -> Vec<u8> {
         [node, 1, 0x8A] => std::vec![node, 0x04, 0x8A, 0x01, 0xF4],
         [node, 1, 0x8C] => std::vec![node, 0x03, 0x8C, 0],
         [node, 1, 0x8E] => [&[node, 0x14, 0x8E, 0, 0, 0, node][..], b"1.00  ", &product, &[0, 0]].concat(),
-        _ => panic!("nobody asks this: {request:02X?}"),
+        _ => panic!("no such request is expected: {request:02X?}"),
     };
     answer.push(answer.iter().fold(0, |sum: u8, byte| sum.wrapping_sub(*byte)));
     answer
@@ -144,7 +144,7 @@ fn t7_answer(request: &[u8], mdeg: i32, product: [u8; 6]) -> Vec<u8> {
 
 /// AN #201 section 4: the sum does not cover the length.
 fn isu_answer(request: &[u8], code: u16) -> Vec<u8> {
-    let [3, head, 0x58, 2, _] = *request else { panic!("nobody asks this: {request:02X?}") };
+    let [3, head, 0x58, 2, _] = *request else { panic!("no such request is expected: {request:02X?}") };
     let [high, low] = code.to_be_bytes();
     let body = [head | 1, 0x58, high, low];
     let sum = body.iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte));
@@ -184,7 +184,7 @@ impl<S: Sensors> World<S> {
         }
     }
 
-    /// Lets time pass; `watch` is given every reading that has changed, and when.
+    /// Lets time pass; calls `watch` with every reading that has changed, and when.
     pub fn run(&mut self, until: u64, mut watch: impl FnMut(&mut S, Reading, u64)) {
         while self.now < until {
             let mut next = until;

@@ -1,5 +1,5 @@
-//! A setting of zero means one thing, and never something stricter or wider than its neighbour says. A rate of zero is in
-//! `gate/tests.rs`, a reporting interval of zero in `reporter/tests.rs`.
+//! A setting of zero has one meaning, never stricter or wider than its neighbour's. A rate of zero is in
+//! `slot/plausibility/tests.rs`, a reporting interval of zero in `reporter/tests.rs`.
 
 use super::world::{Chance, Fate, Sensors, World, isu_slot, t7_slot};
 use super::*;
@@ -10,10 +10,10 @@ use clino_codec::angle::Angle;
 
 const SECOND: u64 = 1_000_000;
 
-/// Nodes whose answers fare as is said; the T7s turn slowly.
+/// Nodes with a given fault; the T7s turn slowly.
 struct Fates {
     chance: Chance,
-    /// What befalls every answer whose number is a multiple of the first.
+    /// The fault of every answer whose number is a multiple of the first.
     every: (u32, Fate),
     answers: u32,
 }
@@ -54,7 +54,8 @@ fn published(world: &mut World<Fates>) -> (u32, u32) {
     (ok, other)
 }
 
-/// As often as the bus can, and with the retries that are set: they were left to the next reading, which is due at once.
+/// As often as the bus can, and with the retries that are set: they were left to the next reading, which is due at
+/// once.
 #[test]
 fn a_period_of_zero_is_as_often_as_possible_and_retries_as_any_other() {
     for period in [0, 20] {
@@ -64,7 +65,8 @@ fn a_period_of_zero_is_as_often_as_possible_and_retries_as_any_other() {
         assert_eq!(other, 0, "period {period}: one lost answer in ten is made up for");
         let retries = world.gateway.slot_counters(0).unwrap().retries;
         assert!(retries > 5, "period {period}: {retries} retries");
-        // 3 ms an exchange; after a lost answer the same is asked again when a late one cannot come any more, after 25 ms.
+        // 3 ms an exchange; after a lost answer the same is asked again when a late one cannot come any more,
+        // after 25 ms.
         assert!(if period == 0 { ok > 250 } else { (80..=101).contains(&ok) }, "period {period}: {ok}");
     }
 }

@@ -32,7 +32,7 @@ impl Bench {
         self.watch.failed(slot, verdict, &self.counters, self.living, Instant::from_micros(self.now))
     }
 
-    /// So many rounds, in all of which this is seen.
+    /// Runs `rounds` rounds, in all of which this is seen.
     fn rounds(
         &mut self,
         rounds: usize,
@@ -176,7 +176,7 @@ const FAILURES: [Verdict; 7] = [
     Verdict::NotSent,
 ];
 
-/// So many of them may be the fault of the node that is asked; the others keep the request from getting out.
+/// The first of them may be the fault of the node that is asked; the others keep the request from getting out.
 const OF_A_NODE: usize = 5;
 
 proptest! {
@@ -199,7 +199,7 @@ proptest! {
         }
     }
 
-    /// Whatever has happened: one good answer, and the bus is well; nobody answers, and it is faulty.
+    /// Whatever has happened: after one good answer the bus is well; when no node answers, it is faulty.
     #[test]
     fn no_verdict_sticks(
         exchanges in proptest::collection::vec((0..SLOTS, 0..=FAILURES.len(), 0..900_000_u64), 0..200),

@@ -1,4 +1,4 @@
-//! What single readings tell. Whole modules are in `gateway/tests/refresh.rs`.
+//! What follows from single readings. Whole modules are in `gateway/tests/refresh.rs`.
 
 use super::*;
 

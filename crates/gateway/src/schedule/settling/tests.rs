@@ -1,4 +1,5 @@
-//! Who is found, and how long a node is not believed. What a gateway makes of it is in `gateway/tests/meaning.rs`.
+//! Which slots read a node, and how long the node's answers are not used. The effect on a whole gateway is tested in
+//! `crates/testkit/tests/meaning.rs`.
 
 use super::*;
 use crate::config::{PwmInput, SlotConfig};
@@ -18,7 +19,7 @@ fn pwm(partner: Option<u8>) -> SlotConfig {
 }
 
 #[test]
-fn everybody_who_reads_a_node_is_found() {
+fn every_slot_that_reads_a_node_is_found() {
     let table = [
         t7(3, t7::Axis::Zero),
         t7(3, t7::Axis::Two),
@@ -37,7 +38,7 @@ fn everybody_who_reads_a_node_is_found() {
     assert_eq!(found(Bus::T7, Nodes::at(Bus::T7, 3)), [0, 1, 9]);
     assert_eq!(found(Bus::T7, Nodes::at(Bus::T7, 4)), [2, 7, 9], "and the input that is compared with it");
     assert_eq!(found(Bus::Isu, Nodes::at(Bus::Isu, 3)), [3, 4, 5]);
-    assert_eq!(found(Bus::Isu, Nodes::at(Bus::Isu, 9)), [4], "0 is every module's");
+    assert_eq!(found(Bus::Isu, Nodes::at(Bus::Isu, 9)), [4], "every module answers to 0");
     assert_eq!(found(Bus::Isu, Nodes::at(Bus::Isu, 0)), [3, 4, 5]);
     assert_eq!(found(Bus::T7, Nodes::at(Bus::T7, 126)), [0, 1, 2, 7, 9]);
     assert_eq!(found(Bus::T7, Nodes::ALL), [0, 1, 2, 7, 9]);
@@ -46,7 +47,7 @@ fn everybody_who_reads_a_node_is_found() {
 }
 
 #[test]
-fn a_node_is_believed_when_the_task_has_ended_and_it_has_had_its_time() {
+fn answers_are_used_again_after_the_end_of_the_task_and_the_settling_time() {
     let (node, other) = (Nodes::at(Bus::T7, 3), Nodes::at(Bus::T7, 4));
     let mut settling = Settling::default();
     assert!(!settling.holds(Nodes::ALL, Instant::from_micros(0)));
@@ -65,7 +66,7 @@ fn a_node_is_believed_when_the_task_has_ended_and_it_has_had_its_time() {
         settling.holds(node, Instant::from_micros(2_999))
             && !settling.holds(node, Instant::from_micros(3_000))
     );
-    // The task of another node does not bring it back, once its time is over.
+    // Once its time is over, the task of another node does not prolong it.
     settling.begin(other, Instant::from_micros(3_000));
     assert!(
         settling.holds(other, Instant::from_micros(4_000))

@@ -1,4 +1,4 @@
-//! Signals and when they speak.
+//! Signals and when they are raised.
 
 use super::*;
 use crate::Health;

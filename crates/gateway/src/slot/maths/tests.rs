@@ -1,4 +1,4 @@
-//! The maths against an oracle that knows the unwrapped angles: `i128`, and floating point for the vector mean.
+//! The maths against expected values from the unwrapped angles: `i128`, and floating point for the vector mean.
 
 use super::super::filter::Window;
 use super::super::motion::Motion;
@@ -21,7 +21,7 @@ fn angle(unwrapped: i128) -> Angle {
     Angle::from_udeg(wrapped(unwrapped))
 }
 
-/// Any angle as sensors may say it: up to 360° either way.
+/// Any angle as sensors may send it: up to 360° either way.
 fn any_angle() -> impl Strategy<Value = i128> {
     -TURN..TURN
 }
@@ -158,8 +158,8 @@ fn the_seam_is_no_step() {
     assert_eq!(window(180_000_000, &[-1_000_000, 1_000_000]).mean(), Angle::from_udeg(-180_000_000));
 }
 
-/// Where a 32-bit count of µs turns negative and where it comes round, where one of ms comes round; a year; and the longest
-/// period that can be set.
+/// Where a 32-bit count of µs turns negative and where it comes round, where one of ms comes round; a year; and the
+/// longest period that can be set.
 const SPANS: [u64; 5] = [1 << 31, 1 << 32, 1_000 << 32, 365 * 86_400_000_000, 1_200_000_000];
 
 #[test]

@@ -14,20 +14,20 @@ fn mdeg(mdeg: i32) -> Angle {
     Angle::from_udeg(mdeg * 1_000)
 }
 
-/// A slot behind a gate.
+/// A slot with its plausibility check.
 struct Slot {
-    gate: Plausibility,
+    check: Plausibility,
     last: Option<(Angle, Instant)>,
 }
 
 impl Slot {
     fn new() -> Slot {
-        Slot { gate: Plausibility::NEW, last: None }
+        Slot { check: Plausibility::NEW, last: None }
     }
 
     fn take(&mut self, value: Angle, ms: u64) -> Acceptance {
         let at = Instant::from_micros(ms * 1_000);
-        let acceptance = self.gate.judge(value, at, self.last, &DEMANDS);
+        let acceptance = self.check.judge(value, at, self.last, &DEMANDS);
         if acceptance == Acceptance::Publish {
             self.last = Some((value, at));
         }
@@ -39,10 +39,10 @@ impl Slot {
 fn the_first_value_is_held_until_one_agrees() {
     let mut slot = Slot::new();
     assert_eq!(slot.take(mdeg(10_000), 0), Acceptance::Hold);
-    assert!(slot.gate.hurries());
+    assert!(slot.check.wants_confirmation());
     // 0.05° and 20 ms at 100°/s: 2.05°.
     assert_eq!(slot.take(mdeg(12_051), 20), Acceptance::Suspect);
-    assert!(!slot.gate.hurries(), "once out of turn is enough");
+    assert!(!slot.check.wants_confirmation(), "once out of turn is enough");
     assert_eq!(slot.take(mdeg(14_101), 40), Acceptance::Publish);
     assert_eq!(slot.take(mdeg(14_200), 60), Acceptance::Publish);
 }
@@ -61,14 +61,14 @@ fn a_jump_is_held_and_motion_is_not() {
 }
 
 #[test]
-fn after_damage_a_value_needs_a_witness() {
+fn after_damage_a_value_needs_a_confirmation() {
     let mut slot = Slot::new();
     slot.take(mdeg(1), 0);
     slot.take(mdeg(1), 20);
-    slot.gate.distrust();
+    slot.check.distrust();
     assert_eq!(slot.take(mdeg(1), 40), Acceptance::Hold);
     // More damage does not make the candidate worse.
-    slot.gate.distrust();
+    slot.check.distrust();
     assert_eq!(slot.take(mdeg(1), 60), Acceptance::Publish);
     assert_eq!(slot.take(mdeg(1), 80), Acceptance::Publish);
 }
@@ -78,7 +78,7 @@ fn an_old_candidate_confirms_nothing() {
     let mut slot = Slot::new();
     slot.take(mdeg(1), 0);
     assert_eq!(slot.take(mdeg(1), 1_001), Acceptance::Hold);
-    slot.gate.forget();
+    slot.check.forget();
     assert_eq!(slot.take(mdeg(1), 1_021), Acceptance::Hold);
     assert_eq!(slot.take(mdeg(1), 1_041), Acceptance::Publish);
 }
@@ -86,11 +86,11 @@ fn an_old_candidate_confirms_nothing() {
 #[test]
 fn without_a_limit_nothing_is_a_jump() {
     let any = Demands { max_rate: 0, ..DEMANDS };
-    let mut gate = Plausibility::NEW;
-    assert_eq!(gate.judge(mdeg(0), Instant::from_micros(0), None, &any), Acceptance::Hold);
-    assert_eq!(gate.judge(mdeg(0), Instant::from_micros(20_000), None, &any), Acceptance::Publish);
+    let mut check = Plausibility::NEW;
+    assert_eq!(check.judge(mdeg(0), Instant::from_micros(0), None, &any), Acceptance::Hold);
+    assert_eq!(check.judge(mdeg(0), Instant::from_micros(20_000), None, &any), Acceptance::Publish);
     let last = Some((mdeg(0), Instant::from_micros(20_000)));
-    assert_eq!(gate.judge(mdeg(-180_000), Instant::from_micros(20_001), last, &any), Acceptance::Publish);
+    assert_eq!(check.judge(mdeg(-180_000), Instant::from_micros(20_001), last, &any), Acceptance::Publish);
 }
 
 /// Zero is no limit, and so never stricter than one: whatever a slot with a limit publishes, one without does.
@@ -98,14 +98,14 @@ fn without_a_limit_nothing_is_a_jump() {
 fn without_a_limit_a_sensor_that_turns_fast_is_published() {
     for rate in [0, 400_000, 3_600_000] {
         let demands = Demands { max_rate: rate, ..DEMANDS };
-        let (mut gate, mut last, mut published) = (Plausibility::NEW, None, 0);
+        let (mut check, mut last, mut published) = (Plausibility::NEW, None, 0);
         for n in 0..100_u64 {
             // 300°/s, asked every 20 ms; damaged once.
             let (at, value) = (Instant::from_micros(n * 20_000), mdeg(n as i32 * 6_000 % 360_000 - 180_000));
             if n == 50 {
-                gate.distrust();
+                check.distrust();
             }
-            if gate.judge(value, at, last, &demands) == Acceptance::Publish {
+            if check.judge(value, at, last, &demands) == Acceptance::Publish {
                 (last, published) = (Some((value, at)), published + 1);
             }
         }
@@ -113,25 +113,25 @@ fn without_a_limit_a_sensor_that_turns_fast_is_published() {
     }
     // Too old a candidate confirms nothing, limit or not.
     let any = Demands { max_rate: 0, ..DEMANDS };
-    let mut gate = Plausibility::NEW;
-    gate.judge(mdeg(1), Instant::from_micros(0), None, &any);
-    assert_eq!(gate.judge(mdeg(1), Instant::from_micros(1_000_001), None, &any), Acceptance::Hold);
+    let mut check = Plausibility::NEW;
+    check.judge(mdeg(1), Instant::from_micros(0), None, &any);
+    assert_eq!(check.judge(mdeg(1), Instant::from_micros(1_000_001), None, &any), Acceptance::Hold);
 }
 
-/// A second value that is far too late for its candidate is one that needs another, however long the wait was: past 35.8 min
-/// and 71.6 min, at which counts of 32 bits turn, 49.7 days, and a year.
+/// A second value that is far too late for its candidate is one that needs another, however long the wait was: past
+/// 35.8 min and 71.6 min, at which counts of 32 bits turn, 49.7 days, and a year.
 #[test]
 fn a_candidate_of_long_ago_confirms_nothing() {
     // The longest stale limit that can be set.
     let demands = Demands { life: LONGEST_STALE, ..DEMANDS };
     for wait in [1 << 31, 1 << 32, 1_000 << 32, 365 * 86_400_000_000_u64] {
         for wait in [wait - 1, wait, wait + 1, wait + 20_000] {
-            let mut gate = Plausibility::NEW;
-            gate.judge(mdeg(5), Instant::from_micros(1_000), None, &demands);
+            let mut check = Plausibility::NEW;
+            check.judge(mdeg(5), Instant::from_micros(1_000), None, &demands);
             let within = wait <= 3_600_000_000;
             let expected = if within { Acceptance::Publish } else { Acceptance::Hold };
             assert_eq!(
-                gate.judge(mdeg(5), Instant::from_micros(1_000 + wait), None, &demands),
+                check.judge(mdeg(5), Instant::from_micros(1_000 + wait), None, &demands),
                 expected,
                 "after {wait} us"
             );
@@ -139,14 +139,14 @@ fn a_candidate_of_long_ago_confirms_nothing() {
     }
 }
 
-/// The row's own numbers: every 20 minutes, stale after an hour, one reading missed. What has agreed is published.
+/// A reading every 20 minutes, stale after an hour, one reading missed. What has agreed is published.
 #[test]
 fn values_that_agree_after_forty_minutes_are_no_suspects() {
     let demands = Demands { life: LONGEST_STALE, ..DEMANDS };
-    let mut gate = Plausibility::NEW;
-    assert_eq!(gate.judge(mdeg(10_000), Instant::from_micros(0), None, &demands), Acceptance::Hold);
+    let mut check = Plausibility::NEW;
+    assert_eq!(check.judge(mdeg(10_000), Instant::from_micros(0), None, &demands), Acceptance::Hold);
     assert_eq!(
-        gate.judge(mdeg(10_100), Instant::from_micros(2_400_000_000), None, &demands),
+        check.judge(mdeg(10_100), Instant::from_micros(2_400_000_000), None, &demands),
         Acceptance::Publish
     );
 }
@@ -154,7 +154,7 @@ fn values_that_agree_after_forty_minutes_are_no_suspects() {
 proptest! {
     /// Whatever comes, a value that is published agrees with the one before it, or with the one published last.
     #[test]
-    fn what_is_published_has_a_witness(
+    fn what_is_published_has_a_confirmation(
         values in prop::collection::vec((-180_000..180_000_i32, 1_u64..2_000, any::<bool>()), 1..100)
     ) {
         let close = |one: i32, other: i32, ms: u64| {
@@ -166,11 +166,12 @@ proptest! {
         for (value, wait, distrust) in values {
             now += wait;
             if distrust {
-                slot.gate.distrust();
+                slot.check.distrust();
             }
             if slot.take(mdeg(value), now) == Acceptance::Publish {
-                let witness = [before, last].into_iter().flatten().any(|(other, then)| close(value, other, now - then));
-                prop_assert!(witness, "{value} at {now} ms");
+                let mut others = [before, last].into_iter().flatten();
+                let confirmed = others.any(|(other, then)| close(value, other, now - then));
+                prop_assert!(confirmed, "{value} at {now} ms");
                 last = Some((value, now));
             }
             before = Some((value, now));

@@ -1,4 +1,5 @@
-//! Everything that a sensor can say, through a slot: what is published of it is in its range, and nearest to what it is.
+//! Every value that a sensor can send, through a slot: the published angle is in its range, and nearest to the true
+//! one.
 //!
 //! | | daily | `cargo xtask campaign publication` |
 //! |---|---|---|
@@ -6,11 +7,11 @@
 //! | PWM | all ticks of the legal window at the nominal period, 100 apart | each, at the shortest, the nominal and the longest period |
 //! | T7 | every 0.001° of both its ranges, 0.007° apart | each |
 //!
-//! each in both ranges and both directions. A soft zero is a whole number of millidegrees, or what a sensor said; so what is
-//! left to round depends on the code alone, and the seams are where an angle may leave its range: 0.037° has no factor in
-//! common with a turn, so that both sides of every seam are met.
+//! each in both ranges and both directions. A soft zero is a whole number of millidegrees, or what a sensor said; so
+//! what is left to round depends on the code alone, and the seams are where an angle may leave its range: 0.037° has no
+//! factor in common with a turn, so that both sides of every seam are met.
 //!
-//! The oracle adds and rounds in 64 bits, in billionths of a degree.
+//! The expected angles are computed and rounded in 64 bits, in billionths of a degree.
 
 use clino_codec::pwm::{Law, Limits, Ticks, measure};
 use clino_codec::t7::Direction;
@@ -27,7 +28,7 @@ const NDEG_PER_MDEG: i64 = 1_000_000;
 const RANGES: [Range; 2] = [Range::Unidirectional, Range::Bidirectional];
 const DIRECTIONS: [Direction; 2] = [Direction::Normal, Direction::Reversed];
 
-/// A slot that says what it is told, unconfirmed.
+/// A slot that publishes every value at once, without confirmation.
 fn slot(range: Range, direction: Direction, soft_zero: Angle) -> Slot {
     let usual = SlotConfig::usual(Source::Pwm { input: PwmInput::Pwm1 });
     Slot::new(SlotConfig { range, direction, soft_zero, confirm: false, ..usual })
@@ -42,8 +43,8 @@ fn published(slot: &mut Slot, raw: Angle) -> i32 {
     reading.angle(Instant::from_micros(1)).expect("it is ok").mdeg()
 }
 
-/// Checks what is published of `raw`, in 0.001°, which is truly `truth` nano-degrees; a µ° of either is what it may be off
-/// for the µ° in which angles are kept.
+/// Checks what is published of `raw`, in 0.001°, which is truly `truth` nano-degrees; a µ° of either is what it may be
+/// off for the µ° in which angles are kept.
 #[track_caller]
 fn check(mdeg: i32, truth: i64, range: Range) {
     let allowed = if range == Range::Unidirectional { 0..=359_999 } else { -180_000..=179_999 };
@@ -155,8 +156,8 @@ fn the_whole_range_of_a_t7() {
     }
 }
 
-/// Angles that tremble about every seam of either range, through both filters of every length: nothing is published on the
-/// other side of the turn.
+/// Angles that tremble about every seam of either range, through both filters of every length: nothing is published on
+/// the other side of the turn.
 #[test]
 fn filters_across_the_seam() {
     for seam in [0, 90_000_000, 180_000_000, 270_000_000] {
