@@ -18,7 +18,7 @@ const EVENTS: usize = 32;
 /// A queue holds one less than its size.
 const ANSWER: usize = MAX_FRAME + 1;
 
-/// What has happened on the line.
+/// An event on the line.
 #[derive(Clone, Copy)]
 pub enum Event {
     /// A character has come in; this was the centre of its stop bit.
@@ -36,7 +36,7 @@ impl Moment {
         Moment(clock::now().0 as u32)
     }
 
-    /// The time itself, next to `now`: a character may come in after somebody has looked at the clock.
+    /// The time itself, next to `now`: a character may come in after `now` was read.
     pub fn near(self, now: Micros) -> Micros {
         let ahead = self.0.wrapping_sub(now.0 as u32).cast_signed();
         Micros(now.0.saturating_add_signed(ahead.into()))
@@ -103,7 +103,7 @@ impl Port {
         });
     }
 
-    /// Sends what is in the queue.
+    /// Sends the queue.
     pub fn send(&mut self) {
         let Some(byte) = self.answer.dequeue() else { return };
         self.de.set_high();

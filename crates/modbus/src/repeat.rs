@@ -51,10 +51,10 @@ pub struct Repeats {
     line: Line,
 }
 
-/// What is known of the line.
+/// Whether the line has an echo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Line {
-    /// Nothing.
+    /// Unknown.
     Doubtful,
     /// If nothing happens until then, it is quiet.
     Probed(Micros),

@@ -1,7 +1,7 @@
 //! From registers that are written to one change. Values and whether they go together are checked by the tables.
 //!
-//! A request changes one thing: one slot, one bus, the port, the console, or it is one command. What it leaves out stays as
-//! it is (a command's target, value and key: count as zero). Addresses come before values: a request with a fault of each
+//! A request changes one thing: one slot, one bus, the port, the console, or it is one command. Settings that it leaves out stay as
+//! they are (a command's target, value and key: count as zero). Addresses come before values: a request with a fault of each
 //! kind is answered with the exception of the address.
 
 use clino_gateway::Bus;

@@ -1,4 +1,4 @@
-//! What can be set of the console.
+//! Settings of the console.
 
 use clino_bus::Micros;
 
@@ -32,7 +32,7 @@ impl ConsoleSettings {
     }
 }
 
-/// The table, for those who read it while they are compiled.
+/// The table, for use in constants.
 pub const TABLE: [Setting<ConsoleSettings>; 1] = [Setting {
     id: id::IDLE,
     name: "idle",
