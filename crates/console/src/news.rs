@@ -1,4 +1,4 @@
-//! What tasks find and how they end.
+//! Reports of tasks: findings and ends.
 
 use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom;
@@ -12,7 +12,7 @@ use crate::reply::Reply;
 use crate::value::Value;
 use crate::words::Words as _;
 
-/// Writes what is new, a line.
+/// Writes a report as one line.
 pub fn write(reply: &mut Reply<'_>, news: &News) {
     match news {
         News::T7(news) => t7(reply, news),

@@ -22,7 +22,7 @@ const LOOK_EVERY: Micros = Micros::from_millis(100);
 /// Slots of the largest table that is written over: on a screen of 24 lines with its head and the command before it.
 const LARGEST_TABLE: u32 = 20;
 
-/// What is printed next.
+/// The line to be printed next.
 pub struct Stream {
     reporter: Reporter,
     statistics_due: Micros,
@@ -31,7 +31,7 @@ pub struct Stream {
     look_due: Micros,
     /// Signals of the gateway that were printed last.
     signals: Option<Signals>,
-    /// Who this is was printed.
+    /// The first line was printed.
     introduced: bool,
     /// Slots whose lines stand on a person's screen, a bit each; `None` before there is a table.
     drawn: Option<u64>,
