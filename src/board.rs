@@ -115,7 +115,7 @@ pub fn tell_watchdog(key: u16) {
 pub struct ResetControl(pac::RCC);
 
 impl ResetControl {
-    /// What the reset controller says; it is told to forget it.
+    /// Flags of the reset controller, which are cleared.
     pub fn cause(&self) -> ResetSource {
         let flags = self.0.csr().read();
         self.0.csr().modify(|_, w| w.rmvf().set_bit());

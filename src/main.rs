@@ -90,7 +90,7 @@ mod app {
         has_command: bool,
         /// What happened on the Modbus port.
         port_counters: Counters,
-        /// What the main loop is to do for the Modbus master.
+        /// A request of the Modbus master that the main loop is to carry out.
         deferred: Option<DeferredRequest>,
         /// Whether it has done it.
         done: Option<bool>,

@@ -32,7 +32,7 @@ pub static IDENTIFICATION: Identification = Identification([
     "STM32F407",
 ]);
 
-/// What the level moves characters with.
+/// Resources that move the characters of the level.
 pub struct Lines {
     pub events: Consumer<'static, Event>,
     pub answer: Producer<'static, u8>,
@@ -41,7 +41,7 @@ pub struct Lines {
 /// Resources that the level shares with others. The server's host uses them, too, while the server runs.
 pub type Shared<'a> = RefCell<SharedResources<'a>>;
 
-/// What the level runs with.
+/// State of the level.
 pub struct Level<'a> {
     pub lines: &'a mut Lines,
     pub server: &'a mut Server,

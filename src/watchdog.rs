@@ -50,7 +50,7 @@ const _: () = assert!(SHORTEST_MS >= ERASE_MS + 2 * TICK_MS, "a legal erase woul
 const LONGEST_UPDATE_MS: u32 = 10;
 const _: () = assert!(COUNTS <= 0x1000, "RLR has twelve bits");
 
-/// What has to be written to KR (RM0090 section 21.4.1). [`pre_init`] has its own [`START`].
+/// Keys to be written to KR (RM0090 section 21.4.1). [`pre_init`] has its own [`START`].
 const FEED: u16 = 0xAAAA;
 const UNLOCK: u16 = 0x5555;
 const START: u16 = 0xCCCC;

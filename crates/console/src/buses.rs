@@ -81,7 +81,7 @@ pub fn load(job: &mut Job<'_, '_>) -> Outcome {
     let (Some(t7), Some(isu)) = (of_bus(job, Bus::T7), of_bus(job, Bus::Isu)) else { return Ok(()) };
     let (host, reply) = (&*job.host, &mut job.reply);
     let slot = |slot: u8| host.config(slot.into());
-    // What a T7 averages over is not kept.
+    // The gateway does not keep the damping of a T7.
     let lint = Lint { slot: &slot, t7: &t7, isu: &isu, damping_ms: |_| None };
     for bus in BUSES {
         let rate = job.meter.rate(bus).map(|rate| Value::Thousandths(rate.into()));

@@ -1,4 +1,4 @@
-//! The line editor: what a key does to the line, and what is drawn of it.
+//! The line editor: effect of a key on the line, and drawing.
 //!
 //! The editor draws with printable characters and backspaces only, which every terminal knows; but for Ctrl-L, which needs the
 //! control sequences of ECMA-48.

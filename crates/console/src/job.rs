@@ -25,7 +25,7 @@ pub struct Job<'j, 'a> {
     pub meter: &'j Meter,
     pub presence: &'j Presence,
     pub now: Micros,
-    /// What the command leads to.
+    /// The next step after the command.
     pub next: &'j mut Next,
 }
 
@@ -132,7 +132,7 @@ impl<'a> Job<'_, 'a> {
         Ok(())
     }
 
-    /// Has something done that cannot be undone, once it is clear that it is meant.
+    /// Carries out an irreversible action after its confirmation.
     #[inline(never)]
     pub fn confirmed(&mut self, pending: Pending) -> Outcome {
         self.end()?;

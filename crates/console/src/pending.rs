@@ -57,7 +57,7 @@ impl Pending {
         _ = out.write_str(". Go on? y/N ");
     }
 
-    /// What it does to others.
+    /// Its effect on other nodes and slots.
     pub const fn consequence(&self) -> Consequence {
         match self {
             Pending::Task(_, _, consequence) => *consequence,

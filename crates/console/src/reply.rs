@@ -142,7 +142,7 @@ impl Reply<'_> {
         self.say("}}\n");
     }
 
-    /// What was ordered is not done yet, and will be.
+    /// The order is accepted, and carried out later.
     #[inline(never)]
     pub fn accepted(&mut self) {
         self.say(if self.is_for_people() { "accepted\n" } else { "{\"accepted\":true}\n" });

@@ -59,12 +59,12 @@ enum Mode {
     Commands(Audience),
     /// A person waits for the end of a task.
     Task(Bus),
-    /// A person is asked whether this is meant.
+    /// A person is asked for confirmation.
     Question {
         pending: Pending,
         until: Micros,
     },
-    /// What was typed too early is dropped until then, or until some time after the last of it.
+    /// Characters typed too early are dropped until then, or until some time after the last of them.
     Settling {
         until: Micros,
         dropped: u16,
@@ -120,7 +120,7 @@ pub struct Shell<W: Write<Error = Infallible> + Clone> {
     stream: Stream,
     meter: Meter,
     presence: Presence,
-    /// What the lines of a program have to prove: what one of them has proven.
+    /// The line check that the lines of a program need: the strongest that one of them has had.
     check: Check,
 }
 
@@ -402,7 +402,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
     }
 
-    /// Asks whether this is meant.
+    /// Asks for confirmation.
     #[inline(never)]
     fn ask(&mut self, pending: Pending, host: &mut dyn Host) {
         pending.ask(&mut Text(&mut self.out));
@@ -421,7 +421,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         self.mode = Mode::Question { pending, until: now + PATIENCE };
     }
 
-    /// A question is answered: this is not meant. Characters that were no answer are dropped, and what comes with them.
+    /// A question is answered with no. Characters that were no answer are dropped, and what comes with them.
     #[inline(never)]
     fn not_done(&mut self, dropped: u16, host: &dyn Host) {
         self.say("not done\n");
@@ -432,7 +432,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
     }
 
-    /// What was typed too early has come to its end.
+    /// No more characters that were typed too early follow.
     #[inline(never)]
     fn settle(&mut self, dropped: u16, host: &dyn Host) {
         let damage = Damage { reason: Reason::Early, characters: dropped };

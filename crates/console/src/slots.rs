@@ -217,7 +217,7 @@ fn name(job: &mut Job<'_, '_>, word: &str, change: &mut Change) -> Outcome {
     Ok(())
 }
 
-/// What can be shown and set.
+/// A target of `show` and `set`.
 enum Target {
     Slot(u8),
     Bus(Bus),

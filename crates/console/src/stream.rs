@@ -93,7 +93,7 @@ impl Stream {
         let next = lines.nth(self.printed);
         let Some((bus, topic)) = next else {
             self.summarise(host, reply, true);
-            // While commands are typed nothing is printed: what was due meanwhile is not made up for.
+            // While commands are typed nothing is printed: lines that were due meanwhile are left out.
             let next = self.statistics_due + STATISTICS_EVERY;
             self.statistics_due = if next > now { next } else { now + STATISTICS_EVERY };
             self.printed = 0;

@@ -71,7 +71,7 @@ pub fn save(job: &mut Job<'_, '_>) -> Outcome {
     Ok(())
 }
 
-/// `modbus`, and with settings what is to change.
+/// `modbus`; with settings it changes them.
 pub fn modbus(job: &mut Job<'_, '_>) -> Outcome {
     if job.typed.has_more() { set_modbus(job) } else { show_modbus(job) }
 }

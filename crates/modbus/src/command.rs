@@ -20,7 +20,7 @@ pub enum Outcome {
     Done = 2,
     /// It failed; [`Progress::reason`] tells why.
     Failed = 3,
-    /// It was stopped; for a cancel: what was under way was.
+    /// It was stopped; of a cancel: the task under way was stopped.
     Cancelled = 4,
 }
 

@@ -1,4 +1,4 @@
-//! What the functions do with a request. The answer takes its place in the frame.
+//! Carries out requests by function. The answer takes the place of the request in the frame.
 //!
 //! Source: MODBUS Application Protocol V1.1b3, sections 6.3, 6.4, 6.6, 6.8, 6.12, 6.21. A request that is not as long as
 //! it says is a fault of its values (section 7, code 03).

@@ -38,7 +38,7 @@ pub struct Receiver {
     pub frame: Frame,
     /// Zeros behind it that its checksum is blind to.
     zeros: usize,
-    /// What the receiver said of them.
+    /// Errors that the receiver reported for them.
     zeros_errors: LineErrors,
     waits: Waits,
     crc: u16,
@@ -49,7 +49,7 @@ pub struct Receiver {
     broken: bool,
 }
 
-/// What the settings mean for time, computed once.
+/// Times that follow from the settings, computed once.
 #[derive(Clone, Copy, Debug)]
 struct Waits {
     /// A character.

@@ -45,7 +45,7 @@ pub struct Repeats {
     requests: [Sent; PLACES],
     /// The last one of the others.
     other: Sent,
-    /// What the next answer is given.
+    /// Values for the next answer.
     next_copies: u8,
     next_row: u8,
     line: Line,

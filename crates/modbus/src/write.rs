@@ -59,7 +59,7 @@ pub fn change<'a>(now: &Settings, first: u16, words: &'a [[u8; 2]]) -> Result<Wr
     }
 }
 
-/// What a request is about.
+/// The target of a request.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Thing {
     Slot(u8),

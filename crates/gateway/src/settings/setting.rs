@@ -1,4 +1,4 @@
-//! What every table of settings is made of.
+//! The parts of a table of settings.
 //!
 //! A value is a whole number in the unit of its last decimal: a period of 33.333 ms is 33 333, a filter is the position of
 //! its word. A door that counts in coarser units (the Modbus map in whole milliseconds) says so with [`Given::scale`].
@@ -27,7 +27,7 @@ pub struct Setting<T> {
     pub text: &'static str,
 }
 
-/// What the values of a setting are.
+/// Form of the values of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// 0 is off, 1 is on.

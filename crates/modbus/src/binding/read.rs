@@ -1,4 +1,4 @@
-//! What the registers of the map say.
+//! Values of the registers of the map.
 
 use clino_bus::{BusCounters, DriverEnable, Micros};
 use clino_gateway::settings::{self, Setting, console, port, slot};

@@ -1,4 +1,4 @@
-//! What the last command has found or done, and what the last scan has found, until the next one.
+//! Results of the last command and findings of the last scan, kept until the next one.
 //!
 //! Numbers are kept as they are read; the words are the console's (`console/src/news.rs`).
 
@@ -148,7 +148,7 @@ impl Results {
         _ = self.nodes.push(node);
     }
 
-    /// What has these names, which are kept if there is room for them.
+    /// The type of node with these names, which are kept if there is room for them.
     fn kind(&mut self, names: Names) -> u8 {
         let known = self.types.iter().position(|known| *known == names);
         let place = known.or_else(|| {

@@ -25,9 +25,9 @@ pub enum Item {
     Console(u8),
     /// Of the command block.
     Command(CommandItem),
-    /// Of what the last command has found or done.
+    /// Of the results of the last command.
     Result(ResultItem),
-    /// Of what the last scan has found.
+    /// Of the findings of the last scan.
     Found(FoundItem),
 }
 
@@ -314,8 +314,8 @@ pub enum CommandItem {
     Silenced,
 }
 
-/// Of what the last command has found or done. Numbers from [`ResultItem::Writes`] to [`ResultItem::Sound`] are places in what
-/// is kept, an array has one for each element.
+/// Of the results of the last command. Numbers from [`ResultItem::Writes`] to [`ResultItem::Sound`] are places in the
+/// list of results, an array has one for each element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ResultItem {
