@@ -115,7 +115,7 @@ pub fn tell_watchdog(key: u16) {
 pub struct ResetControl(pac::RCC);
 
 impl ResetControl {
-    /// What the reset controller says; it is told to forget it.
+    /// Flags of the reset controller, which are cleared.
     pub fn cause(&self) -> ResetSource {
         let flags = self.0.csr().read();
         self.0.csr().modify(|_, w| w.rmvf().set_bit());
@@ -220,7 +220,7 @@ impl Ports {
     }
 }
 
-// Each pin is told its pull: at reset some have one (PA13 to PA15, PB4: JTAG), and `into_alternate` leaves it. A
+// The pull of each pin is set: at reset some have one (PA13 to PA15, PB4: JTAG), and `into_alternate` leaves it. A
 // receive pin is pulled up: a transceiver whose receiver is off leaves it floating. No other has a pull.
 
 impl T7Line {
@@ -287,7 +287,7 @@ pub fn switch_on<P: Enable + rcc::Reset + BusClock>(rcc: &mut Rcc) -> u32 {
     P::clock(&rcc.clocks).raw()
 }
 
-/// What the timers of the PWM inputs count with, Hz.
+/// Clock of the timers of the PWM inputs, Hz.
 pub fn capture_hz(rcc: &Rcc) -> u32 {
     pac::TIM5::timer_clock(&rcc.clocks).raw()
 }
@@ -319,12 +319,12 @@ pub fn start_tick(mut core: Core, cycles: u32) {
     core.SYST.enable_counter();
 }
 
-/// Starts again at once.
+/// Restarts at once.
 pub fn reset() -> ! {
     SCB::sys_reset()
 }
 
-/// CFSR, HFSR, MMFAR and BFAR: what the core says of a fault.
+/// CFSR, HFSR, MMFAR and BFAR: the fault registers of the core.
 pub fn fault_status() -> [u32; 4] {
     // SAFETY: reading the fault registers changes nothing.
     let scb = unsafe { &*SCB::PTR };

@@ -52,7 +52,7 @@ impl Queues {
     }
 }
 
-/// Where what is big is made: what a function returns would be on the stack first.
+/// Places in which large values are made: a value that a function returns would be on the stack first.
 pub struct Places {
     pub queues: &'static mut Queues,
     pub start: &'static mut MaybeUninit<Start>,
@@ -63,7 +63,7 @@ pub struct Places {
 
 /// Everything, ready to run.
 pub struct Parts {
-    /// How the board has started, and how much of it is to run.
+    /// How the board has started, and the mode in which it runs.
     pub start: &'static Start,
     pub timer: clock::Timer,
     pub gateway: &'static mut Gateway,
@@ -78,9 +78,9 @@ pub struct Parts {
     /// How the Modbus port runs.
     pub settings: Settings,
     pub console: console::Port,
-    /// What is typed.
+    /// Characters received by the console.
     pub keys: Consumer<'static, Received>,
-    /// What is to be printed.
+    /// Text to be printed.
     pub writer: Producer<'static, u8>,
     pub store: &'static mut ConfigStore,
     pub kept: Kept,
@@ -152,7 +152,7 @@ pub fn bring_up(board: Board, places: Places) -> Parts {
     }
 }
 
-/// How often power came. The first start after that counts it.
+/// Number of power-ups. The first start after each counts it.
 #[inline(never)]
 fn count_power_ups(flash: FlashRegisters, start: &Start) -> (u32, FlashRegisters) {
     let mut tally = Tally::new(TallyFlash::new(flash));
@@ -200,7 +200,7 @@ fn make_gateway(place: &'static mut MaybeUninit<Gateway>, limits: pwm::Limits) -
     gateway
 }
 
-/// What must not be asked of the gateway.
+/// Operations that the gateway refuses in this mode.
 fn restraint(mode: Mode, clock: Clock) -> Restraint {
     if mode != Mode::Normal {
         Restraint::NoBuses

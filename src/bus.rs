@@ -1,7 +1,7 @@
 //! The bus level: a software task in which the gateway core runs.
 //!
-//! Any port, the clock's alarm and the clock's rounds wake it. Each run hands the core what has come in, sends
-//! what it wants sent, publishes what it has read, and sets the alarm for the next deadline.
+//! Any port, the clock's alarm and the clock's rounds wake it. Each run hands the core the events of the ports, sends
+//! its requests, publishes its readings, and sets the alarm for the next deadline.
 //!
 //! The levels below give orders and ask for details by locking the gateway, which holds this level off for as long as
 //! it takes: they look at one thing at a time.
@@ -18,7 +18,7 @@ use crate::app::modbus_level;
 use crate::clock::Alarm;
 use crate::{clock, ports, shared, watchdog};
 
-/// What the ports have for the bus level.
+/// Events of the ports for the bus level.
 pub struct Inbox {
     pub t7: Consumer<'static, Event>,
     pub isu: Consumer<'static, Event>,
@@ -31,7 +31,7 @@ impl Inbox {
         self.t7.is_empty() && self.isu.is_empty() && self.pwm1.is_empty() && self.pwm2.is_empty()
     }
 
-    /// Hands the gateway what has come in.
+    /// Hands the gateway the events.
     fn empty_into(&mut self, gateway: &mut Gateway, now: Instant) {
         while let Some(event) = self.t7.dequeue() {
             gateway.line(Bus::T7, event);
@@ -88,7 +88,7 @@ pub fn run(local: &mut LocalResources<'_>, shared: &mut SharedResources<'_>) -> 
     })
 }
 
-/// What happened on a bus since reset, and how it is set.
+/// Counters of a bus since reset, and its settings.
 pub fn state(gateway: &Gateway, bus: Bus, driver: DriverEnable) -> BusState {
     BusState {
         settings: *gateway.bus_settings(bus),

@@ -1,8 +1,7 @@
-//! The stored configuration: taken over at the start, stored on request; and whether what is in force is what the next
-//! start has.
+//! The stored configuration: taken over at the start, stored on request, compared with the configuration in force.
 //!
 //! For the main loop only. Storing stalls the core, interrupts included, for 16 µs a word, and for 250 to 500 ms when a
-//! sector has to be erased (`flash.rs`): what is on the buses then is lost, and asked for again.
+//! sector has to be erased (`flash.rs`): frames on the buses are then lost, and requested again.
 
 use clino_bus::Duration;
 use clino_console::{Saved, StorageError};
@@ -20,15 +19,15 @@ use crate::{clock, params, watchdog};
 /// 2400 bit/s, lasts 1.17 s.
 const LONGEST_WAIT: Duration = Duration::from_millis(1_300);
 
-/// By what a configuration is known: fingerprint of the gateway's settings, and the Modbus port.
+/// Identifies a configuration: fingerprint of the gateway's settings, and the Modbus port.
 pub type Known = (u32, Settings);
 
-/// What is known of the flash.
+/// Content of the flash, as far as it is known.
 #[derive(Clone, Copy)]
 pub struct Kept {
-    /// What the next start has; `None` if that is not known.
+    /// Configuration of the next start; `None` if it is not known.
     next: Option<Known>,
-    /// There is something that was not taken over at this start, and that a save replaces for good.
+    /// The flash holds a configuration that was not taken over at this start; a save replaces it for good.
     pub unread: bool,
 }
 
@@ -36,7 +35,7 @@ impl Kept {
     /// Nothing yet.
     pub const UNKNOWN: Kept = Kept { next: None, unread: false };
 
-    /// Whether what is in force is not what the next start has, or may not be.
+    /// Whether the configuration in force differs, or may differ, from that of the next start.
     pub fn is_unsaved(&self, in_force: Known) -> bool {
         self.next != Some(in_force)
     }
@@ -62,7 +61,8 @@ impl ConfigStore {
         Kept { next: is_blank.then_some(self.delivered), unread: !is_blank }
     }
 
-    /// Takes over what is stored; what cannot be taken stays as it is. Before the gateway begins.
+    /// Takes over the stored configuration; settings that cannot be taken stay as they are. Call it before the gateway
+    /// begins.
     #[inline(never)]
     pub fn load(&mut self, gateway: &mut Gateway, modbus: &mut Settings) -> Kept {
         let loaded = self.store.load(gateway, modbus);
@@ -70,18 +70,18 @@ impl ConfigStore {
             Ok(Loaded::Stored { version }) => log!(info, "configuration of version {=u8}", version),
             Ok(Loaded::Factory | Loaded::Nothing) => log!(info, "configuration as delivered"),
             Err(LoadError::Rejected(_)) => {
-                log!(error, "what is stored is no configuration for this firmware")
+                log!(error, "the stored configuration is not for this firmware")
             }
             Err(LoadError::Flash(_) | LoadError::Library) => log!(error, "the configuration cannot be read"),
         }
-        // What is not taken now is not taken next time either.
+        // A setting that is not taken now is not taken next time either.
         Kept {
             next: Some((gateway.fingerprint(), *modbus)),
             unread: matches!(loaded, Err(LoadError::Rejected(_))),
         }
     }
 
-    /// Stores what is in force.
+    /// Stores the configuration in force.
     pub fn save(&mut self, shared: &mut impl Quiet) -> Result<Saved, StorageError> {
         let (saved, stored) = silently(shared, |gateway, modbus| {
             (self.store.save(gateway, modbus), (gateway.fingerprint(), *modbus))
@@ -94,7 +94,7 @@ impl ConfigStore {
         })
     }
 
-    /// Forgets what is stored, from the next start on.
+    /// Discards the stored configuration: the next start uses the configuration as delivered.
     pub fn factory_reset(&mut self, shared: &mut impl Quiet) -> Result<(), StorageError> {
         let forgotten = silently(shared, |_, _| self.store.factory_reset())?;
         // After a failure the old settings may be there, or nothing.
@@ -103,7 +103,7 @@ impl ConfigStore {
     }
 }
 
-/// What storing needs of the levels above the main loop.
+/// Access to the levels above the main loop, for storing.
 pub trait Quiet {
     /// Does something that may stall the core with the gateway and the settings of the Modbus port, while no line
     /// driver is on and none can be switched on; `None` if one is on now.
@@ -112,11 +112,11 @@ pub trait Quiet {
     /// meanwhile is lost, and asked for again.
     fn while_silent<R>(&mut self, work: impl FnOnce(&Gateway, &Settings) -> R) -> Option<R>;
 
-    /// What is known of the flash is this from now on.
+    /// Sets the known content of the flash.
     fn note(&mut self, kept: Kept);
 }
 
-/// Waits until what is being sent is out; `false` if a line does not fall silent.
+/// Waits until all lines have sent their frames; `false` if a line does not fall silent.
 pub fn await_silence(shared: &mut impl Quiet) -> bool {
     silently(shared, |_, _| ()).is_ok()
 }
@@ -130,7 +130,7 @@ fn silently<R>(
     while clock::now().since(begin) < LONGEST_WAIT {
         watchdog::check_in(MonitoredTask::Console);
         let result = shared.while_silent(|gateway, modbus| {
-            // No other duty can check in meanwhile: this takes less than the shortest of their deadlines, stalls left
+            // No other monitored task can check in meanwhile: this takes less than the shortest of their deadlines, stalls left
             // out.
             watchdog::check_in(MonitoredTask::Storage);
             let result = clock::across_stall(|| work(gateway, modbus));
@@ -149,7 +149,7 @@ fn told(error: SaveError<flash::Error>) -> StorageError {
     match error {
         SaveError::Rejected(_) => log!(error, "not stored: the settings are not valid"),
         SaveError::Flash(_) => log!(error, "not stored: the flash does not take it"),
-        SaveError::Library => log!(error, "not stored: what is stored cannot be read"),
+        SaveError::Library => log!(error, "not stored: the stored data cannot be read"),
     }
     StorageError::Failed
 }

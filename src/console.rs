@@ -5,9 +5,9 @@
 //! A terminal is not flow-controlled, and the buses come first: characters that are not fetched in time are lost. A loss keeps
 //! its place: the next character that gets into the queue tells how many were lost before it ([`Received::lost`]), whether
 //! the queue was full or the receiver overran, as it does while a sector of flash is erased. A character that the receiver
-//! complained about goes into the queue with the complaint; what that means for its line is for the console to judge.
+//! complained about goes into the queue with the complaint; the console judges what that means for its line.
 //!
-//! Nobody has listened before the start: a first character that follows it at once may be the rest of a line.
+//! The port does not receive before the start: a first character that follows it at once may be the rest of a line.
 
 use clino_bus::Instant;
 use clino_codec::character::LineErrors;
@@ -44,7 +44,7 @@ pub struct Port {
     lost: u32,
 }
 
-/// The writing end of what is received.
+/// The writing end of the queue of received characters.
 struct Incoming {
     queue: Producer<'static, Received>,
     /// Characters lost since the last one that got into the queue.
@@ -131,7 +131,7 @@ impl Port {
                 Some(byte) => uart.dr().write(|w| w.dr().set(u16::from(byte))),
                 None => uart.cr1().modify(|_, w| w.txeie().clear_bit()),
             };
-            // Once a line: who looks for the next one looks at all slots.
+            // Once a line: the search for the next line looks at all slots.
             if outgoing.len() == CONSOLE_LOW_WATER - 1 {
                 shared::note_work();
             }

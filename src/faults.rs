@@ -1,12 +1,12 @@
-//! What happens when the program itself is wrong: note it for the next start, and start again. A gateway that hangs is
+//! Reaction to an internal error: note it for the next start, and restart. A gateway that hangs is
 //! worse than one that restarts.
 //!
-//! | exception | what it means | what is noted |
+//! | exception | meaning | noted |
 //! |---|---|---|
 //! | HardFault | any fault: the others are not enabled, and come here | kind, registers, fault status |
 //! | NMI | the crystal has stopped (RM0090 section 7.2.7) | registers; the next start is without it |
 //! | SysTick | the watchdog's tick | see `watchdog.rs` |
-//! | panic | the program has found itself to be wrong | file and line |
+//! | panic | the program has detected an internal error | file and line |
 //!
 //! A fault may be that the stack has run out of its memory: then nothing can be put on it, and the fault's handler has a
 //! stack of its own (`memory.x`).
@@ -19,7 +19,7 @@ use clino_recovery::{Crash, FaultStatus, Registers};
 
 use crate::{board, start};
 
-/// What the core puts on the stack when an exception begins (PM0214 section 2.3.7).
+/// The registers that the core puts on the stack when an exception begins (PM0214 section 2.3.7).
 #[repr(C)]
 pub struct Frame {
     _r0: u32,
@@ -71,7 +71,7 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     start::crash(&Crash::panic(file, line))
 }
 
-/// Any fault. On a stack of its own, because the usual one may be what is wrong.
+/// Any fault. On a stack of its own, because the usual one may be the fault.
 ///
 /// # Safety
 /// The core calls it.

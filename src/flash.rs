@@ -32,12 +32,12 @@ const TALLY_SIZE: u32 = 128 * 1024;
 /// Bytes programmed at once, at 2.7 V and more.
 const WORD: usize = 4;
 
-/// What unlocks the control register (section 3.6.1).
+/// The keys that unlock the control register (section 3.6.1).
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 /// All error flags of the status register, which are cleared by writing ones: PGSERR, PGPERR, PGAERR, WRPERR, OPERR.
 const ERRORS: u32 = 0b1111_0010;
 
-/// The flash did not do as it was told.
+/// An operation of the flash has failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error {
@@ -121,7 +121,7 @@ fn wait(flash: &FlashRegisters) {
     while flash.sr().read().bsy().bit_is_set() {}
 }
 
-/// Waits, and looks at what came of it.
+/// Waits, and checks the result.
 fn finish(flash: &FlashRegisters) -> Result<(), Error> {
     wait(flash);
     match flash.sr().read().bits() & ERRORS {
@@ -136,7 +136,7 @@ fn address(base: usize, size: u32, offset: u32, length: usize) -> Result<usize, 
     if fits { Ok(base.saturating_add(offset as usize)) } else { Err(Error::Address(offset)) }
 }
 
-/// Forgets what the data cache holds of flash that was erased (section 3.6.3). A cache is reset when it is off.
+/// Resets the data cache, which may hold data of flash that was erased (section 3.6.3). A cache is reset when it is off.
 fn flush(flash: &FlashRegisters) {
     if flash.acr().read().dcen().bit_is_set() {
         flash.acr().modify(|_, w| w.dcen().clear_bit());

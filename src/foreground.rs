@@ -1,5 +1,5 @@
-//! The main loop: the console, what the Modbus master has asked for and cannot wait for, and sleep; and the gateway as
-//! the console sees it.
+//! The main loop: the console, deferred requests of the Modbus master, and sleep; and the gateway as the console sees
+//! it.
 
 use core::cell::RefCell;
 use core::convert::Infallible;
@@ -13,7 +13,7 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::News;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Alarm, AlarmDetail, Asker, Bus, Detail, Extremes, Glance, Reading, SlotConfig};
-use clino_modbus::binding::Wish;
+use clino_modbus::binding::DeferredRequest;
 use clino_modbus::{Counters, Settings};
 use clino_recovery::{Mode, MonitoredTask, Start};
 use embedded_io::{ErrorType, Write};
@@ -38,8 +38,8 @@ pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
         }
         if let Some(key) = host.keys.dequeue() {
             shell.input(key, &mut host);
-        } else if let Some(wish) = common.with(|shared| shared.wish.lock(Option::take)).flatten() {
-            let well = host.fulfil(wish);
+        } else if let Some(request) = common.with(|shared| shared.deferred.lock(Option::take)).flatten() {
+            let well = host.carry_out_deferred(request);
             common.with(|shared| shared.done.lock(|done| *done = Some(well)));
             modbus_level::waker().wake_by_ref();
         } else if !(console.has_room() && shell.poll(&mut host)) {
@@ -48,7 +48,7 @@ pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
     }
 }
 
-/// What the main loop shares with the levels.
+/// Resources that the main loop shares with the levels.
 struct Common<'a> {
     shared: RefCell<SharedResources<'a>>,
     writer: RefCell<&'a mut Producer<'static, u8>>,
@@ -145,29 +145,29 @@ impl Write for Console<'_> {
     }
 }
 
-/// The gateway: all of it is shared, but for what stores its configuration, and what is typed.
+/// The gateway: all of it is shared but the configuration store and the received characters.
 pub struct Gateway<'a> {
     start: &'static Start,
     store: &'a mut ConfigStore,
-    /// What is typed.
+    /// Characters received by the console.
     keys: &'a mut Consumer<'static, Received>,
     common: &'a Common<'a>,
 }
 
 impl Gateway<'_> {
-    /// Does what the Modbus level cannot wait for; says whether it was done.
-    pub fn fulfil(&mut self, wish: Wish) -> bool {
+    /// Carries out a request that the Modbus level has deferred; returns whether it was done.
+    pub fn carry_out_deferred(&mut self, request: DeferredRequest) -> bool {
         let mut common = self.common;
-        match wish {
-            Wish::Save => self.store.save(&mut common).is_ok(),
-            Wish::FactoryReset => self.store.factory_reset(&mut common).is_ok(),
+        match request {
+            DeferredRequest::Save => self.store.save(&mut common).is_ok(),
+            DeferredRequest::FactoryReset => self.store.factory_reset(&mut common).is_ok(),
             // The answer to the master comes first.
-            Wish::Reboot if config_store::await_silence(&mut common) => board::reset(),
-            Wish::Reboot => false,
+            DeferredRequest::Reboot if config_store::await_silence(&mut common) => board::reset(),
+            DeferredRequest::Reboot => false,
         }
     }
 
-    /// What is found in the gateway. In one place, not in an option in an option, which would be copied twice.
+    /// A value of the gateway. One option: an option in an option would be copied twice.
     fn look<R>(&self, find: impl FnOnce(&mut clino_gateway::Gateway) -> Option<R>) -> Option<R> {
         let mut found = None;
         self.common.gateway(|gateway| found = find(gateway));

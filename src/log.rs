@@ -1,4 +1,4 @@
-//! The log: messages over RTT for whoever has a probe connected, or nothing at all.
+//! The log: messages over RTT to a connected probe, or nothing at all.
 
 /// Logs a message of a level of `defmt`; without the log, its values are not even looked at.
 macro_rules! log {

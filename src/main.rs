@@ -4,8 +4,8 @@
 //!
 //! 1. *Bytes* (`ports`, `uart`, `capture`, `console`, `clock`): interrupt handlers that move bytes and ticks between
 //!    registers and queues, and switch the line driver.
-//! 2. *Bus* (`bus`): a software task that hands events and `now` to the gateway core, sends what it
-//!    wants sent, publishes what it has read (`shared`), and sets the alarm for the next deadline.
+//! 2. *Bus* (`bus`): a software task that hands events and `now` to the gateway core, sends its
+//!    requests, publishes its readings (`shared`), and sets the alarm for the next deadline.
 //! 3. *Modbus* (`modbus`): a software task that answers the Modbus master.
 //! 4. *Main loop* (`foreground`): the console, and sleep.
 //!
@@ -56,7 +56,7 @@ mod app {
 
     use clino_console::Received;
     use clino_gateway::{Gateway, Publisher};
-    use clino_modbus::binding::Wish;
+    use clino_modbus::binding::DeferredRequest;
     use clino_modbus::{Counters, Server, Settings};
     use clino_recovery::{Mode, Start};
     use heapless::spsc::{Consumer, Producer};
@@ -90,11 +90,11 @@ mod app {
         has_command: bool,
         /// What happened on the Modbus port.
         port_counters: Counters,
-        /// What the main loop is to do for the Modbus master.
-        wish: Option<Wish>,
+        /// A request of the Modbus master that the main loop is to carry out.
+        deferred: Option<DeferredRequest>,
         /// Whether it has done it.
         done: Option<bool>,
-        /// What is known of the stored configuration.
+        /// Content of the stored configuration, as far as it is known.
         kept: Kept,
     }
 
@@ -149,7 +149,7 @@ mod app {
             new_settings: None,
             has_command: false,
             port_counters: Counters::default(),
-            wish: None,
+            deferred: None,
             done: None,
             kept: parts.kept,
         };
@@ -169,7 +169,7 @@ mod app {
 
     #[idle(
         local = [start, keys, writer, store],
-        shared = [t7, isu, console, uplink, gateway, settings, new_settings, has_command, port_counters, wish, done, kept]
+        shared = [t7, isu, console, uplink, gateway, settings, new_settings, has_command, port_counters, deferred, done, kept]
     )]
     fn idle(cx: idle::Context) -> ! {
         foreground::serve(cx.local, cx.shared)
@@ -242,7 +242,7 @@ mod app {
     #[task(
         priority = 1,
         local = [lines, server, start_for_modbus],
-        shared = [gateway, t7, isu, uplink, timer, settings, new_settings, has_command, port_counters, wish, done, kept]
+        shared = [gateway, t7, isu, uplink, timer, settings, new_settings, has_command, port_counters, deferred, done, kept]
     )]
     async fn modbus_level(cx: modbus_level::Context) -> ! {
         let shared = RefCell::new(cx.shared);

@@ -1,13 +1,13 @@
 //! The Modbus level: a software task in which the Modbus server runs.
 //!
-//! The port and the clock's second alarm wake it. Each run hands the server what has come in, sends the answer that it
-//! has made, and sets the alarm for the next deadline.
+//! The port and the clock's second alarm wake it. Each run hands the server the events of the port, sends its answer,
+//! and sets the alarm for the next deadline.
 
 use core::cell::RefCell;
 
 use clino_bus::{DriverEnable, Instant};
 use clino_gateway::Gateway;
-use clino_modbus::binding::{self, Binding, Wish};
+use clino_modbus::binding::{self, Binding, DeferredRequest};
 use clino_modbus::{Identification, Refusal, Server};
 use clino_recovery::{MonitoredTask, Start};
 use heapless::spsc::{Consumer, Producer};
@@ -32,16 +32,16 @@ pub static IDENTIFICATION: Identification = Identification([
     "STM32F407",
 ]);
 
-/// What the level moves characters with.
+/// Resources that move the characters of the level.
 pub struct Lines {
     pub events: Consumer<'static, Event>,
     pub answer: Producer<'static, u8>,
 }
 
-/// What the level shares with others. The server's host needs it, too, while the server runs.
+/// Resources that the level shares with others. The server's host uses them, too, while the server runs.
 pub type Shared<'a> = RefCell<SharedResources<'a>>;
 
-/// What the level runs with.
+/// State of the level.
 pub struct Level<'a> {
     pub lines: &'a mut Lines,
     pub server: &'a mut Server,
@@ -62,7 +62,7 @@ impl<'a> Level<'a> {
 
     /// A run of the level. Returns whether there is something to do already.
     pub fn run(&mut self) -> bool {
-        // What comes in after this look is for the next run.
+        // Events after this look are for the next run.
         let now = clock::now();
         while let Some(event) = self.lines.events.dequeue() {
             match event {
@@ -105,7 +105,7 @@ impl<'a> Level<'a> {
     }
 }
 
-/// Looks at what is shared; `None` within such a look.
+/// Looks at the shared resources; `None` within such a look.
 fn with<'a, R>(shared: &Shared<'a>, look: impl FnOnce(&mut SharedResources<'a>) -> R) -> Option<R> {
     shared.try_borrow_mut().ok().map(|mut shared| look(&mut shared))
 }
@@ -148,8 +148,9 @@ impl binding::Site for Site<'_> {
         *self.start
     }
 
-    fn ask(&self, wish: Wish) -> Result<(), Refusal> {
-        let before = with(self.shared, |shared| shared.wish.lock(|place| place.replace(wish))).flatten();
+    fn ask(&self, request: DeferredRequest) -> Result<(), Refusal> {
+        let before =
+            with(self.shared, |shared| shared.deferred.lock(|place| place.replace(request))).flatten();
         shared::note_work();
         if before.is_some() { Err(Refusal::Busy) } else { Ok(()) }
     }

@@ -1,7 +1,7 @@
 //! The numbers of this board and this installation: value, unit, derivation, source.
 //!
-//! Pins are in `board.rs`. What a sensor needs is in the codec and bus crates; what each kind of slot begins with (periods,
-//! stale limits, rates) is in the gateway's `config.rs`; sizes of queues and waits of one driver are in its file.
+//! Pins are in `board.rs`. Timing of the sensors is in the codec and bus crates; default settings of each kind of slot (periods,
+//! stale limits, rates) are in the gateway's `config.rs`; sizes of queues and waits of one driver are in its file.
 
 use clino_bus::{Duration, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
@@ -55,8 +55,8 @@ const fn number(digits: &str) -> u16 {
 }
 
 /// A new line is made when fewer characters than this wait for the console: enough to keep the line busy while
-/// the next one is made (16 characters last 1.4 ms, making one takes less than 0.1 ms), few enough that what is printed
-/// is fresh.
+/// the next one is made (16 characters last 1.4 ms, making one takes less than 0.1 ms), few enough that the printed values
+/// are fresh.
 pub const CONSOLE_LOW_WATER: usize = 16;
 
 /// A character that comes so soon after the start may belong to a line that began before it: three times the pause that a USB

@@ -1,4 +1,4 @@
-//! What the bus level publishes and the levels below read: the snapshot of all slots, and a note that something has
+//! Data that the bus level publishes for the levels below: the snapshot of all slots, and a note that something has
 //! changed; and how a task waits to be woken.
 
 use core::pin::Pin;

@@ -1,7 +1,7 @@
-//! Why and how often the board has started, and what the time before has left.
+//! Cause and number of the starts, and the notes of the previous run.
 //!
-//! The cause is what the reset controller says (RM0090 section 7.3.21), and what was noted before the reset in memory that
-//! a reset leaves alone: SRAM keeps what is in it for as long as it is supplied.
+//! The cause comes from the reset controller (RM0090 section 7.3.21), and from notes made before the reset in memory that
+//! a reset leaves alone: SRAM keeps its content for as long as it is supplied.
 
 use core::mem::MaybeUninit;
 use core::ptr;

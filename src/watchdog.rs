@@ -37,7 +37,7 @@ const PRESCALER: u32 = 16;
 const PRESCALER_CODE: u16 = 0b010;
 /// Slowest and fastest oscillator, Hz (DS8626 table 41).
 const LSI_HZ: (u32, u32) = (17_000, 47_000);
-/// Longest time from a feed to the reset, in milliseconds: what is promised is 1500.
+/// Longest time from a feed to the reset, in milliseconds: the documented limit is 1500.
 const LONGEST_MS: u32 = 1_480;
 /// Longest erase of a sector of 16 KiB, in milliseconds (DS8626 table 40).
 const ERASE_MS: u32 = 500;
@@ -50,7 +50,7 @@ const _: () = assert!(SHORTEST_MS >= ERASE_MS + 2 * TICK_MS, "a legal erase woul
 const LONGEST_UPDATE_MS: u32 = 10;
 const _: () = assert!(COUNTS <= 0x1000, "RLR has twelve bits");
 
-/// What has to be written to KR (RM0090 section 21.4.1). [`pre_init`] has its own [`START`].
+/// Keys to be written to KR (RM0090 section 21.4.1). [`pre_init`] has its own [`START`].
 const FEED: u16 = 0xAAAA;
 const UNLOCK: u16 = 0x5555;
 const START: u16 = 0xCCCC;

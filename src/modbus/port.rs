@@ -18,7 +18,7 @@ const EVENTS: usize = 32;
 /// A queue holds one less than its size.
 const ANSWER: usize = MAX_FRAME + 1;
 
-/// What has happened on the line.
+/// An event on the line.
 #[derive(Clone, Copy)]
 pub enum Event {
     /// A character has come in; this was the centre of its stop bit.
@@ -87,7 +87,7 @@ impl Port {
         });
     }
 
-    /// Sends what is in the queue.
+    /// Sends the queue.
     pub fn send(&mut self) {
         let Some(byte) = self.answer.dequeue() else { return };
         self.de.set_high();

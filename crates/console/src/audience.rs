@@ -1,6 +1,6 @@
-//! Whom the console talks to.
+//! Audience of the console: a person or a program.
 
-/// Who reads the answers.
+/// The reader of the answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Audience {
     /// A person at a terminal: echo, prompt, tables.

@@ -1,4 +1,4 @@
-//! The buses: how they run, and how much they have to do.
+//! The buses: settings, state and load.
 
 use clino_gateway::lint::Lint;
 use clino_gateway::order::Order;
@@ -23,7 +23,7 @@ const OPTIONS: [(Opt, u8); 5] = [
     (Opt(Some('e'), "echo"), id::ECHO),
 ];
 
-/// `bus BUS`, and with options what is to change.
+/// `bus BUS`; with options it changes settings.
 pub fn bus(job: &mut Job<'_, '_>) -> Outcome {
     let mut words = [None; OPTIONS.len()];
     for (word, (option, _)) in words.iter_mut().zip(OPTIONS) {
@@ -81,7 +81,7 @@ pub fn load(job: &mut Job<'_, '_>) -> Outcome {
     let (Some(t7), Some(isu)) = (of_bus(job, Bus::T7), of_bus(job, Bus::Isu)) else { return Ok(()) };
     let (host, reply) = (&*job.host, &mut job.reply);
     let slot = |slot: u8| host.config(slot.into());
-    // What a T7 averages over is not kept.
+    // The gateway does not keep the damping of a T7.
     let lint = Lint { slot: &slot, t7: &t7, isu: &isu, damping_ms: |_| None };
     for bus in BUSES {
         let rate = job.meter.rate(bus).map(|rate| Value::Thousandths(rate.into()));
@@ -92,7 +92,7 @@ pub fn load(job: &mut Job<'_, '_>) -> Outcome {
     Ok(())
 }
 
-/// A function of its own, so that the rest of what is told of a bus is forgotten at once.
+/// A function of its own, so that the stack of the rest is free again at once.
 #[inline(never)]
 fn of_bus(job: &mut Job<'_, '_>, bus: Bus) -> Option<BusSettings> {
     job.host.bus(bus).map(|state| state.settings)

@@ -1,23 +1,23 @@
-//! What a person does after a task has failed: one sentence for each group of causes.
+//! The next step after a failed task: one sentence for each group of causes.
 
 use clino_commissioning::{isu, t7};
 
-/// What a person does after a task of a T7 has failed so; `None` where the cause says it.
+/// The next step after a task of a T7 has failed; `None` where the cause says it.
 pub const fn after_t7(cause: &t7::Cause) -> Option<&'static str> {
     use t7::Cause;
     Some(match cause {
         Cause::NoAnswer { .. } | Cause::Lost { .. } => {
-            "t7 scan all finds what answers, at every bit rate; if nothing does, check supply, A and B, ground"
+            "t7 scan all finds every T7 that answers, at every bit rate; if none does, check supply, A and B, ground"
         }
         Cause::Status { .. } | Cause::OutOfRange { .. } => {
-            "t7 info tells what the sensor is and how it is set"
+            "t7 info shows product, firmware and settings of the sensor"
         }
         Cause::NotTaken { .. } | Cause::StillAt { .. } | Cause::StillAtRate { .. } => {
-            "the sensor has kept what it had: try again"
+            "the sensor has kept its old setting: try again"
         }
         Cause::NotZero { .. } | Cause::Moving { .. } => "hold the sensor still and try again",
-        Cause::UnknownProduct { .. } | Cause::WrongSerial { .. } => "t7 scan tells which sensors there are",
-        Cause::AddressTaken { .. } => "t7 scan tells which addresses are in use",
+        Cause::UnknownProduct { .. } | Cause::WrongSerial { .. } => "t7 scan lists the sensors of the bus",
+        Cause::AddressTaken { .. } => "t7 scan lists the addresses in use",
         Cause::Refused(_) | Cause::WritesToAll { .. } | Cause::Cancelled => return None,
     })
 }
@@ -27,14 +27,14 @@ pub const fn after_isu(cause: &isu::Cause) -> Option<&'static str> {
     use isu::Cause;
     Some(match cause {
         Cause::NoAnswer { .. } | Cause::NotFound { .. } => {
-            "check address, supply, A and B, ground; one that is alone on its line answers a slot with address 0"
+            "check address, supply, A and B, ground; an ISU that is alone on its line also answers at address 0"
         }
         Cause::Device { .. } | Cause::NotBooted { .. } => "switch its supply off and on, then isu info",
         Cause::HardError | Cause::Unsound(_) | Cause::NotTheChecksum(_) | Cause::Mismatch { .. } => {
-            "isu repair brings its memory back"
+            "isu repair restores its memory"
         }
         Cause::NotTaken { .. } | Cause::NotKept { .. } | Cause::StillAt { .. } => {
-            "isu info tells what the sensor has; try again"
+            "isu info shows the settings of the sensor; try again"
         }
         Cause::NotZero { .. } | Cause::Moving { .. } => "hold the sensor still and try again",
         Cause::ZeroOnSharedLine => "give its address, or connect it alone",

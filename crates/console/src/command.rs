@@ -1,11 +1,11 @@
-//! The command language: what can be typed, how, and what `help` says of it.
+//! The command language: commands, their usage, their help texts.
 
 use clino_gateway::command::Command as Shared;
 
 use crate::reply::Reply;
 use crate::settings;
 
-/// What can be done.
+/// The verb of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verb {
     List,
@@ -49,24 +49,24 @@ const fn command(verb: Verb, name: &'static str, usage: &'static str, help: &'st
     Command { verb, name, usage, help }
 }
 
-/// What a Modbus master can have done, too: its sentence is in the list of both.
+/// A command that the Modbus port has, too: its help text is that of the common list.
 const fn shared(verb: Verb, name: &'static str, usage: &'static str, command: Shared) -> Command {
     Command { verb, name, usage, help: command.description().text }
 }
 
-/// Everything that can be typed.
+/// All commands.
 static COMMANDS: [Command; 26] = [
-    command(Verb::List, "list", "", "the last value of every slot in use"),
-    command(Verb::Read, "read", "SLOT", "all that is known of the value of a slot"),
-    command(Verb::Watch, "watch", "", "values as they come, until Enter or Ctrl-C"),
+    command(Verb::List, "list", "", "show the last value of every slot in use"),
+    command(Verb::Read, "read", "SLOT", "show the value of a slot with all details"),
+    command(Verb::Watch, "watch", "", "show values as they come, until Enter or Ctrl-C"),
     command(
         Verb::Slot,
         "slot",
         "SLOT t7 ADDRESS [-a AXIS] | SLOT isu ADDRESS | SLOT pwm INPUT | SLOT off; \
          [-p PERIOD_MS] [-r RETRIES] [-s STALE_MS]",
-        "what a slot reads; the rest as usual",
+        "set the source of a slot; other settings become the defaults of its kind",
     ),
-    command(Verb::Show, "show", "SLOT|t7|isu|modbus|console", "how it is set"),
+    command(Verb::Show, "show", "SLOT|t7|isu|modbus|console", "show settings"),
     command(
         Verb::Set,
         "set",
@@ -91,29 +91,34 @@ static COMMANDS: [Command; 26] = [
         Verb::Isu,
         "isu",
         "info A | reset A | zero A | null A POSITION | address A NEW | repair A; [--yes]",
-        "set up and repair ISUs; reset, null, address and repair start the module again: no angle for up to 5 s",
+        "set up and repair ISUs; reset, null, address and repair restart the module: no angle for up to 5 s",
     ),
     shared(Verb::Cancel, "cancel", "", Shared::Cancel),
     shared(Verb::Acknowledge, "acknowledge", "[SLOT]", Shared::Acknowledge),
-    command(Verb::Alarms, "alarms", "", "alarms that are active or wait for their acknowledgement"),
+    command(Verb::Alarms, "alarms", "", "show alarms that are active or wait for their acknowledgement"),
     command(
         Verb::Extremes,
         "extremes",
         "[SLOT] | clear [SLOT]",
-        "lowest and highest angle since they were cleared, of a slot or of all",
+        "show or clear the lowest and highest angle of a slot, or of all",
     ),
-    command(Verb::Counters, "counters", "[SLOT] | clear", "what happened since reset; clear sets it to zero"),
-    command(Verb::Trace, "trace", "[N]", "the last transactions, newest first"),
-    command(Verb::Export, "export", "", "the commands that make this configuration"),
-    command(Verb::Load, "load", "", "load and polls of each bus, and what is not wise"),
+    command(
+        Verb::Counters,
+        "counters",
+        "[SLOT] | clear",
+        "show counters since reset; clear sets those of buses and slots to zero",
+    ),
+    command(Verb::Trace, "trace", "[N]", "show the last transactions, newest first"),
+    command(Verb::Export, "export", "", "print the commands that make this configuration"),
+    command(Verb::Load, "load", "", "show bus load, poll rates and configuration warnings"),
     command(Verb::Modbus, "modbus", "[SETTING VALUE ...]", "show or set the Modbus port"),
     shared(Verb::Save, "save", "[--yes]", Shared::Save),
     shared(Verb::FactoryReset, "factory-reset", "[--yes]", Shared::FactoryReset),
     shared(Verb::Reboot, "reboot", "[--yes]", Shared::Reboot),
-    command(Verb::ResetCause, "reset-cause", "", "why the gateway has started, and its last crash"),
-    command(Verb::Version, "version", "", "version, time since reset, mode and clock"),
+    command(Verb::ResetCause, "reset-cause", "", "show the cause of the start, and the last crash"),
+    command(Verb::Version, "version", "", "show version, time since reset, mode and clock"),
     command(Verb::Json, "json", "on|off", "answer programs (JSON lines, no echo) or people"),
-    command(Verb::Help, "help", "[COMMAND]", "this list, or how to use a command"),
+    command(Verb::Help, "help", "[COMMAND]", "list the commands, or show how to use one"),
 ];
 
 impl Command {
@@ -127,7 +132,7 @@ impl Command {
         COMMANDS.get(place).map(|command| command.name)
     }
 
-    /// Tells how to use it, and what it can set.
+    /// Writes its usage, and the settings that it can change.
     #[inline(never)]
     pub fn describe(&self, reply: &mut Reply<'_>) {
         self.usage(reply);
@@ -145,7 +150,7 @@ impl Command {
     }
 }
 
-/// Tells of all commands.
+/// Lists all commands.
 pub fn describe_all(reply: &mut Reply<'_>) {
     for command in &COMMANDS {
         if reply.is_for_people() {

@@ -14,7 +14,7 @@ use crate::line::Line;
 use crate::typed::split;
 use crate::words::{IsuVerb, T7Verb, Words};
 
-/// What can be shown and set beside slots, by number.
+/// Targets of `show` and `set` beside slots, which have numbers.
 const TARGETS: &[&str] = &["t7", "isu", "modbus", "console"];
 const ON_OFF: &[&str] = &["on", "off"];
 

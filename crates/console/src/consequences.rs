@@ -1,4 +1,4 @@
-//! What an order does besides what it says: told before a person is asked, and in the answers for programs.
+//! Side effects of an order: named in the question to a person, and in the answers for programs.
 
 use core::fmt::{self, Display, Write};
 
@@ -13,19 +13,19 @@ use crate::causes;
 use crate::reply::Reply;
 use crate::value::Value;
 
-/// Tells a person what a task will do to the sensor, its slots and others.
+/// Tells a person the effects of a task on the sensor, its slots and other nodes.
 #[inline(never)]
 pub fn tell(order: &Order, consequence: Consequence, out: &mut dyn Write) {
     _ = out.write_str("this writes to the sensor's memory");
     match order {
         Order::T7(t7::Task::Baud(_, rate)) => {
             let rate = rate.bits_per_second();
-            _ = write!(out, "; the bus runs at {rate} bit/s with it, over a start only if saved");
+            _ = write!(out, "; the bus changes to {rate} bit/s, too; only save keeps that over a restart");
         }
         order => _ = out.write_str(effect(order)),
     }
     if consequence != Consequence::NONE {
-        _ = write!(out, "; {}", Told(consequence));
+        _ = write!(out, "; {}", Effect(consequence));
     }
 }
 
@@ -40,12 +40,14 @@ const fn effect(order: &Order) -> &'static str {
 const fn of_t7(task: &t7::Task) -> &'static str {
     use t7::Task;
     match task {
-        Task::Zero(..) => "; its axis reads zero as it stands, the soft zeros of its slots go",
+        Task::Zero(..) => {
+            "; its axis then reads zero in its present position; the soft zeros of its slots are cleared"
+        }
         Task::Set(_, DeviceSetting::Offset { .. }) => "; all angles of its axis move",
-        Task::Set(_, DeviceSetting::Direction { .. }) => "; its axis counts the other way",
+        Task::Set(_, DeviceSetting::Direction { .. }) => "; its axis then counts the other way",
         Task::Set(_, DeviceSetting::Damping(_)) => "; all its axes average over this time",
-        Task::Set(_, DeviceSetting::Range(_)) => "; all its axes are told in this range",
-        Task::Address { .. } => "; its slots follow it, over a start only if saved",
+        Task::Set(_, DeviceSetting::Range(_)) => "; all its axes then use this range",
+        Task::Address { .. } => "; its slots follow it; only save keeps that over a restart",
         Task::Identify(_) | Task::Sweep(_) | Task::Baud(..) => "",
     }
 }
@@ -54,28 +56,29 @@ const fn of_isu(task: &isu::Task) -> &'static str {
     use isu::Task;
     match task {
         Task::ResetNull(_) => {
-            "; it reads zero as it stands, at its PWM output, too; the soft zeros of its slots go"
+            "; it then reads zero in its present position, at its PWM output, too; \
+             the soft zeros of its slots are cleared"
         }
         Task::Program(_, eeprom::Change::NullPosition(_)) => {
-            "; all its angles move, at its PWM output, too; it starts again"
+            "; all its angles move, at its PWM output, too; it restarts"
         }
         Task::Program(_, eeprom::Change::ModuleAddress(_)) => {
-            "; it starts again, its slots follow it, over a start of the gateway only if saved"
+            "; it restarts; its slots follow it; only save keeps that over a restart of the gateway"
         }
-        Task::Program(..) | Task::Repair(_) => "; it starts again",
+        Task::Program(..) | Task::Repair(_) => "; it restarts",
         Task::Identify(_) | Task::Reset(_) => "",
     }
 }
 
-/// What an order does to others, in words.
-pub struct Told(pub Consequence);
+/// Effect of an order on other nodes and slots, in words.
+pub struct Effect(pub Consequence);
 
-impl Display for Told {
+impl Display for Effect {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Consequence { silenced: 0, shared: None } => Ok(()),
             Consequence { silenced: 0, shared: Some(slot) } => {
-                write!(out, "slot {slot} reads the new address already")
+                write!(out, "slot {slot} already reads the new address")
             }
             Consequence { silenced, .. } => {
                 let (nodes, verbs) = if silenced == 1 { ("node", "stays") } else { ("nodes", "stay") };
@@ -96,31 +99,31 @@ pub fn named(consequence: Consequence) -> (&'static str, Value<'static>) {
     }
 }
 
-/// Tells of it when no question is asked.
+/// Notes it in the answer when no question is asked.
 #[inline(never)]
 pub fn warn(reply: &mut Reply<'_>, consequence: Consequence) {
     match consequence {
         Consequence { silenced: 0, shared: None } => {}
         Consequence { shared: Some(slot), .. } => {
-            reply.hint("shared", &Told(consequence), "slot", &[slot.into()]);
+            reply.hint("shared", &Effect(consequence), "slot", &[slot.into()]);
         }
         Consequence { silenced, .. } => {
-            reply.hint("silenced", &Told(consequence), "silenced", &[silenced.into()]);
+            reply.hint("silenced", &Effect(consequence), "silenced", &[silenced.into()]);
         }
     }
 }
 
-/// Tells what is left to be done after a task.
+/// Names the step that remains after a task.
 pub fn remind(reply: &mut Reply<'_>, news: &News) {
     let why = match news {
         News::T7(t7::News::Baud(Report { change: SettingChange::Changed { .. }, .. })) => {
-            "save keeps the bit rate of the bus over a start"
+            "only save keeps the bit rate of the bus over a restart"
         }
         News::T7(t7::News::Address(Report { change: SettingChange::Changed { .. }, .. }))
         | News::Isu(isu::News::Programmed(Report {
             change: SettingChange::Changed { to: eeprom::Change::ModuleAddress(_), .. },
             ..
-        })) => "save keeps the new address in its slots over a start",
+        })) => "only save keeps the new address in its slots over a restart",
         News::T7(t7::News::Failed(failure)) => return advise(reply, causes::after_t7(&failure.cause)),
         News::Isu(isu::News::Failed(failure)) => return advise(reply, causes::after_isu(&failure.cause)),
         _ => return,

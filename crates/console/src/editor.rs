@@ -1,4 +1,4 @@
-//! The line editor: what a key does to the line, and what is drawn of it.
+//! The line editor: effect of a key on the line, and drawing.
 //!
 //! The editor draws with printable characters and backspaces only, which every terminal knows; but for Ctrl-L, which needs the
 //! control sequences of ECMA-48.
@@ -17,7 +17,7 @@ use crate::line::{Line, NOT_SAVED, PROMPT, Reason};
 use crate::received::Received;
 use crate::split::split_before;
 
-/// Most keys of one line. A person does not press as many; a port that sends back what is drawn does.
+/// Most keys of one line. A person does not press as many; a port that echoes does.
 const MOST_KEYS: u16 = 1_000;
 /// Draws the screen anew: home, erase all (ECMA-48, CUP and ED).
 const CLEAR_SCREEN: &str = "\x1b[H\x1b[2J";
@@ -28,7 +28,7 @@ const BACK: &str = "\x08";
 pub struct Manner {
     /// Keys edit the line.
     pub edits: bool,
-    /// What is typed is shown.
+    /// Typed characters are shown.
     pub shows: bool,
 }
 

@@ -8,7 +8,7 @@ use clino_gateway::order::Refusal;
 use clino_gateway::settings::Number;
 use clino_gateway::{Consequence, INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_PPM};
 
-use crate::consequences::{self, Told};
+use crate::consequences::{self, Effect};
 use crate::host::StorageError;
 use crate::line::{Damage, ERROR, LONGEST_LINE, Reason};
 use crate::reply::Reply;
@@ -34,25 +34,25 @@ pub enum Error<'a> {
     Name,
     /// A setting that slots of this kind do not have.
     NotOf { setting: &'static str, kind: Kind },
-    /// A number below zero, or what looks like one, without `--` before it.
+    /// A negative number, or a word that looks like one, without `--` before it.
     BareMinus,
     /// A word, or an option with the dashes before it, that this command does not take.
     Unexpected(&'static str, &'a str),
     /// An option of one letter that this command does not take.
     UnexpectedLetter(char),
-    /// It asks for what cannot be.
+    /// The gateway refuses the order.
     Refused(Refusal),
     /// The line is not what was typed, or cannot be known to be.
     Damaged(Damage),
-    /// It came while a task works that a person waits for.
+    /// It came during a task that a person waits for.
     Working,
     /// A quotation mark without its other one, or in the middle of a word.
     Quotes,
-    /// What is done cannot be undone, and a program has not said that it is meant.
+    /// An irreversible command of a program without `--yes`.
     Unconfirmed(Consequence),
     /// The slot has no value that could be taken.
     NoValue { slot: u8, status: Status },
-    /// What is stored cannot be read or written.
+    /// The storage cannot be read or written.
     Storage(StorageError),
     /// This board does not have it.
     Absent(&'static str),
@@ -159,10 +159,10 @@ impl Error<'_> {
     }
 }
 
-/// What is said of a number out of its range.
+/// Names of the values of a number out of its range.
 const RANGE: &str = "what value least most";
 
-/// What is said of an address that is none.
+/// Names of the values of an invalid address.
 const ADDRESS: &str = "what value allowed";
 
 /// Parts per million in percent.
@@ -217,7 +217,7 @@ impl Display for Error<'_> {
                 let [least, most] = [*least, *most].map(|number| scaled(number, *decimals));
                 write!(out, "{what} {word} is not {number}between {least} and {most}")
             }
-            Error::BareMinus => out.write_str("a number below zero wants -- before it"),
+            Error::BareMinus => out.write_str("put -- before a negative number"),
             Error::Unexpected("", value) => write!(out, "unexpected argument {value}"),
             Error::Unexpected(dashes, value) => write!(out, "unexpected option {dashes}{value}"),
             Error::UnexpectedLetter(letter) => write!(out, "unexpected option -{letter}"),
@@ -238,7 +238,7 @@ impl Display for Error<'_> {
                 write!(out, "address {value} is not {}", addresses(*kind))
             }
             Error::Refused(Refusal::Excluded(what)) => {
-                write!(out, "{what}: something else in the same change excludes it")
+                write!(out, "{what}: conflicts with another setting of the same change")
             }
             Error::Refused(Refusal::BitRate { value, allowed }) => {
                 write!(out, "{value} bit/s is not among")?;
@@ -251,7 +251,10 @@ impl Display for Error<'_> {
             Error::Refused(Refusal::Busy) => out.write_str("busy, try again"),
             Error::Refused(Refusal::Restrained(Restraint::InexactClock)) => {
                 let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(percent);
-                write!(out, "the clock may be off by {off} %, a UART takes {most} %: no sensor is written to")
+                write!(
+                    out,
+                    "the clock may be off by {off} %, a UART tolerates {most} %: sensors are not written to"
+                )
             }
             Error::Refused(Refusal::Restrained(_)) => out.write_str("safe mode: the buses are not served"),
             Error::Damaged(Damage { reason, characters }) => {
@@ -261,7 +264,7 @@ impl Display for Error<'_> {
             Error::Quotes => out.write_str("a quotation mark that is not closed, or within a word"),
             Error::Unconfirmed(consequence) => {
                 let separator = if *consequence == Consequence::NONE { "" } else { "; " };
-                write!(out, "{}{separator}not to be undone, wants --yes", Told(*consequence))
+                write!(out, "{}{separator}irreversible, needs --yes", Effect(*consequence))
             }
             Error::NoValue { slot, status } => write!(out, "slot {slot} is {}", status.name()),
             Error::Storage(error) => out.write_str(error.name()),

@@ -1,18 +1,18 @@
-//! What a line leads to.
+//! Carries out a line.
 
 use crate::audience::Audience;
 use crate::command::{Command, Verb, describe_all};
 use crate::error::Error;
 use crate::host::Host;
-use crate::job::{Job, Outcome, Told};
+use crate::job::{Job, Outcome, Reported};
 use crate::meter::Meter;
 use crate::pending::{Next, Pending};
 use crate::presence::Presence;
 use crate::reply::Reply;
 use crate::typed::{self, Typed};
-use crate::{alarms, buses, export, extremes, past, slots, system, tasks};
+use crate::{alarms, buses, diagnostics, export, extremes, slots, system, tasks};
 
-/// Carries out the line that was typed. What it leads to stands in `next`, which is too large to be handed up.
+/// Carries out the line that was typed. Its next step goes into `next`, which is too large to be returned.
 #[inline(never)]
 pub fn execute<'j>(
     line: &str,
@@ -25,7 +25,7 @@ pub fn execute<'j>(
     let now = host.now();
     *next = Next::Stay;
     let mut job = Job { typed: Typed::new(), reply, host, meter, presence, now, next };
-    if let Err(Told) = carry_out(&mut job, line) {
+    if let Err(Reported) = carry_out(&mut job, line) {
         *job.next = Next::Stay;
     }
 }
@@ -50,8 +50,8 @@ fn carry_out<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Outcome {
         Verb::T7 => tasks::t7(job),
         Verb::Isu => tasks::isu(job),
         Verb::Cancel => tasks::cancel(job),
-        Verb::Counters => past::counters(job),
-        Verb::Trace => past::trace(job),
+        Verb::Counters => diagnostics::counters(job),
+        Verb::Trace => diagnostics::trace(job),
         Verb::Alarms => alarms::alarms(job),
         Verb::Acknowledge => alarms::acknowledge(job),
         Verb::Extremes => extremes::extremes(job),
@@ -79,6 +79,6 @@ fn carry_out<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Outcome {
     }
 }
 
-fn command(job: &mut Job<'_, '_>, name: &str) -> Result<&'static Command, Told> {
+fn command(job: &mut Job<'_, '_>, name: &str) -> Result<&'static Command, Reported> {
     Command::named(name).ok_or_else(|| job.refuse(&Error::Unknown))
 }

@@ -4,8 +4,8 @@
 //! is a diff of two texts. No line is longer than a line may be that is typed. What has no effect on a slot of its kind is
 //! left out.
 //!
-//! A slot begins with `slot`, which brings what is usual, and goes on with what is different. Buses, Modbus port and console
-//! are told whole.
+//! A slot begins with `slot`, which sets the defaults of its kind, and goes on with the settings that differ. Buses, Modbus
+//! port and console are written whole.
 
 use core::fmt::{self, Display, Write};
 
@@ -51,7 +51,7 @@ fn whole<T>(reply: &mut Reply<'_>, target: &'static str, table: &'static [Settin
     lines.end();
 }
 
-/// What a slot is, and what is different from what that is usually.
+/// The source of a slot, and the settings that differ from the defaults of its kind.
 #[inline(never)]
 fn slot(reply: &mut Reply<'_>, number: u8, config: &SlotConfig) {
     let source = config.source;
@@ -67,7 +67,7 @@ fn slot(reply: &mut Reply<'_>, number: u8, config: &SlotConfig) {
     }
     let mut lines = Lines::of(number.into(), reply);
     if let Source::Incomplete { .. } = source {
-        // An unused slot takes any address, and keeps it when it is told its kind.
+        // An unused slot takes any address, and keeps it when its kind is set.
         if address > 0 {
             lines.set("address", address, false);
             lines.end();
@@ -133,7 +133,7 @@ impl<'r, 'o> Lines<'r, 'o> {
         Lines { target, reply, text: Buffer::new(), settings: 0, negative: false }
     }
 
-    /// The next setting. Before a number below zero stands `--`.
+    /// The next setting. `--` stands before a negative number.
     fn set(&mut self, name: &'static str, typed: impl Display, negative: bool) {
         let mut text = Buffer::new();
         _ = write!(text, " {name} {typed}");

@@ -3,7 +3,7 @@
 use clino_gateway::order::Order;
 use clino_gateway::{ExtremeAngle, Source};
 
-use crate::job::{Job, Outcome, Told};
+use crate::job::{Job, Outcome, Reported};
 use crate::slots::LAST_SLOT;
 use crate::value::Value;
 
@@ -30,7 +30,7 @@ pub fn extremes(job: &mut Job<'_, '_>) -> Outcome {
 }
 
 /// The slot that is named, if one is.
-fn which(job: &mut Job<'_, '_>, word: Option<&str>) -> Result<Option<u8>, Told> {
+fn which(job: &mut Job<'_, '_>, word: Option<&str>) -> Result<Option<u8>, Reported> {
     word.map(|word| job.byte(word, "slot", 0, LAST_SLOT)).transpose()
 }
 

@@ -33,7 +33,7 @@ impl History {
         for byte in text.bytes().chain([END]) {
             self.put(byte);
         }
-        // What is left of a line that was overwritten in part.
+        // The rest of a line that was overwritten in part.
         let mut at = self.next;
         while at != self.next.wrapping_sub(1) && self.at(at) != END {
             if let Some(place) = self.ring.get_mut(usize::from(at)) {

@@ -1,4 +1,4 @@
-//! What the console needs of the rest of the gateway.
+//! The interface from the console to the gateway.
 
 use clino_bus::{BusCounters, Instant};
 use clino_commissioning::TaskProgress;
@@ -36,10 +36,10 @@ pub trait Host {
     /// How a slot is set; `None` beyond the last slot.
     fn config(&self, slot: usize) -> Option<SlotConfig>;
 
-    /// What is known of a slot besides its value; `None` beyond the last slot.
+    /// Details of a slot besides its value; `None` beyond the last slot.
     fn detail(&self, slot: usize) -> Option<Detail>;
 
-    /// What is known of an alarm of a slot; `None` while it is quiet.
+    /// State of an alarm of a slot; `None` while it is quiet.
     fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail>;
 
     /// The lowest and the highest angle of a slot; `None` beyond the last slot.
@@ -48,13 +48,13 @@ pub trait Host {
     /// One of the last transactions; 0 is the newest. `None` beyond the oldest that is kept.
     fn trace(&self, age: usize) -> Option<Entry>;
 
-    /// What happened on a bus since reset, and how it is set.
+    /// Counters of a bus since reset, and its settings.
     fn bus(&self, bus: Bus) -> Option<BusState>;
 
-    /// What a task has found, or how it ended.
+    /// A report of a task: a finding, or its end.
     fn news(&mut self) -> Option<News>;
 
-    /// Changes what is named of a slot, or refuses it. Nothing else can change between looking and changing.
+    /// Changes the named settings of a slot, or refuses the change. Nothing else can change between looking and changing.
     fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal>;
 
     /// Has an order carried out, or refuses it.
@@ -80,19 +80,19 @@ pub trait Host {
         false
     }
 
-    /// Stores everything that is set, so that it is so again after the next start.
+    /// Stores all settings, so that they are in force again after the next start.
     ///
     /// # Errors
     /// [`StorageError`]: what was stored before is still there.
     fn save(&mut self) -> Result<Saved, StorageError>;
 
-    /// Forgets what is stored. The next start is with the settings the gateway was delivered with.
+    /// Discards the stored settings. The next start uses the settings as delivered.
     ///
     /// # Errors
     /// [`StorageError`]: what was stored before is still there.
     fn factory_reset(&mut self) -> Result<(), StorageError>;
 
-    /// Starts again, when what was printed is out. Returns only in host tests.
+    /// Restarts when all printed characters are out. Returns only in host tests.
     fn reboot(&mut self);
 
     /// How the console is set.
@@ -113,7 +113,7 @@ pub trait Host {
 pub struct BusState {
     /// How it is set.
     pub settings: BusSettings,
-    /// It runs as it is set. Otherwise it will as soon as no exchange is in hand.
+    /// The settings are in force. Otherwise they will be as soon as no exchange is in hand.
     pub in_force: bool,
     /// What happened since reset.
     pub counters: BusCounters,
@@ -125,7 +125,7 @@ pub struct BusState {
     pub progress: Option<TaskProgress>,
 }
 
-/// What storing has taken.
+/// Result of storing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Saved {
     /// Nothing: the same was stored already.

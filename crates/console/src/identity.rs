@@ -1,4 +1,4 @@
-//! What this gateway is: how a person is greeted, how a stream begins.
+//! Identity of the gateway: greeting of a person, first line of a stream.
 
 use clino_bus::Instant;
 use clino_recovery::Mode;
@@ -7,22 +7,22 @@ use crate::host::Host;
 use crate::reply::Reply;
 use crate::value::Value;
 
-/// What a person is told who comes to the console, before the prompt.
+/// The greeting of a person, before the first prompt.
 pub const fn greeting(mode: Mode) -> &'static str {
     match mode {
         Mode::Normal => "\n",
         Mode::Safe => "\nsafe mode after crashes: no bus is served, see reset-cause\n",
         Mode::Bare => {
-            "\nbare mode after crashes: no bus is served, nothing stored is read, see reset-cause\n"
+            "\nbare mode after crashes: no bus is served, stored settings are not read, see reset-cause\n"
         }
     }
 }
 
-/// The first line of the stream: who this is, and how to get a prompt.
+/// The first line of the stream: identity of the gateway, and how to get a prompt.
 pub fn introduce(reply: &mut Reply<'_>, host: &dyn Host) {
-    who(host, &mut |values| {
+    identify(host, &mut |values| {
         reply.begin_list("stream", "started".into());
-        reply.members(WHO, values);
+        reply.members(IDENTITY, values);
         reply.members("prompt", &[HOW_TO_GET_A_PROMPT.into()]);
         reply.end_list();
     });
@@ -31,11 +31,11 @@ pub fn introduce(reply: &mut Reply<'_>, host: &dyn Host) {
 /// What ends the stream, as its first line says.
 pub const HOW_TO_GET_A_PROMPT: &str = "Enter or Ctrl-C";
 
-/// Names of what [`who`] tells.
-pub const WHO: &str = "version uptime_ms mode clock power_ups boots uid";
+/// Names of the values of [`identify`].
+pub const IDENTITY: &str = "version uptime_ms mode clock power_ups boots uid";
 
-/// Who this is.
-pub fn who(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
+/// Hands out version, time since reset and start of the gateway.
+pub fn identify(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
     let start = host.start();
     let values = [
         host.version().into(),

@@ -1,7 +1,7 @@
 //! A command in hand: what was typed, for whom, and what it needs.
 //!
-//! Whoever finds something wrong says so at once, and hands [`Told`] up: what is wrong need not be carried through every
-//! function, which takes half of their flash.
+//! The function that finds an error reports it at once and returns [`Reported`]: passing the error itself through every
+//! function would double their flash.
 
 use clino_bus::Instant;
 use clino_gateway::order::{Order, Refusal};
@@ -25,39 +25,39 @@ pub struct Job<'j, 'a> {
     pub meter: &'j Meter,
     pub presence: &'j Presence,
     pub now: Instant,
-    /// What the command leads to.
+    /// The next step after the command.
     pub next: &'j mut Next,
 }
 
-/// The command is not carried out, and whoever typed it was told why.
+/// The command is not carried out, and the error was written.
 #[derive(Clone, Copy, Debug)]
-pub struct Told;
+pub struct Reported;
 
 /// Whether a command was carried out.
-pub type Outcome = Result<(), Told>;
+pub type Outcome = Result<(), Reported>;
 
 impl<'a> Job<'_, 'a> {
-    /// Says what is wrong.
+    /// Writes an error.
     #[inline(never)]
-    pub fn refuse(&mut self, error: &Error<'_>) -> Told {
+    pub fn refuse(&mut self, error: &Error<'_>) -> Reported {
         error.write(&mut self.reply);
-        Told
+        Reported
     }
 
     /// The next word.
     #[inline(never)]
-    pub fn word(&mut self, what: &'static str) -> Result<&'a str, Told> {
+    pub fn word(&mut self, what: &'static str) -> Result<&'a str, Reported> {
         self.typed.next().ok_or_else(|| self.refuse(&Error::Missing(what)))
     }
 
     /// What a word means.
-    pub fn meaning<W: Words>(&mut self, word: &str) -> Result<W, Told> {
+    pub fn meaning<W: Words>(&mut self, word: &str) -> Result<W, Reported> {
         let place = self.place(word, W::NAMES)?;
-        W::VALUES.get(place).copied().ok_or(Told)
+        W::VALUES.get(place).copied().ok_or(Reported)
     }
 
     /// The next word, one of a list.
-    pub fn one_of<W: Words>(&mut self, what: &'static str) -> Result<W, Told> {
+    pub fn one_of<W: Words>(&mut self, what: &'static str) -> Result<W, Reported> {
         let word = self.word_of(what, W::NAMES)?;
         self.meaning(word)
     }
@@ -68,19 +68,19 @@ impl<'a> Job<'_, 'a> {
         &mut self,
         what: &'static str,
         expected: &'static [&'static str],
-    ) -> Result<&'a str, Told> {
+    ) -> Result<&'a str, Reported> {
         self.typed.next().ok_or_else(|| self.refuse(&Error::MissingOne { what, expected }))
     }
 
     /// Where a word stands in a list.
     #[inline(never)]
-    pub fn place(&mut self, word: &str, expected: &'static [&'static str]) -> Result<usize, Told> {
+    pub fn place(&mut self, word: &str, expected: &'static [&'static str]) -> Result<usize, Reported> {
         place(word, expected).ok_or_else(|| self.refuse(&Error::Word { value: word, expected }))
     }
 
     /// A number within limits.
     #[inline(never)]
-    pub fn number(&mut self, word: &str, what: &'static str, least: i64, most: i64) -> Result<i64, Told> {
+    pub fn number(&mut self, word: &str, what: &'static str, least: i64, most: i64) -> Result<i64, Reported> {
         match number::parse(word, 0) {
             Some(value) if (least..=most).contains(&value) => Ok(value),
             value => {
@@ -92,19 +92,19 @@ impl<'a> Job<'_, 'a> {
 
     /// A number that is not below zero.
     #[inline(never)]
-    pub fn up_to(&mut self, word: &str, what: &'static str, most: u32) -> Result<u32, Told> {
+    pub fn up_to(&mut self, word: &str, what: &'static str, most: u32) -> Result<u32, Reported> {
         self.number(word, what, 0, most.into()).map(|value| value as u32)
     }
 
     /// A small number within limits.
     #[inline(never)]
-    pub fn byte(&mut self, word: &str, what: &'static str, least: u8, most: u8) -> Result<u8, Told> {
+    pub fn byte(&mut self, word: &str, what: &'static str, least: u8, most: u8) -> Result<u8, Reported> {
         self.number(word, what, least.into(), most.into()).map(|value| value as u8)
     }
 
     /// The value of an option. To be called before the words are fetched.
     #[inline(never)]
-    pub fn option(&mut self, option: Opt) -> Result<Option<&'a str>, Told> {
+    pub fn option(&mut self, option: Opt) -> Result<Option<&'a str>, Reported> {
         self.typed.option(option).map_err(|error| self.refuse(&error))
     }
 
@@ -132,7 +132,7 @@ impl<'a> Job<'_, 'a> {
         Ok(())
     }
 
-    /// Has something done that cannot be undone, once it is clear that it is meant.
+    /// Carries out an irreversible action after its confirmation.
     #[inline(never)]
     pub fn confirmed(&mut self, pending: Pending) -> Outcome {
         self.end()?;

@@ -10,12 +10,12 @@
 //!
 //! A program may send commands while it watches the stream; the answers come between the readings.
 //!
-//! What is carried out is a line that was typed, whole: see `line.rs`.
+//! Only lines that were typed, whole, are carried out: see `line.rs`.
 //!
 //! Sans-IO: [`Shell`] takes characters and is polled; text goes to an `embedded_io::Write`; the gateway is a [`Host`]. What can
 //! be typed is a table (`command.rs`).
 //!
-//! What cannot be undone is asked about: people answer `y`, a program says `--yes` with the command.
+//! Irreversible commands ask for confirmation: people answer `y`, a program adds `--yes` to the command.
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -39,6 +39,7 @@ mod causes;
 mod command;
 mod complete;
 mod consequences;
+mod diagnostics;
 mod editor;
 mod error;
 mod execute;
@@ -53,7 +54,6 @@ mod line;
 mod meter;
 mod news;
 mod number;
-mod past;
 mod pending;
 mod plain;
 mod presence;

@@ -1,7 +1,7 @@
 //! A line on its way from the port to a command, and the one judge of it.
 //!
-//! **Invariant: what is carried out is a line that was typed, whole.** People and programs go through this type; nothing else
-//! hands text to a command ([`Line::judge`]). Whatever may have removed, altered or merged characters spoils the line
+//! **Invariant: only lines that were typed, whole, are carried out.** People and programs go through this type; nothing else
+//! hands text to a command ([`Line::judge`]). Any event that may have removed, altered or merged characters spoils the line
 //! ([`Line::spoil`]), and a line once spoilt stays so until its end or Ctrl-C, whatever is typed, deleted or recalled after
 //! it. A spoilt line is never carried out and answered by exactly one error, which names the first reason and counts the
 //! characters concerned.
@@ -73,7 +73,7 @@ impl Reason {
         }
     }
 
-    /// What is wrong with the characters that are counted.
+    /// The fault of the counted characters, in words.
     pub const fn words(self) -> &'static str {
         match self {
             Reason::Lost => "characters lost",
@@ -90,7 +90,7 @@ impl Reason {
     }
 }
 
-/// What is wrong with a line: the first reason, and the characters concerned, at least.
+/// Damage of a line: the first reason, and the characters concerned, at least.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Damage {
     pub reason: Reason,
@@ -107,7 +107,7 @@ pub enum Check {
     Crc,
 }
 
-/// What a line is worth at its end.
+/// Verdict on a line at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict<'a> {
     /// Nothing was typed.
@@ -116,7 +116,7 @@ pub enum Verdict<'a> {
     Whole(&'a str, Check),
     /// It is not what was typed, or cannot be known to be.
     Damaged(Damage),
-    /// The gateway has written this itself: a port or a terminal sends back what it receives.
+    /// A line of the gateway's own: a port or a terminal echoes what it receives.
     Own,
 }
 
@@ -152,14 +152,14 @@ impl Line {
         self.damage.is_some()
     }
 
-    /// What is typed so far.
+    /// Text typed so far.
     pub fn text(&self) -> &str {
         let text = self.bytes.get(..self.length).map(str::from_utf8);
         // Only ASCII is ever inserted.
         text.and_then(Result::ok).unwrap_or("")
     }
 
-    /// What is typed before the cursor.
+    /// Text before the cursor.
     pub fn before_cursor(&self) -> &str {
         self.text().get(..self.cursor).unwrap_or("")
     }
@@ -215,7 +215,7 @@ impl Line {
         self.cursor = from.min(self.length);
     }
 
-    /// The line is at its end: what it is worth.
+    /// The verdict at the end of the line.
     pub fn judge(&self) -> Verdict<'_> {
         let text = self.text();
         let begins = |with: &str| text.starts_with(with.trim_ascii_end());

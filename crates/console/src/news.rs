@@ -1,4 +1,4 @@
-//! What tasks find and how they end.
+//! Reports of tasks: findings and ends.
 
 use core::fmt::Write;
 
@@ -15,7 +15,7 @@ use crate::reply::Reply;
 use crate::value::Value;
 use crate::words::Words as _;
 
-/// Writes what is new, a line, and what is left to be done at the gateway.
+/// Writes a report as one line, and what is left to be done at the gateway.
 pub fn write(reply: &mut Reply<'_>, news: &News) {
     line(reply, news);
     consequences::remind(reply, news);

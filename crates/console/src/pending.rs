@@ -1,4 +1,4 @@
-//! What a command leads to; and what is not done before somebody has said that it is meant.
+//! The result of a command; irreversible actions wait here for their confirmation.
 
 use core::fmt::Write;
 
@@ -12,7 +12,7 @@ use crate::host::{Host, Saved};
 use crate::meter::BUSES;
 use crate::reply::Reply;
 
-/// What a command leads to.
+/// The next step after a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
     /// The next command.
@@ -23,22 +23,22 @@ pub enum Next {
     Speak(Audience),
     /// A task has begun on this bus.
     Task(Bus),
-    /// A person is asked whether this is meant.
+    /// Asks a person for confirmation.
     Ask(Pending),
-    /// This is meant: it was said with the command. Done by whoever read the line, below whom there is more stack.
+    /// Confirmed with the command. The caller that has read the line carries it out: it has more stack below it.
     CarryOut(Pending),
 }
 
-/// Something that cannot be undone.
+/// An irreversible action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pending {
     /// A task that writes to the memory of a sensor on this bus. It wears, and the sensor keeps it.
     Task(Bus, Order, Consequence),
     /// All settings are kept, in place of some that were not taken over at this start.
     Save,
-    /// The settings that were saved are forgotten.
+    /// The saved settings are discarded.
     FactoryReset,
-    /// The gateway starts again. Settings that were not saved are lost.
+    /// The gateway restarts. Unsaved settings are lost.
     Reboot,
 }
 
@@ -51,13 +51,13 @@ impl Pending {
             Pending::Save => {
                 _ = out.write_str("this replaces saved settings that were not read at this start");
             }
-            Pending::FactoryReset => _ = out.write_str("this forgets what is saved"),
-            Pending::Reboot => _ = out.write_str("what is not saved is lost"),
+            Pending::FactoryReset => _ = out.write_str("this discards the saved settings"),
+            Pending::Reboot => _ = out.write_str("unsaved settings are lost"),
         }
         _ = out.write_str(". Go on? y/N ");
     }
 
-    /// What it does to others.
+    /// Its effect on other nodes and slots.
     pub const fn consequence(&self) -> Consequence {
         match self {
             Pending::Task(_, _, consequence) => *consequence,
@@ -65,7 +65,7 @@ impl Pending {
         }
     }
 
-    /// Does it, or says why not.
+    /// Carries it out, or writes the reason for the refusal.
     #[inline(never)]
     pub fn carry_out(self, host: &mut dyn Host, reply: &mut Reply<'_>) -> Next {
         let result = match self {

@@ -1,8 +1,8 @@
-//! Presence of a person or program: how long nothing was typed, and whether what comes back is the gateway's own.
+//! Presence of a person or program: time since the last typed character, and echo of the gateway's own lines.
 //!
 //! A prompt at which nothing is typed for the idle time is unattended: the stream of readings resumes. A line that was begun
-//! there waits ten times as long. Characters that the receiver reports as disturbed are typed by no one: a cable that picks up
-//! noise does not hold the prompt.
+//! there waits ten times as long. Characters that the receiver reports as disturbed do not count: a cable that picks up noise
+//! does not hold the prompt.
 //!
 //! An echo is recognised by lines that only the gateway writes (`line.rs`). No such line is answered, and for a while after
 //! one an empty line is taken for a line end of the echo, not for a person who presses Enter. While the stream runs, lines

@@ -11,7 +11,7 @@ use crate::value::{Label, Value};
 /// Columns of the names in a list of values.
 const NAME: usize = 18;
 
-/// Where an answer goes. The port never fails, so nobody is told whether it has.
+/// Where an answer goes. The port never fails, so there is no result.
 pub struct Reply<'o> {
     /// For whom.
     pub audience: Audience,
@@ -130,7 +130,7 @@ impl Reply<'_> {
         }
     }
 
-    /// Says what the answer does not: a sentence for people, `{"hint":{"kind":…,"why":…}}` for programs.
+    /// Adds a note to the answer: a sentence for people, `{"hint":{"kind":…,"why":…}}` for programs.
     #[inline(never)]
     pub fn hint(&mut self, kind: &str, why: &dyn Display, names: &'static str, values: &[Value<'_>]) {
         if self.is_for_people() {
@@ -142,7 +142,7 @@ impl Reply<'_> {
         self.say("}}\n");
     }
 
-    /// What was ordered is not done yet, and will be.
+    /// The order is accepted, and carried out later.
     #[inline(never)]
     pub fn accepted(&mut self) {
         self.say(if self.is_for_people() { "accepted\n" } else { "{\"accepted\":true}\n" });

@@ -1,4 +1,4 @@
-//! What can be set, as it is shown and typed. The tables are the gateway's; here is how a value of them looks. It is shown
+//! Settings, as they are shown and typed. The tables are the gateway's; this file formats their values. A value is shown
 //! with its unit, and typed without.
 
 use core::fmt;
@@ -6,7 +6,7 @@ use core::fmt;
 use clino_gateway::settings::{self, Form, Given, NO_SLOT, Setting};
 
 use crate::error::Error;
-use crate::job::{Job, Outcome, Told};
+use crate::job::{Job, Outcome, Reported};
 use crate::number;
 use crate::reply::Reply;
 use crate::value::{Label, Value};
@@ -30,7 +30,7 @@ impl Change {
         }
     }
 
-    /// What it names of a setting.
+    /// The value of a setting, if the line names it.
     pub fn of(&self, id: u8) -> Option<Given> {
         let found = self.values.iter().flatten().find(|(other, _)| *other == id);
         found.map(|&(_, value)| Given::exactly(value))
@@ -75,7 +75,7 @@ pub fn entries<T>(
     }
 }
 
-/// Tells of all settings, or of those of the Modbus port.
+/// Describes all settings, or those of the Modbus port.
 pub fn describe(reply: &mut Reply<'_>, all: bool) {
     if all {
         table(reply, "slot", &settings::slot::SETTINGS);
@@ -109,7 +109,7 @@ fn entry(reply: &mut Reply<'_>, of: &'static str, label: Label, form: &'static F
     }
 }
 
-/// What a setting may be.
+/// Allowed values of a setting.
 struct Values(&'static Form, &'static str);
 
 impl fmt::Display for Values {
@@ -150,7 +150,7 @@ impl Job<'_, '_> {
     }
 
     /// The value that a word means for a setting. What the setting does not allow is refused.
-    pub fn value<T>(&mut self, setting: &Setting<T>, word: &str) -> Result<i64, Told> {
+    pub fn value<T>(&mut self, setting: &Setting<T>, word: &str) -> Result<i64, Reported> {
         self.typed_value(label(setting), &setting.form, word).and_then(|value| {
             let checked = setting.check(value);
             self.accepted(checked)?;
@@ -159,7 +159,7 @@ impl Job<'_, '_> {
     }
 
     #[inline(never)]
-    fn typed_value(&mut self, what: Label, form: &Form, word: &str) -> Result<i64, Told> {
+    fn typed_value(&mut self, what: Label, form: &Form, word: &str) -> Result<i64, Reported> {
         let (least, most) = form.limits();
         // No slot is `none` here.
         let least = if matches!(form, Form::Slot) { 0 } else { least };
@@ -181,12 +181,12 @@ impl Job<'_, '_> {
         &mut self,
         table: &'static [Setting<T>],
         names: &'static [&'static str],
-    ) -> Result<Change, Told> {
+    ) -> Result<Change, Reported> {
         let mut change = Change::default();
         loop {
             let word = self.word_of("setting", names)?;
             let place = self.place(word, names)?;
-            let Some(setting) = table.get(place) else { return Err(Told) };
+            let Some(setting) = table.get(place) else { return Err(Reported) };
             self.once(setting.name, &change, setting.id)?;
             let word = self.word("value")?;
             let value = self.value(setting, word)?;

@@ -1,4 +1,4 @@
-//! Who is at the console, and what a line from them does.
+//! Modes of the console, and what a line does in each.
 //!
 //! Lines come whole or not at all (`line.rs`), in every mode:
 //!
@@ -7,12 +7,12 @@
 //! | stream of a program | is carried out; an empty one ends the stream | ends the stream |
 //! | stream of a person (`watch`) | ends it, and is not carried out | ends it |
 //! | commands | is carried out | drops the line; of a program, stops the tasks |
-//! | task | is refused: somebody waits for its end | stops the task |
+//! | task | is refused: a person waits for the end of the task | stops the task |
 //! | question | `y` alone does it, anything else does not | does not |
 //! | settling | is dropped | ends it |
 //!
-//! *A question is answered by what is typed after it was asked*: when the last character of it is out, whatever has been
-//! received is dropped, and if there was anything the answer is no. An answer that is neither `y` nor `n` was not meant as
+//! *Only characters typed after a question answer it*: when the last character of the question is out, all characters
+//! received so far are dropped, and if there were any the answer is no. An answer that is neither `y` nor `n` was not meant as
 //! one, but belongs to a text that was pasted: it, and all that comes until the port is silent for [`SILENCE`], is dropped and
 //! counted. So a pasted script neither answers the question in its middle nor runs on behind it.
 
@@ -59,12 +59,12 @@ enum Mode {
     Commands(Audience),
     /// A person waits for the end of a task.
     Task(Bus),
-    /// A person is asked whether this is meant.
+    /// A person is asked for confirmation.
     Question {
         pending: Pending,
         until: Instant,
     },
-    /// What was typed too early is dropped until then, or until some time after the last of it.
+    /// Characters typed too early are dropped until then, or until some time after the last of them.
     Settling {
         until: Instant,
         dropped: u16,
@@ -96,9 +96,9 @@ impl Mode {
 enum Resumed {
     /// Nothing was typed for long.
     Idle,
-    /// The port sends back what it receives.
+    /// The port echoes what it receives.
     Echo,
-    /// Whoever was there said so.
+    /// A person or program asked for it.
     Left,
 }
 
@@ -120,7 +120,7 @@ pub struct Shell<W: Write<Error = Infallible> + Clone> {
     stream: Stream,
     meter: Meter,
     presence: Presence,
-    /// What the lines of a program have to prove: what one of them has proven.
+    /// The line check that the lines of a program need: the strongest that one of them has had.
     check: Check,
 }
 
@@ -312,8 +312,8 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         error.write(&mut Reply { audience, out: &mut Text(&mut self.out) });
     }
 
-    /// Writes the next line that nobody has to ask for: news of a task, its progress, a line of a stream. To be called
-    /// when the port has room for a line.
+    /// Writes the next line that the gateway prints unasked: news of a task, its progress, a line of a stream. Call it when
+    /// the port has room for a line.
     #[inline(never)]
     pub fn poll(&mut self, host: &mut dyn Host) -> bool {
         if let Some(news) = host.news() {
@@ -363,7 +363,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
     }
 
-    /// Says how far the tasks are, to whom it concerns. Returns whether there was something to say.
+    /// Writes the progress of the tasks. Returns whether there was any to write.
     #[inline(never)]
     fn progress(&mut self, host: &dyn Host) -> bool {
         let audience = self.mode.audience();
@@ -395,14 +395,14 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 self.mode = Mode::Stream { audience, back: audience };
             }
             Next::Speak(audience) => self.speak(audience, host),
-            // A program is told when it comes, and may do something else meanwhile.
+            // A program gets the report when it comes, and may send other commands meanwhile.
             Next::Task(bus) if audience == Audience::People => self.mode = Mode::Task(bus),
             Next::Task(_) => {}
             Next::Ask(pending) => self.ask(pending, host),
         }
     }
 
-    /// Asks whether this is meant.
+    /// Asks for confirmation.
     #[inline(never)]
     fn ask(&mut self, pending: Pending, host: &mut dyn Host) {
         pending.ask(&mut Text(&mut self.out));
@@ -421,7 +421,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         self.mode = Mode::Question { pending, until: now + PATIENCE };
     }
 
-    /// A question is answered: this is not meant. Characters that were no answer are dropped, and what comes with them.
+    /// A question is answered with no. Characters that were no answer are dropped, and what comes with them.
     #[inline(never)]
     fn not_done(&mut self, dropped: u16, host: &dyn Host) {
         self.say("not done\n");
@@ -432,7 +432,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
     }
 
-    /// What was typed too early has come to its end.
+    /// No more characters that were typed too early follow.
     #[inline(never)]
     fn settle(&mut self, dropped: u16, host: &dyn Host) {
         let damage = Damage { reason: Reason::Early, characters: dropped };

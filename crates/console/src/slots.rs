@@ -1,4 +1,4 @@
-//! Slots: what they read, and what they are.
+//! Slots: their readings and their settings.
 
 use clino_gateway::config::{Kind, Name};
 use clino_gateway::order::Order;
@@ -7,7 +7,7 @@ use clino_gateway::settings::{self, Form, Given};
 use clino_gateway::{Bus, Health, MAX_SLOTS, Published, SlotConfig, Status, json};
 
 use crate::error::Error;
-use crate::job::{Job, Outcome, Told};
+use crate::job::{Job, Outcome, Reported};
 use crate::pending::Next;
 use crate::settings::{Change, entries};
 use crate::typed::Opt;
@@ -45,7 +45,7 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     let Some(detail) = job.host.detail(slot.into()) else { return Ok(()) };
     let (now, (kind, bus, address)) = (job.now, json::name(&reading.source));
     let status = reading.status(now);
-    // Of a value that is not there nothing is known, neither that it is well nor that it is new.
+    // A value that does not exist has neither health nor freshness.
     let known = |value| if status == Status::Ok { value } else { Value::None };
     let health = match reading.health {
         Health::WELL if status != Status::Ok && job.reply.is_for_people() => "unknown".into(),
@@ -84,7 +84,7 @@ pub fn watch(job: &mut Job<'_, '_>) -> Outcome {
     Ok(())
 }
 
-/// `slot SLOT KIND ADDRESS`: what is not named is as usual.
+/// `slot SLOT KIND ADDRESS`: settings that are not named become the defaults of the kind.
 pub fn slot(job: &mut Job<'_, '_>) -> Outcome {
     let mut words = [None; OPTIONS.len()];
     for (word, (option, _)) in words.iter_mut().zip(OPTIONS) {
@@ -165,7 +165,7 @@ fn set_settings(job: &mut Job<'_, '_>, slot: u8) -> Outcome {
     let change = slot_change(job)?;
     let kind = change.of(id::KIND).and_then(|given| u8::try_from(given.value).ok());
     let kind = kind.and_then(Kind::from_code).unwrap_or(config.source.kind());
-    // An unused slot holds what it is told.
+    // An unused slot keeps every setting.
     for setting in SETTINGS.iter().filter(|setting| kind != Kind::Off && change.of(setting.id).is_some()) {
         applies(job, setting.id, kind)?;
     }
@@ -177,12 +177,12 @@ fn set_settings(job: &mut Job<'_, '_>, slot: u8) -> Outcome {
 }
 
 /// The settings and values that follow. Behind `mean` and `median` stands how many angles they go over.
-fn slot_change(job: &mut Job<'_, '_>) -> Result<Change, Told> {
+fn slot_change(job: &mut Job<'_, '_>) -> Result<Change, Reported> {
     let mut change = Change::default();
     while !change.is_full() {
         let word = job.word_of("setting", &NAMES)?;
         let place = job.place(word, &NAMES)?;
-        let Some(setting) = SETTINGS.get(place) else { return Err(Told) };
+        let Some(setting) = SETTINGS.get(place) else { return Err(Reported) };
         job.once(setting.name, &change, setting.id)?;
         let word = job.word("value")?;
         if setting.form == Form::Characters {
@@ -207,7 +207,7 @@ fn slot_change(job: &mut Job<'_, '_>) -> Result<Change, Told> {
     Ok(change)
 }
 
-/// Takes a name, which is told in parts.
+/// Takes a name, which the change names in parts.
 fn name(job: &mut Job<'_, '_>, word: &str, change: &mut Change) -> Outcome {
     let Some(name) = Name::new(word) else { return Err(job.refuse(&Error::Name)) };
     for (part, id) in id::NAME.into_iter().enumerate() {
@@ -216,7 +216,7 @@ fn name(job: &mut Job<'_, '_>, word: &str, change: &mut Change) -> Outcome {
     Ok(())
 }
 
-/// What can be shown and set.
+/// A target of `show` and `set`.
 enum Target {
     Slot(u8),
     Bus(Bus),
@@ -225,7 +225,7 @@ enum Target {
 }
 
 #[inline(never)]
-fn target(job: &mut Job<'_, '_>) -> Result<Target, Told> {
+fn target(job: &mut Job<'_, '_>) -> Result<Target, Reported> {
     let word = job.word("slot")?;
     Ok(match word {
         "t7" => Target::Bus(Bus::T7),
@@ -242,7 +242,7 @@ pub fn zero(job: &mut Job<'_, '_>) -> Outcome {
     let (Some(reading), Some(config)) = (job.host.reading(slot.into()), job.host.config(slot.into())) else {
         return Ok(());
     };
-    // A slot that has just been told to read something else has not said what that is.
+    // A slot whose source has just changed has no value of it yet.
     let raw = reading.raw(job.now).filter(|_| reading.source == config.source);
     let Some(soft_zero) = raw else {
         return Err(job.refuse(&Error::NoValue { slot, status: reading.status(job.now) }));
@@ -258,7 +258,7 @@ pub fn zero(job: &mut Job<'_, '_>) -> Outcome {
 impl Job<'_, '_> {
     /// The number of a slot.
     #[inline(never)]
-    pub fn slot(&mut self) -> Result<u8, Told> {
+    pub fn slot(&mut self) -> Result<u8, Reported> {
         let word = self.word("slot")?;
         self.byte(word, "slot", 0, LAST_SLOT)
     }

@@ -22,7 +22,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Slots of the largest table that is written over: on a screen of 24 lines with its head and the command before it.
 const LARGEST_TABLE: u32 = 20;
 
-/// What is printed next.
+/// The line to be printed next.
 pub struct Stream {
     reporter: Reporter,
     statistics_due: Instant,
@@ -31,7 +31,7 @@ pub struct Stream {
     look_due: Instant,
     /// Signals of the gateway that were printed last.
     signals: Option<Signals>,
-    /// Who this is was printed.
+    /// The first line was printed.
     introduced: bool,
     /// Slots whose lines stand on a person's screen, a bit each; `None` before there is a table.
     drawn: Option<u64>,
@@ -93,7 +93,7 @@ impl Stream {
         let next = lines.nth(self.printed);
         let Some((bus, topic)) = next else {
             self.summarise(host, reply, true);
-            // While commands are typed nothing is printed: what was due meanwhile is not made up for.
+            // While commands are typed nothing is printed: lines that were due meanwhile are left out.
             let next = self.statistics_due + STATISTICS_EVERY;
             self.statistics_due = if next > now { next } else { now + STATISTICS_EVERY };
             self.printed = 0;

@@ -1,11 +1,11 @@
-//! The gateway as a whole: its Modbus port, what it keeps, why it has started.
+//! The gateway as a whole: Modbus port, stored settings, cause of the start.
 
 use clino_gateway::order::Order;
 use clino_gateway::settings::{Setting, console, port};
 use clino_recovery::{Crash, MonitoredTask};
 
 use crate::error::Error;
-use crate::identity::{WHO, who};
+use crate::identity::{IDENTITY, identify};
 use crate::job::{Job, Outcome};
 use crate::pending::{Next, Pending};
 use crate::reply::Reply;
@@ -15,7 +15,7 @@ use crate::value::Value;
 /// `version`
 pub fn version(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    who(job.host, &mut |values| job.reply.line("clino", WHO, values));
+    identify(job.host, &mut |values| job.reply.line("clino", IDENTITY, values));
     Ok(())
 }
 
@@ -61,7 +61,7 @@ fn write_crash(reply: &mut Reply<'_>, crash: &Crash) {
     reply.line("crash", names, &values);
 }
 
-/// `save`; asks first if it replaces what nobody has seen.
+/// `save`; asks for confirmation if it replaces settings that this start has not read.
 pub fn save(job: &mut Job<'_, '_>) -> Outcome {
     if job.host.has_unread() {
         return job.confirmed(Pending::Save);
@@ -71,7 +71,7 @@ pub fn save(job: &mut Job<'_, '_>) -> Outcome {
     Ok(())
 }
 
-/// `modbus`, and with settings what is to change.
+/// `modbus`; with settings it changes them.
 pub fn modbus(job: &mut Job<'_, '_>) -> Outcome {
     if job.typed.has_more() { set_modbus(job) } else { show_modbus(job) }
 }

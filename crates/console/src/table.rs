@@ -109,7 +109,7 @@ pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
     reply.end_list();
 }
 
-/// What the statistics of the stream leave out.
+/// Counters that the statistics of the stream leave out.
 #[inline(never)]
 fn more_counters(reply: &mut Reply<'_>, counters: &BusCounters, driver: &DriverEnable) {
     let names = "retries writes first_try checksum length foreign contention unasked breaks echo parity \

@@ -12,7 +12,7 @@ use clino_gateway::settings::bus::T7_BIT_RATES;
 use clino_gateway::{Bus, Consequence, task};
 
 use crate::error::Error;
-use crate::job::{Job, Outcome, Told};
+use crate::job::{Job, Outcome, Reported};
 use crate::meter::BUSES;
 use crate::pending::{Pending, is_at_work};
 use crate::typed::Opt;
@@ -92,7 +92,7 @@ pub fn cancel(job: &mut Job<'_, '_>) -> Outcome {
         let result = job.host.order(Order::Cancel(bus));
         job.accepted(result)?;
     }
-    // A task goes on to its next consistent point; its end is told then.
+    // A task goes on to its next consistent point; its end is reported then.
     if is_at_work(job.host) {
         job.reply.accepted()
     } else {
@@ -117,7 +117,7 @@ fn consequence(job: &Job<'_, '_>, order: &Order) -> Consequence {
     Consequence::of(order, baud, &|slot| job.host.config(slot.into()))
 }
 
-fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Told> {
+fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Reported> {
     match job.typed.next() {
         Some("all") => Ok(Rates::ALL),
         Some(value) => Err(job.refuse(&Error::Word { value, expected: &["all", "nothing"] })),
@@ -131,38 +131,38 @@ fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Told> {
 
 /// A T7's own address.
 #[inline(never)]
-pub fn one_t7(job: &mut Job<'_, '_>, word: &str) -> Result<t7_codec::Address, Told> {
+pub fn one_t7(job: &mut Job<'_, '_>, word: &str) -> Result<t7_codec::Address, Reported> {
     let number = job.byte(word, "address", 0, u8::MAX)?;
     Address::new(number).filter(|address| !address.is_all()).ok_or_else(|| no_t7(job, number))
 }
 
 /// An ISU's own address.
 #[inline(never)]
-pub fn one_isu(job: &mut Job<'_, '_>, word: &str) -> Result<isu_codec::Address, Told> {
+pub fn one_isu(job: &mut Job<'_, '_>, word: &str) -> Result<isu_codec::Address, Reported> {
     let number = job.byte(word, "address", 0, u8::MAX)?;
     let one = isu_codec::Address::new(number).filter(|address| !address.is_any());
     one.ok_or_else(|| no_isu(job, number))
 }
 
 /// An axis; that of a single-axis T7 if none is named.
-pub fn axis(job: &mut Job<'_, '_>) -> Result<Axis, Told> {
+pub fn axis(job: &mut Job<'_, '_>) -> Result<Axis, Reported> {
     match job.option(AXIS)? {
         Some(word) => {
-            job.byte(word, "axis", 0, Axis::Two.get()).and_then(|number| Axis::new(number).ok_or(Told))
+            job.byte(word, "axis", 0, Axis::Two.get()).and_then(|number| Axis::new(number).ok_or(Reported))
         }
         None => Ok(SINGLE_AXIS),
     }
 }
 
-fn no_t7(job: &mut Job<'_, '_>, value: u8) -> Told {
+fn no_t7(job: &mut Job<'_, '_>, value: u8) -> Reported {
     job.refuse(&Error::NotOne { kind: Kind::T7, value })
 }
 
-fn no_isu(job: &mut Job<'_, '_>, value: u8) -> Told {
+fn no_isu(job: &mut Job<'_, '_>, value: u8) -> Reported {
     job.refuse(&Error::NotOne { kind: Kind::Isu, value })
 }
 
-fn bit_rate(job: &mut Job<'_, '_>, value: u32) -> Result<BaudRate, Told> {
+fn bit_rate(job: &mut Job<'_, '_>, value: u32) -> Result<BaudRate, Reported> {
     let refusal = Refusal::BitRate { value, allowed: T7_BIT_RATES };
     BaudRate::from_bits_per_second(value).ok_or_else(|| job.refuse(&Error::Refused(refusal)))
 }

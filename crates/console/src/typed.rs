@@ -1,7 +1,7 @@
 //! A line that was typed, taken apart word by word.
 //!
-//! `COMMAND WORD… -o VALUE --option VALUE --yes`. Options may stand anywhere. Before a number below zero stands `--`, after
-//! which nothing is an option: `t7 offset 5 -- -500`. A word with blanks in it, or with nothing in it, stands in quotation
+//! `COMMAND WORD… -o VALUE --option VALUE --yes`. Options may stand anywhere. `--` stands before a negative number; after it
+//! nothing is an option: `t7 offset 5 -- -500`. A word with blanks in it, or with nothing in it, stands in quotation
 //! marks; between them no character has a meaning of its own.
 
 use crate::error::Error;
@@ -21,10 +21,10 @@ enum Part<'a> {
     Long(&'a str),
 }
 
-/// What is left of a line.
+/// The rest of a line.
 pub struct Typed<'a> {
     parts: [Option<Part<'a>>; MOST],
-    /// The command may do what it would ask about.
+    /// `--yes`: the command needs no confirmation.
     pub yes: bool,
     /// Tell about the command instead.
     pub help: bool,
@@ -100,7 +100,7 @@ impl<'a> Typed<'a> {
         }
     }
 
-    /// What nobody has fetched.
+    /// The error for words and options that the command has not fetched.
     pub fn rest(&self) -> Option<Error<'a>> {
         self.parts.iter().flatten().next().map(|part| unexpected(*part))
     }

@@ -19,7 +19,7 @@ pub enum Value<'a> {
     Number(i64),
     /// A number with three decimals, in thousandths.
     Thousandths(i64),
-    /// A number with so many decimals, in units of the last one.
+    /// A number with this number of decimals, in units of the last one.
     Decimal(i64, u8),
     /// A name with its unit.
     Label(Label),
@@ -27,9 +27,9 @@ pub enum Value<'a> {
     Angle(Angle),
     /// A word, or a few.
     Text(&'a str),
-    /// What people have called something: may be empty, or have any printable character.
+    /// A name that a person has given: may be empty, or have any printable character.
     Quoted(&'a str),
-    /// Something that says itself in words.
+    /// Something that writes itself in words.
     Words(&'a dyn Display),
     /// Words, one of which is expected.
     OneOf(&'static [&'static str]),

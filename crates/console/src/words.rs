@@ -50,7 +50,7 @@ impl Words for Range {
     const VALUES: &'static [Self] = &[Range::Bidirectional, Range::Unidirectional];
 }
 
-/// What is to be done with T7s.
+/// Commissioning commands of T7s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum T7Verb {
     Scan,
@@ -80,7 +80,7 @@ impl Words for T7Verb {
     ];
 }
 
-/// What is to be done with ISUs.
+/// Commissioning commands of ISUs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IsuVerb {
     Info,

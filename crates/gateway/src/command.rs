@@ -1,36 +1,36 @@
-//! What both doors, the console and the Modbus port, can tell the gateway to do: one list.
+//! The commands of both text interfaces, the console and the Modbus port: one list.
 //!
 //! The console's table of commands, the Modbus codes and the documents read it; a test carries every command out through
-//! both doors. What is read and how things are set is not here: settings have tables of their own.
+//! both doors. Readings and settings are not here: settings have tables of their own.
 
-/// Something to do. Its number is the Modbus command code.
+/// A command. Its number is the Modbus command code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u16)]
 pub enum Command {
     /// Store the configuration in force in the gateway.
     Save = 1,
-    /// What is stored is forgotten: from the next start on, the configuration is as delivered.
+    /// Discard the stored settings: from the next start on, the configuration is as delivered.
     FactoryReset = 2,
-    /// All counters of slots and buses become zero.
+    /// Set all counters of slots and buses to zero.
     ClearCounters = 3,
-    /// The slot reads zero as it stands, by its soft zero.
+    /// Set the soft zero so that the slot reads zero in its present position.
     SoftZero = 4,
-    /// Stop what is under way on a bus at its next consistent point.
+    /// Stop the task of a bus at its next consistent point.
     Cancel = 5,
-    /// Start again.
+    /// Restart the gateway.
     Reboot = 6,
     /// Find all T7s of a bus.
     Scan = 7,
-    /// Who a sensor is and how it is set up.
+    /// Read identity and settings of a sensor.
     SensorInfo = 8,
-    /// An ISU starts again.
+    /// Restart an ISU.
     SensorReset = 9,
-    /// The alarms of a slot, or of all, are acknowledged.
+    /// Acknowledge the alarms of a slot, or of all.
     Acknowledge = 10,
-    /// The lowest and the highest angle of a slot, or of all, are forgotten.
+    /// Clear the lowest and the highest angle of a slot, or of all.
     ClearExtremes = 11,
-    /// The sensor reads zero as it stands.
+    /// Set the sensor so that it reads zero in its present position.
     SensorZero = 16,
     /// T7 damping, ms.
     SensorDamping = 17,
@@ -46,33 +46,33 @@ pub enum Command {
     SensorBaud = 22,
     /// Position that an ISU's null stands for.
     SensorNull = 23,
-    /// Make an ISU's EEPROM checksum right.
+    /// Correct the EEPROM checksum of an ISU.
     SensorRepair = 24,
 }
 
-/// A command for people and programs.
+/// Name, usage and help texts of a command.
 #[derive(Clone, Copy, Debug)]
 pub struct Description {
     /// Its name over Modbus.
     pub name: &'static str,
     /// How it is typed at the console: each of its forms.
     pub typed: &'static [&'static str],
-    /// What it is about.
+    /// Its target.
     pub target: Target,
-    /// What the value of the Modbus command is; empty if it has none.
+    /// Meaning of the value of the Modbus command; empty if it has none.
     pub value: &'static str,
-    /// What it does.
+    /// Its effect.
     pub text: &'static str,
-    /// What is to be said of it over Modbus beside that; empty if there is nothing.
+    /// Further effects over Modbus; empty if there are none.
     pub modbus: &'static str,
 }
 
-/// What a command is about.
+/// The target of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// The gateway.
     Gateway,
-    /// A bus, by its number; at the console what is under way on any.
+    /// A bus, by its number; at the console the tasks of all buses.
     Bus,
     /// A slot, by its number.
     Slot,
@@ -110,13 +110,13 @@ impl Command {
         Command::ALL.iter().copied().find(|&command| command as u16 == code)
     }
 
-    /// Whether it is never done unless it is meant: a person confirms it, a program says `--yes`, a Modbus master gives the
+    /// Whether it needs a confirmation: a person confirms it, a program says `--yes`, a Modbus master gives the
     /// arm key.
     pub const fn is_confirmed(self) -> bool {
         matches!(self, Command::FactoryReset | Command::Reboot) || self as u16 >= Command::SensorZero as u16
     }
 
-    /// What there is to say of it.
+    /// Its name, usage and help texts.
     pub const fn description(self) -> Description {
         match self {
             Command::Save => Description {
@@ -124,16 +124,16 @@ impl Command {
                 typed: &["save"],
                 target: Target::Gateway,
                 value: "",
-                text: "keep all settings over a reset; to be confirmed if that replaces settings that were not read at \
-                       this start",
-                modbus: "Then only with the key: in bare mode, and where another firmware has stored",
+                text: "store all settings so that they survive a reset; needs confirmation if that replaces settings \
+                       that this start did not read",
+                modbus: "That confirmation is the key: in bare mode, and after another firmware has stored settings",
             },
             Command::FactoryReset => Description {
                 name: "factory_reset",
                 typed: &["factory-reset"],
                 target: Target::Gateway,
                 value: "",
-                text: "forget what is saved; in force with the next start",
+                text: "discard the saved settings; takes effect at the next start",
                 modbus: "",
             },
             Command::ClearCounters => Description {
@@ -141,7 +141,7 @@ impl Command {
                 typed: &["counters clear"],
                 target: Target::Gateway,
                 value: "",
-                text: "all counters of slots and buses become zero",
+                text: "set all counters of slots and buses to zero",
                 modbus: "",
             },
             Command::SoftZero => Description {
@@ -149,7 +149,8 @@ impl Command {
                 typed: &["zero SLOT"],
                 target: Target::Slot,
                 value: "",
-                text: "the slot reads zero as it stands; nothing is written to the sensor",
+                text: "set the soft zero of a slot so that it reads zero in its present position; nothing is written to \
+                       the sensor",
                 modbus: "",
             },
             Command::Cancel => Description {
@@ -157,17 +158,17 @@ impl Command {
                 typed: &["cancel"],
                 target: Target::Bus,
                 value: "",
-                text: "stop what t7 and isu have begun, at the next safe point",
-                modbus: "Running until then. *Done*: there was nothing, or it was begun at the console; otherwise the \
-                         outcome of what was under way",
+                text: "stop the tasks of t7 and isu at the next safe point",
+                modbus: "*running* until then. *done*: there was no task, or the console had begun it; otherwise the \
+                         outcome of the task",
             },
             Command::Reboot => Description {
                 name: "reboot",
                 typed: &["reboot"],
                 target: Target::Gateway,
                 value: "",
-                text: "start again",
-                modbus: "What is not saved is lost. Busy while a sensor is being set up; it waits until the answer is out",
+                text: "restart the gateway",
+                modbus: "Unsaved settings are lost. Busy while a sensor is being set up; waits until the answer is out",
             },
             Command::Scan => Description {
                 name: "scan",
@@ -175,23 +176,23 @@ impl Command {
                 target: Target::Bus,
                 value: "0 the bit rate of the bus, 1 every bit rate",
                 text: "find the T7s of the T7 bus, at its bit rate or at every one",
-                modbus: "What is found is in *scan results*; polling at the bus's own bit rate goes on",
+                modbus: "The findings are in *scan results*; polling at the bus's own bit rate goes on",
             },
             Command::SensorInfo => Description {
                 name: "sensor_info",
                 typed: &["t7 info A", "isu info A"],
                 target: Target::Sensor,
                 value: "",
-                text: "serial number, firmware and settings of a sensor; an ISU has neither serial number nor \
+                text: "read serial number, firmware and settings of a sensor; an ISU has neither serial number nor \
                        firmware to read",
-                modbus: "They are in *result*",
+                modbus: "The values are in *result*",
             },
             Command::SensorReset => Description {
                 name: "sensor_reset",
                 typed: &["isu reset A"],
                 target: Target::Sensor,
                 value: "",
-                text: "ISU: the module starts again; no angle for up to 5 s",
+                text: "ISU: restart the module; no angle for up to 5 s",
                 modbus: "",
             },
             Command::Acknowledge => Description {
@@ -207,7 +208,7 @@ impl Command {
                 typed: &["extremes clear SLOT", "extremes clear"],
                 target: Target::Slot,
                 value: "0 this slot, 1 all slots",
-                text: "forget the lowest and the highest angle of a slot, or of all",
+                text: "clear the lowest and the highest angle of a slot, or of all",
                 modbus: "",
             },
             Command::SensorZero => Description {
@@ -215,8 +216,8 @@ impl Command {
                 typed: &["t7 zero A", "isu zero A"],
                 target: Target::Sensor,
                 value: "",
-                text: "the sensor reads zero as it stands; *zero* of the slots that read it becomes 0. One that \
-                       moves is refused",
+                text: "set the sensor so that it reads zero in its present position; *zero* of the slots that read it \
+                       becomes 0. A moving sensor is refused",
                 modbus: "",
             },
             Command::SensorDamping => Description {
@@ -224,7 +225,7 @@ impl Command {
                 typed: &["t7 damping A MS"],
                 target: Target::Sensor,
                 value: "ms",
-                text: "T7: time of the damping filter",
+                text: "T7: set the time of the damping filter",
                 modbus: "",
             },
             Command::SensorDirection => Description {
@@ -232,7 +233,7 @@ impl Command {
                 typed: &["t7 direction A normal|reversed"],
                 target: Target::Sensor,
                 value: "0 normal, 1 reversed",
-                text: "T7: sense of rotation",
+                text: "T7: set the sense of rotation",
                 modbus: "",
             },
             Command::SensorOffset => Description {
@@ -240,7 +241,7 @@ impl Command {
                 typed: &["t7 offset A MDEG"],
                 target: Target::Sensor,
                 value: "mdeg",
-                text: "T7: offset of the axis",
+                text: "T7: set the offset of the axis",
                 modbus: "",
             },
             Command::SensorRange => Description {
@@ -248,7 +249,7 @@ impl Command {
                 typed: &["t7 range A bidirectional|unidirectional"],
                 target: Target::Sensor,
                 value: "0 for −180° to 180°, 1 for 0° to 360°",
-                text: "T7: output range",
+                text: "T7: set the output range",
                 modbus: "",
             },
             Command::SensorAddress => Description {
@@ -256,7 +257,7 @@ impl Command {
                 typed: &["t7 address A NEW", "isu address A NEW"],
                 target: Target::Sensor,
                 value: "new address",
-                text: "the sensor moves, and the slots that read it follow; *save* keeps that",
+                text: "change the address of the sensor; the slots that read it follow, *save* keeps their new address",
                 modbus: "",
             },
             Command::SensorBaud => Description {
@@ -264,16 +265,16 @@ impl Command {
                 typed: &["t7 baud A RATE"],
                 target: Target::Sensor,
                 value: "bit/s",
-                text: "T7: another bit rate of the sensor, and of the bus with it; the other nodes stay at theirs \
-                       and will not answer. *Save* keeps the rate of the bus",
-                modbus: "How many they are is in *command_silenced*",
+                text: "T7: change the bit rate of the sensor and of its bus; the other nodes stay at theirs and will not \
+                       answer. *save* keeps the bit rate of the bus",
+                modbus: "*command_silenced* is their number",
             },
             Command::SensorNull => Description {
                 name: "sensor_null",
                 typed: &["isu null A POSITION"],
                 target: Target::Sensor,
                 value: "code 0 to 65535",
-                text: "ISU: the position of its null",
+                text: "ISU: set the position of its null",
                 modbus: "",
             },
             Command::SensorRepair => Description {
@@ -281,7 +282,7 @@ impl Command {
                 typed: &["isu repair A"],
                 target: Target::Sensor,
                 value: "",
-                text: "ISU: make the checksum of its EEPROM right",
+                text: "ISU: correct the checksum of its EEPROM",
                 modbus: "",
             },
         }

@@ -1,9 +1,9 @@
-//! What binds the register map to the gateway: the server's [`Host`].
+//! Binds the register map to the gateway: the server's [`Host`].
 //!
 //! Values come from the [`Snapshot`], all of one generation. How slots and buses are set, their counters and all changes
 //! come from and go to the [`Gateway`] itself, which a [`Site`] lends for one short look at a time. Settings are bound by
-//! their ids: what they are, the gateway's tables say. What only a level that may wait can do, the site is asked for
-//! ([`Wish`]).
+//! their ids; the gateway's tables describe them. Work that takes long is left to the main loop: the site takes it
+//! as a [`DeferredRequest`].
 
 use clino_bus::{DriverEnable, Instant};
 use clino_codec::t7::BaudRate;
@@ -39,7 +39,7 @@ pub trait Site {
     /// Lends the gateway; `None` while there is none. The bus level waits meanwhile.
     fn gateway<R>(&self, look: impl FnOnce(&mut Gateway) -> R) -> Option<R>;
 
-    /// Something was ordered, or fetched: the bus level has to look.
+    /// Wakes the bus level: it has an order to carry out, or its report was fetched.
     fn wake(&self);
 
     /// How a bus's line driver behaved since reset.
@@ -51,11 +51,11 @@ pub trait Site {
     /// Why, how often and how the gateway has started.
     fn start(&self) -> Start;
 
-    /// Has this done soon; [`Binding::done`] is told what has come of it.
+    /// Defers a request to the main loop, which reports the result with [`Binding::done`].
     ///
     /// # Errors
-    /// [`Refusal::Failed`] where it cannot be done, [`Refusal::Busy`] while something else is.
-    fn ask(&self, wish: Wish) -> Result<(), Refusal>;
+    /// [`Refusal::Failed`] where it cannot be done, [`Refusal::Busy`] while another request is deferred.
+    fn ask(&self, request: DeferredRequest) -> Result<(), Refusal>;
 
     /// Whether the configuration in force is not the one that the next start has.
     fn is_unsaved(&self) -> bool;
@@ -66,15 +66,15 @@ pub trait Site {
     }
 }
 
-/// What takes longer than a Modbus master waits.
+/// A request that takes longer than a Modbus master waits: the main loop carries it out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Wish {
-    /// The configuration in force is to be stored.
+pub enum DeferredRequest {
+    /// Stores the configuration in force.
     Save,
-    /// From the next start on, the configuration is to be as delivered.
+    /// Discards the stored configuration: from the next start on, the configuration is as delivered.
     FactoryReset,
-    /// The gateway is to start again, when the answer is out.
+    /// Restarts the gateway when the answer is out.
     Reboot,
 }
 
@@ -108,7 +108,7 @@ impl<'a, S: Site> Binding<'a, S> {
         }
     }
 
-    /// Hears what has become of a task. To be called when the bus level has run.
+    /// Takes the reports of tasks. Call it when the bus level has run.
     pub fn poll(&mut self) {
         while let Some(news) = self.site.gateway(|gateway| gateway.news(Asker::Modbus)).flatten() {
             self.site.wake();
@@ -117,7 +117,7 @@ impl<'a, S: Site> Binding<'a, S> {
                 self.end(outcome, reason);
             }
         }
-        // What the console has begun tells its end there.
+        // A task that the console has begun reports its end to the console.
         if let (Some(Command::Cancel), Some(bus)) = (self.progress.command, self.task)
             && !self.is_at_work(bus)
         {
@@ -129,7 +129,7 @@ impl<'a, S: Site> Binding<'a, S> {
         self.site.gateway(|gateway| gateway.progress(bus).is_some()).unwrap_or(false)
     }
 
-    /// What the site was asked for is done, or has failed.
+    /// The deferred request is done, or has failed.
     pub fn done(&mut self, well: bool) {
         if well {
             self.end(Outcome::Done, None);
@@ -173,23 +173,23 @@ impl<'a, S: Site> Binding<'a, S> {
         self.view.value(slot, self.now)
     }
 
-    /// What is known of a slot, if it is in use.
+    /// Reading and details of a slot, if it is in use.
     fn detail(&self, slot: usize) -> Option<(Reading, Detail)> {
         let detail = self.site.gateway(|gateway| gateway.detail(slot)).flatten()?;
         Some((self.row(slot).filter(|row| row.source != Source::Off)?, detail))
     }
 
-    /// Begins a command; says whether it goes on as a task or a wish.
+    /// Begins a command; the outcome is *running* if it goes on as a task or a deferred request.
     fn command(&mut self, command: Command, target: u16, value: i32) -> Result<Outcome, Refusal> {
         let slot = usize::from(target);
         match command {
-            Command::Save => self.site.ask(Wish::Save)?,
-            Command::FactoryReset => self.site.ask(Wish::FactoryReset)?,
+            Command::Save => self.site.ask(DeferredRequest::Save)?,
+            Command::FactoryReset => self.site.ask(DeferredRequest::FactoryReset)?,
             // A sensor whose memory is being written must not be left half way.
             Command::Reboot if [Bus::T7, Bus::Isu].into_iter().any(|bus| self.is_at_work(bus)) => {
                 return Err(Refusal::Busy);
             }
-            Command::Reboot => self.site.ask(Wish::Reboot)?,
+            Command::Reboot => self.site.ask(DeferredRequest::Reboot)?,
             Command::ClearCounters => {
                 self.order(Order::ClearCounters)?;
                 return Ok(Outcome::Done);
@@ -208,7 +208,7 @@ impl<'a, S: Site> Binding<'a, S> {
             }
             Command::Cancel => {
                 let bus = Bus::from_number(target).ok_or(Refusal::Value)?;
-                // What is under way elsewhere would be told no more.
+                // The result of a task on another bus would be lost.
                 if self.progress.outcome == Outcome::Running && self.task != Some(bus) {
                     return Err(Refusal::Busy);
                 }
@@ -248,7 +248,7 @@ impl<'a, S: Site> Binding<'a, S> {
         }
     }
 
-    /// The slot says zero as it stands.
+    /// Sets the soft zero so that the slot reads zero in its present position.
     fn zero(&self, target: u16) -> Result<(), Refusal> {
         let number = u8::try_from(target).map_err(|_| Refusal::Value)?;
         let row = self.row(usize::from(target)).ok_or(Refusal::Value)?;
@@ -258,7 +258,7 @@ impl<'a, S: Site> Binding<'a, S> {
         self.ask(|gateway| gateway.change(number, &named, Asker::Modbus))
     }
 
-    /// What has become of the last command.
+    /// Outcome and progress of the last command.
     fn progress(&self) -> Progress {
         let mut progress = self.progress;
         if let Some(task) = self.task
@@ -283,7 +283,7 @@ impl<'a, S: Site> Binding<'a, S> {
     }
 }
 
-/// The slot that a command is about; `None` is all.
+/// The slot of a command; `None` is all slots.
 fn which(target: u16, value: i32) -> Result<Option<u8>, Refusal> {
     match value {
         0 => u8::try_from(target).map(Some).map_err(|_| Refusal::Value),

@@ -1,4 +1,4 @@
-//! What can be commanded through the command block.
+//! Commands of the command block, and their outcome.
 
 pub use clino_gateway::command::{Command, Description, Target};
 use clino_gateway::task::Reason;
@@ -7,11 +7,11 @@ use clino_gateway::task::Reason;
 /// "NV" in ASCII.
 pub const ARM_KEY: u16 = 0x4E56;
 
-/// What has become of a command.
+/// Outcome of a command.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outcome {
-    /// There was none since reset.
+    /// No command since reset.
     #[default]
     None = 0,
     /// It is under way.
@@ -20,18 +20,22 @@ pub enum Outcome {
     Done = 2,
     /// It failed; [`Progress::reason`] tells why.
     Failed = 3,
-    /// It was stopped; for a cancel: what was under way was.
+    /// It was stopped; of a cancel: the task under way was stopped.
     Cancelled = 4,
 }
 
 impl Outcome {
     /// The codes with names and meanings, for the documentation.
     pub const ALL: [(Outcome, &str, &str); 5] = [
-        (Outcome::None, "none", "there was no command since reset"),
-        (Outcome::Running, "running", "it is under way"),
-        (Outcome::Done, "done", "it is done"),
-        (Outcome::Failed, "failed", "it failed; *command_reason* tells why"),
-        (Outcome::Cancelled, "cancelled", "it was stopped; for *cancel*: what was under way was"),
+        (Outcome::None, "none", "no command since reset"),
+        (Outcome::Running, "running", "the command is under way"),
+        (Outcome::Done, "done", "the command is done"),
+        (Outcome::Failed, "failed", "the command failed; *command_reason* gives the reason"),
+        (
+            Outcome::Cancelled,
+            "cancelled",
+            "the command was stopped; of *cancel*: the task under way was stopped",
+        ),
     ];
 }
 
@@ -41,13 +45,13 @@ impl Outcome {
 pub struct Progress {
     /// Which one; `None` if there was none since reset.
     pub command: Option<Command>,
-    /// What has become of it.
+    /// Its outcome.
     pub outcome: Outcome,
     /// Counts the accepted commands; wraps.
     pub sequence: u16,
-    /// Steps done,
+    /// Steps done.
     pub done: u16,
-    /// of so many; zero if that is not known.
+    /// Steps in all; zero if the number is not known.
     pub of: u16,
     /// Other nodes that it leaves at another bit rate than their bus.
     pub silenced: u16,

@@ -9,7 +9,7 @@ use crate::frame::Frame;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
-    /// Frames without a fault, for whomever they were.
+    /// Frames without a fault, for any address.
     pub messages: u16,
     /// Frames with a wrong checksum, a pause, a misread character, or too few or too many of them.
     pub errors: u16,
@@ -20,7 +20,7 @@ pub struct Counters {
     /// Of these, frames without any answer: broadcasts, answers of our own that came back, frames that change something
     /// and have zeros behind them; and requests that were over before they could be answered.
     pub unanswered: u16,
-    /// Frames of which characters were lost because nobody fetched them in time.
+    /// Frames that lost characters because they were not fetched in time.
     pub overruns: u16,
 }
 

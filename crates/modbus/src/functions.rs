@@ -1,4 +1,4 @@
-//! What the functions do with a request. The answer takes its place in the frame.
+//! Carries out requests by function. The answer takes the place of the request in the frame.
 //!
 //! Source: MODBUS Application Protocol V1.1b3, sections 6.3, 6.4, 6.6, 6.8, 6.12, 6.21. A request that is not as long as
 //! it says is a fault of its values (section 7, code 03).
@@ -14,7 +14,7 @@ use crate::write;
 
 /// Most registers of one reading request.
 const MOST_READ: u16 = 125;
-/// A state that has not held still so often in a row never will.
+/// Most tries of a reading whose state changes meanwhile.
 const MOST_LOOKS: usize = 8;
 /// Most registers of one writing request.
 const MOST_WRITTEN: u16 = 123;
@@ -23,7 +23,7 @@ const MOST_WRITTEN: u16 = 123;
 const HEAD: usize = 2;
 const WRITE_HEAD: usize = 6;
 
-/// What the functions need of the server.
+/// The part of the server that the functions use.
 #[derive(Debug)]
 pub struct Inner {
     pub settings: Settings,
@@ -33,7 +33,7 @@ pub struct Inner {
     pub next: Option<Settings>,
 }
 
-/// Carries a request out that came without a fault. Broadcasts are only carried out if they write.
+/// Carries out a request that arrived without a fault. Of broadcasts, only writes are carried out.
 #[inline(never)]
 pub fn execute<H: Host>(
     inner: &mut Inner,
@@ -69,7 +69,7 @@ pub fn execute<H: Host>(
             frame.truncate(WRITE_HEAD);
             Ok(())
         }
-        // Nobody is told what comes of it.
+        // A broadcast has no answer: only writes have an effect.
         _ if broadcast => Ok(()),
         function::READ_HOLDING | function::READ_INPUT => {
             let &[high, low, quantity_high, quantity_low] = data else {

@@ -1,4 +1,4 @@
-//! What the server needs of the rest of the gateway. [`Binding`](crate::binding::Binding) is it.
+//! The interface from the server to the gateway. [`Binding`](crate::binding::Binding) implements it.
 
 use clino_gateway::Bus;
 
@@ -57,7 +57,7 @@ pub enum Write<'a> {
     Command {
         /// What.
         command: Command,
-        /// The slot, or the bus, that it is about.
+        /// The slot or the bus of the command.
         target: u16,
         /// With this value.
         value: i32,

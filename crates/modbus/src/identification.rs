@@ -1,4 +1,4 @@
-//! Function 43, MEI type 14: who this is.
+//! Function 43, MEI type 14: identification of the device.
 //!
 //! ```text
 //! request   address 2B 0E code object
@@ -14,7 +14,7 @@
 use crate::exception::Exception;
 use crate::frame::{Frame, MAX_FRAME};
 
-/// Who this is: the objects 0 to 5 in ASCII. Empty ones are not there.
+/// Identification: the objects 0 to 5 in ASCII. Empty objects do not exist.
 ///
 /// | object | |
 /// |---|---|
@@ -61,7 +61,7 @@ impl Identification {
         };
         let asked = match code {
             code::BASIC => 0..BASIC_OBJECTS,
-            // Who asks for more than there is gets what there is.
+            // There are no extended objects: the answer holds the regular ones.
             code::REGULAR | code::EXTENDED => 0..OBJECTS,
             code::ONE if self.has(object.into()) => {
                 let one = usize::from(object);

@@ -1,8 +1,8 @@
 //! Modbus RTU server of an inclinometer gateway: the serial line, the functions, and one register map.
 //!
 //! Sans-IO. [`Server`] takes characters with the receiver's error flags and the time; when the silence after a request is
-//! over, one call of [`Server::poll`] makes the answer, and [`Server::poll_at`] says when that is. What is read and whom
-//! changes are handed to is a [`Host`]; [`binding`] makes the gateway core one. The [`map`] is a table from which the server's
+//! over, one call of [`Server::poll`] makes the answer, and [`Server::poll_at`] says when that is. A [`Host`] supplies
+//! the registers and takes the changes; [`binding`] makes the gateway core one. The [`map`] is a table from which the server's
 //! lookups, `docs/modbus.md` and `docs/modbus.csv` are made.
 //!
 //! | function | |

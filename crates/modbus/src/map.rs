@@ -22,7 +22,7 @@ pub use table::{BLOCKS, FOUND, MAGIC, SLOT_BASE, SLOT_STRIDE, SLOTS, TEST_ANGLE,
 /// Registers at equal distances.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
-    /// What it is called in the documentation and, before the number, in the names of the list.
+    /// Its name in the documentation.
     pub name: &'static str,
     /// What comes before the number of the instance in names, if there are several.
     pub prefix: &'static str,
@@ -30,11 +30,11 @@ pub struct Block {
     pub base: u16,
     /// From one instance to the next, and length of each.
     pub stride: u16,
-    /// How many there are.
+    /// Number of instances.
     pub count: u16,
-    /// What is in each, by offset.
+    /// Numbers of each instance, by offset.
     pub entries: &'static [Entry],
-    /// What it is for.
+    /// Its purpose.
     pub text: &'static str,
 }
 
@@ -43,11 +43,11 @@ pub struct Block {
 pub struct Entry {
     /// From the beginning of the block, registers.
     pub offset: u16,
-    /// How it is told.
+    /// Its format.
     pub form: Form,
-    /// What it is.
+    /// Its content.
     pub item: Item,
-    /// How many there are, one after the other.
+    /// Length of the array.
     pub count: u8,
     /// Number of the first of them.
     pub first: u8,
@@ -61,13 +61,13 @@ pub struct Entry {
     pub name: &'static str,
     /// Its unit; empty if it has none.
     pub unit: &'static str,
-    /// What its values are called, if they are codes.
+    /// Names of its values, if they are codes.
     pub words: &'static [&'static str],
-    /// What it is, in words.
+    /// Its description.
     pub text: &'static str,
 }
 
-/// How a number is told. In brackets what stands for "there is none".
+/// Format of a number. In brackets the value for "unavailable".
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// 16 bits (0xFFFF).
@@ -95,7 +95,7 @@ impl Form {
         }
     }
 
-    /// What stands for "there is none".
+    /// The value for "unavailable".
     pub const fn sentinel(self) -> u32 {
         match self {
             Form::U16 => 0xFFFF,
@@ -165,12 +165,12 @@ impl Entry {
         Entry { unit, ..self }
     }
 
-    /// Its values are codes that are called like this.
+    /// Its values are codes with these names.
     const fn words(self, words: &'static [&'static str]) -> Entry {
         Entry { words, ..self }
     }
 
-    /// With this before its name: another number of the same thing is called like it.
+    /// With `set_` before its name: another number of the same block type has that name.
     const fn set(self) -> Entry {
         Entry { prefix: "set_", ..self }
     }
@@ -185,7 +185,7 @@ impl Entry {
         Entry { limits: Some((least, most)), ..self }
     }
 
-    /// Whether there may be none, which is told as its form's [sentinel](Form::sentinel).
+    /// Whether it may be unavailable; it then reads its form's [sentinel](Form::sentinel).
     pub const fn is_optional(&self) -> bool {
         match self.item {
             Item::Reading(item) => !matches!(item, ReadingItem::Status),

@@ -1,4 +1,4 @@
-//! What is heard of our own answer, while it goes out and right behind it.
+//! The echo of our own answer, while it goes out and right behind it.
 //!
 //! | [`EchoMode`] | while it goes out | behind it, within t3.5 of the last character of it |
 //! |---|---|---|
@@ -24,7 +24,7 @@ pub struct Own {
     echo: EchoTracker,
     /// An answer is going out.
     sending: bool,
-    /// What is heard until then is ours.
+    /// Characters received until then are ours.
     deaf_until: Instant,
     /// A part of it has come back: a character that is whole until then may be the next one.
     tail: Option<Instant>,

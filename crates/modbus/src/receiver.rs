@@ -38,7 +38,7 @@ pub struct Receiver {
     pub frame: Frame,
     /// Zeros behind it that its checksum is blind to.
     zeros: usize,
-    /// What the receiver said of them.
+    /// Errors that the receiver reported for them.
     zeros_errors: LineErrors,
     waits: Waits,
     crc: u16,
@@ -49,7 +49,7 @@ pub struct Receiver {
     broken: bool,
 }
 
-/// What the settings mean for time, computed once.
+/// Times that follow from the settings, computed once.
 #[derive(Clone, Copy, Debug)]
 struct Waits {
     /// A character.
@@ -66,7 +66,7 @@ struct Waits {
     end_open: Duration,
 }
 
-/// What there was between two silences.
+/// The characters between two silences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// Nothing.
@@ -75,7 +75,7 @@ pub enum Ended {
     Whole,
     /// Something else.
     Spoilt {
-        /// Characters were lost because nobody fetched them.
+        /// Characters were lost because they were not fetched in time.
         overrun: bool,
     },
 }
@@ -111,7 +111,7 @@ impl Receiver {
     }
 
     /// Takes a character; `at` is the centre of its stop bit. Returns what was before it if that was over and is lost,
-    /// because nobody has fetched it.
+    /// because the server has not fetched it.
     pub fn heard(&mut self, character: Character, at: Instant) -> Ended {
         let mut lost = Ended::Silence;
         match self.silence(at) {
@@ -171,7 +171,7 @@ impl Receiver {
         self.frame.bytes().len().saturating_add(self.zeros)
     }
 
-    /// What there is is no frame, whatever follows.
+    /// The characters so far are no frame, whatever follows.
     pub fn spoil(&mut self) {
         self.broken = true;
     }

@@ -45,16 +45,16 @@ pub struct Repeats {
     requests: [Sent; PLACES],
     /// The last one of the others.
     other: Sent,
-    /// What the next answer is given.
+    /// Values for the next answer.
     next_copies: u8,
     next_row: u8,
     line: Line,
 }
 
-/// What is known of the line.
+/// Whether the line has an echo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Line {
-    /// Nothing.
+    /// Unknown.
     Doubtful,
     /// If nothing happens until then, it is quiet.
     Probed(Instant),

@@ -1,4 +1,4 @@
-//! What a frame with a right checksum is: a request as long as its function says, or something else.
+//! Sorts frames with a right checksum: a request as long as its function says, or something else.
 //!
 //! | function | request, bytes | answer, bytes |
 //! |---|---|---|
@@ -13,7 +13,7 @@
 //! that only reads is answered as if they were not there. One that changes something is not carried out: nothing says
 //! any more that what came is what was sent.
 //!
-//! What can only be an answer is none of ours to answer: our own has come back, or there is a second server with this
+//! A frame that can only be an answer is not answered: our own has come back, or there is a second server with this
 //! address. Answers that look like requests are remembered, see `repeat.rs`: those to 06 and 08, and one in 256 of those
 //! with two registers, whose last byte is zero.
 //!

@@ -29,12 +29,12 @@ use crate::repeat::{ECHO_WINDOW, Repeats};
 use crate::request::{self, Form, function};
 use crate::settings::Settings;
 
-/// Requests to everybody.
+/// Address of broadcasts.
 const BROADCAST: u8 = 0;
 
-/// An answer takes its own time; this times that, and the port has forgotten it.
+/// After this many times the duration of an answer, the port has failed to send it.
 const SENDING_TIMES: u32 = 2;
-/// And that: the port may keep a pause before it.
+/// Added to that: the port may pause before the answer.
 const SENDING_MORE: Duration = Duration::from_millis(10);
 
 /// A Modbus RTU server. See the crate documentation.
@@ -76,7 +76,7 @@ impl Server {
         }
     }
 
-    /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, what is heard is its echo at best.
+    /// Takes a character; `at` is the centre of its stop bit. While an answer goes out, characters are its echo at best.
     pub fn heard(&mut self, character: Character, at: Instant) {
         if self.own.is_deaf(at) {
             self.repeats.doubt();
@@ -271,7 +271,7 @@ impl Server {
         !broadcast
     }
 
-    /// Puts what is made of the request in its place, as an answer; says whether that is an exception.
+    /// Puts the result of the request in its place, as an answer; returns whether that is an exception.
     fn answer(&mut self, make: impl FnOnce(&mut Inner, &mut Frame) -> Result<(), Exception>) -> bool {
         let frame = &mut self.receiver.frame;
         let &[address, function, ..] = frame.bytes() else { return false };

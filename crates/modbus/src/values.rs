@@ -20,7 +20,7 @@ impl<'a> Values<'a> {
         Values { first, words }
     }
 
-    /// What is named of a setting.
+    /// The value of a setting, if the request names it.
     #[inline(never)]
     pub fn of(&self, id: u8) -> Option<Given> {
         numbers(self.first, self.words).map_while(Result::ok).find_map(|(number, value)| {

@@ -1,7 +1,7 @@
 //! From registers that are written to one change. Values and whether they go together are checked by the tables.
 //!
-//! A request changes one thing: one slot, one bus, the port, the console, or it is one command. What it leaves out stays as
-//! it is (a command's target, value and key: count as zero). Addresses come before values: a request with a fault of each
+//! A request changes one thing: one slot, one bus, the port, the console, or it is one command. Settings that it leaves out stay as
+//! they are (a command's target, value and key: count as zero). Addresses come before values: a request with a fault of each
 //! kind is answered with the exception of the address.
 
 use clino_gateway::Bus;
@@ -59,7 +59,7 @@ pub fn change<'a>(now: &Settings, first: u16, words: &'a [[u8; 2]]) -> Result<Wr
     }
 }
 
-/// What a request is about.
+/// The target of a request.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Thing {
     Slot(u8),

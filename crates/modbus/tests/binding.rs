@@ -8,7 +8,7 @@ use clino_commissioning::isu::Module;
 use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
 use clino_gateway::{Asker, Bus, Restraint, SlotConfig, Snapshot, Source, task};
-use clino_modbus::binding::{Binding, Wish};
+use clino_modbus::binding::{Binding, DeferredRequest};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::settings::Settings;
 use clino_modbus::{Host, Refusal, Write};
@@ -391,7 +391,7 @@ fn a_task_runs_alone_and_tells_how_it_ends() {
         (Command::SensorDamping as u16, Outcome::Running as u16)
     );
     assert_eq!(binding.write(&command(Command::ClearCounters, 0, 0)), Err(Refusal::Busy));
-    // Nobody answers.
+    // No node answers.
     for _ in 0..10 {
         board.run();
         binding.poll();
@@ -474,12 +474,12 @@ fn a_reboot_waits_for_no_task_and_is_passed_on() {
     let task = t7::Address::new(5).map(clino_commissioning::t7::Device::at).unwrap().unwrap();
     board.gateway.borrow_mut().carry_out(Order::T7(task::t7::Task::Identify(task)), Asker::Console).unwrap();
     assert_eq!(binding.write(&command(Command::Reboot, 0, 0)), Err(Refusal::Busy));
-    assert_eq!(*board.wishes.borrow(), []);
+    assert_eq!(*board.deferred.borrow(), []);
     let (board, snapshot) = (Board::new(), Snapshot::new());
     let mut binding = Binding::new(&board, &snapshot);
     binding.snapshot();
     binding.write(&command(Command::Reboot, 0, 0)).unwrap();
-    assert_eq!(*board.wishes.borrow(), [Wish::Reboot]);
+    assert_eq!(*board.deferred.borrow(), [DeferredRequest::Reboot]);
     // The answer before it has not come to its end: it says so.
     binding.done(false);
     assert_eq!((read(&binding, 0x1F09), read(&binding, 0x1F0D)), (3, 0));
@@ -570,5 +570,5 @@ fn counters_are_cleared_and_wishes_passed_on() {
     assert_eq!(binding.write(&command(Command::FactoryReset, 0, 0)), Err(Refusal::Busy));
     binding.done(true);
     assert_eq!(Progress::of(&binding).outcome, Outcome::Done as u16);
-    assert_eq!(*board.wishes.borrow(), [Wish::Save]);
+    assert_eq!(*board.deferred.borrow(), [DeferredRequest::Save]);
 }

@@ -264,7 +264,7 @@ fn the_port_changes_after_the_answer() {
     assert_eq!(bench.server.reconfigured().map(|settings| settings.address), Some(5));
 }
 
-/// Broadcasts write, and nobody answers.
+/// Broadcasts write, and the server does not answer.
 #[test]
 fn broadcasts() {
     let mut bench = Bench::new();

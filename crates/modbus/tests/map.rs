@@ -74,7 +74,7 @@ fn entries_are_in_order_and_apart() {
     }
 }
 
-/// A 32-bit number that begins at an odd address would be no fault, but surprise somebody.
+/// A 32-bit number that begins at an odd address would be no fault, but a surprise.
 #[test]
 fn wide_numbers_are_even() {
     for (block, entry) in entries().filter(|(_, entry)| entry.form.registers() == 2) {

@@ -15,7 +15,7 @@ use clino_gateway::{
     Bus, Capture, Gateway, Published, PwmInput, Settings, SlotConfig, Snapshot, Source, Status,
 };
 use clino_modbus::Refusal;
-use clino_modbus::binding::{Binding, Site, Wish};
+use clino_modbus::binding::{Binding, DeferredRequest, Site};
 use clino_recovery::{Clock, Crash, FaultStatus, Mode, MonitoredTask, Registers, Start, StartCause, Uid};
 use common::board::Board;
 use common::real::Real;
@@ -167,7 +167,7 @@ fn started() -> Start {
 /// The status of each slot of the plant, restated.
 fn status(slot: usize) -> Status {
     match slot {
-        // Nobody has sent the requests.
+        // The requests were not sent.
         3 | 7 => Status::NotSent,
         5 => Status::Stale,
         9 => Status::ConfigFault,
@@ -545,7 +545,7 @@ impl Site for Nowhere {
         Start::default()
     }
 
-    fn ask(&self, _: Wish) -> Result<(), Refusal> {
+    fn ask(&self, _: DeferredRequest) -> Result<(), Refusal> {
         Err(Refusal::Failed)
     }
 

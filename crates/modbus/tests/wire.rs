@@ -84,9 +84,9 @@ fn an_answer_that_was_made_is_dropped_with_its_request() {
     }
 }
 
-/// Nobody has called at the first deadline: the answer is made at the second.
+/// The server is not called at the first deadline: the answer is made at the second.
 #[test]
-fn nothing_is_lost_if_nobody_calls_before_the_end() {
+fn nothing_is_lost_if_the_first_call_comes_at_the_end() {
     let mut bench = Bench::new();
     for byte in sealed(&REQUEST) {
         bench.character(byte, LineErrors::NONE);
@@ -225,7 +225,7 @@ fn a_flood_is_one_fault() {
     assert!(bench.raw(&sealed(&REQUEST)).is_some());
 }
 
-/// While the answer goes out, nothing is heard: not an echo, not somebody else.
+/// While the answer goes out, nothing is heard: not an echo, not another sender.
 #[test]
 fn deaf_while_it_talks() {
     let mut bench = Bench::new();
@@ -282,7 +282,7 @@ fn begins_in_the_middle_of_a_frame() {
     assert!(server.poll(at, &mut host).is_none());
 }
 
-/// Nobody has called in time, and the next frame is there: the first one is not answered any more.
+/// The server is called too late, and the next frame is there: the first one is not answered any more.
 #[test]
 fn too_late_for_an_answer() {
     let mut bench = Bench::new();

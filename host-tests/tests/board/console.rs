@@ -142,7 +142,7 @@ fn what_cannot_be_undone_is_not_done_without_yes() {
             (1_900, "list"),
         ],
     );
-    let unconfirmed = r#"{"error":{"kind":"unconfirmed","why":"not to be undone, wants --yes"}}"#;
+    let unconfirmed = r#"{"error":{"kind":"unconfirmed","why":"irreversible, needs --yes"}}"#;
     assert_eq!(lines(&ran, unconfirmed).len(), 5, "{:?}", lines(&ran, "{\"error\""));
     assert_eq!(lines(&ran, "{\"command\":").len(), 26);
     assert!(

@@ -64,7 +64,7 @@ fn a_paste_that_pauses_at_the_question_does_not_answer_it_either() {
         assert!(said.contains(EARLY), "{rest:?}: {said:?}");
         assert_eq!((desk.rest.orders.len(), desk.rest.done.len()), (0, 0), "{rest:?}");
     }
-    // Somebody who says no is not made to wait.
+    // The answer no has no delay.
     for no in ["\r", "n\r", "N\r", "no\r", "\x03"] {
         let mut desk = Desk::with_person();
         desk.type_in("t7 zero 5\r");
@@ -105,7 +105,7 @@ fn the_rest_of_an_answer_that_came_too_late_is_no_command() {
     assert_eq!(desk.rest.orders, []);
 }
 
-/// The task on the T7 bus goes on until it ends; nobody answers.
+/// The task on the T7 bus goes on until it ends; no node answers.
 fn finish(desk: &mut Desk) -> String {
     let mut said = String::new();
     for _ in 0..100_000 {

@@ -50,7 +50,7 @@ pub struct Rest {
     pub readings: BTreeMap<usize, Reading>,
     pub orders: Vec<Order>,
     pub now: Instant,
-    /// What the port has received and nobody has fetched.
+    /// Characters that the port has received and the console has not fetched.
     pub waiting: VecDeque<Received>,
     pub modbus: Option<clino_modbus::Settings>,
     /// What was stored, forgotten or started again, in that order.

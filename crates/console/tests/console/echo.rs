@@ -136,7 +136,7 @@ fn what_comes_back_ends_and_changes_nothing() {
     }
 }
 
-/// The other way round: the prompt is there first, and the echo comes when somebody opens the port.
+/// The other way round: the prompt is there first, and the echo comes when a person opens the port.
 #[test]
 fn an_echo_at_a_prompt_that_was_left_ends_too() {
     let idle_ms = 1_000 * u64::from(IDLE_S);

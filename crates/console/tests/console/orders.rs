@@ -18,21 +18,21 @@ fn crowded(mut desk: Desk) -> Desk {
 #[test]
 fn each_question_names_its_own_consequence() {
     for (line, told) in [
-        ("t7 zero 5", "soft zeros of its slots go"),
+        ("t7 zero 5", "soft zeros of its slots are cleared"),
         ("t7 offset 5 100", "angles of its axis move"),
         ("t7 direction 5 reversed", "counts the other way"),
         ("t7 damping 5 500", "all its axes average over this time"),
-        ("t7 range 5 unidirectional", "all its axes are told in this range"),
-        ("t7 address 5 9", "its slots follow it, over a start only if saved"),
-        ("t7 address 5 6", "slot 2 reads the new address already"),
-        ("t7 baud 5 57600", "the bus runs at 57600 bit/s with it, over a start only if saved"),
+        ("t7 range 5 unidirectional", "all its axes then use this range"),
+        ("t7 address 5 9", "its slots follow it; only save keeps that over a restart"),
+        ("t7 address 5 6", "slot 2 already reads the new address"),
+        ("t7 baud 5 57600", "the bus changes to 57600 bit/s, too; only save keeps that over a restart"),
         ("t7 baud 5 57600", "2 other nodes of the bus stay at its present bit rate and will not answer"),
         ("t7 baud 9 57600", "3 other nodes"),
         ("isu zero 3", "at its PWM output, too"),
         ("isu null 3 100", "all its angles move"),
         ("isu address 3 9", "its slots follow it"),
-        ("isu address 3 4", "slot 5 reads the new address already"),
-        ("isu repair 3", "it starts again"),
+        ("isu address 3 4", "slot 5 already reads the new address"),
+        ("isu repair 3", "it restarts"),
     ] {
         let mut desk = crowded(Desk::with_person());
         let asked = desk.type_in(&format!("{line}\r"));
@@ -40,7 +40,7 @@ fn each_question_names_its_own_consequence() {
         assert!(asked.contains(told) && asked.ends_with(". Go on? y/N "), "{line}: {asked}");
         assert_eq!(desk.rest.orders, [], "{line}");
     }
-    // Nobody else is there, or it is no change.
+    // There is no other node, or it is no change.
     let alone = Desk::with_person().type_in("t7 baud 5 57600\r");
     assert!(alone.contains("57600") && !alone.contains("will not answer"), "{alone}");
     let same = crowded(Desk::with_person()).type_in("t7 baud 5 115200\r");
@@ -59,14 +59,14 @@ fn a_program_is_told_in_the_refusal_and_in_the_answer() {
         desk.type_in("t7 baud 5 57600\r"),
         concat!(
             r#"{"error":{"kind":"unconfirmed","why":"2 other nodes of the bus stay at its present bit rate and will not "#,
-            "answer; not to be undone, wants --yes\",\"silenced\":2}}\r\n"
+            "answer; irreversible, needs --yes\",\"silenced\":2}}\r\n"
         )
     );
     assert_eq!(
         desk.type_in("isu address 3 4\r"),
         concat!(
-            r#"{"error":{"kind":"unconfirmed","why":"slot 5 reads the new address already; "#,
-            "not to be undone, wants --yes\",\"slot\":5}}\r\n"
+            r#"{"error":{"kind":"unconfirmed","why":"slot 5 already reads the new address; "#,
+            "irreversible, needs --yes\",\"slot\":5}}\r\n"
         )
     );
     assert_eq!(desk.rest.orders, []);
@@ -74,7 +74,7 @@ fn a_program_is_told_in_the_refusal_and_in_the_answer() {
     assert!(said.starts_with(r#"{"hint":{"kind":"silenced","why":"2 other nodes of the bus stay"#), "{said}");
     assert!(said.ends_with("\"silenced\":2}}\r\n"), "{said}");
     assert_eq!(desk.rest.orders.len(), 1);
-    // Nobody else is concerned: nothing is said.
+    // No other node is concerned: there is no note.
     assert_eq!(Desk::new().type_in("t7 baud 5 57600 --yes\r"), "");
 }
 

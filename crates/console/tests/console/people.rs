@@ -52,7 +52,7 @@ fn tab_completes_what_can_stand_there() {
     }
 }
 
-/// Before the prompt stands that something is not saved; a line of it that an echo brings back is nobody's command.
+/// Before the prompt stands that something is not saved; a line of it that an echo brings back is not carried out.
 #[test]
 fn the_prompt_says_what_is_not_saved() {
     let mut desk = Desk::with_person();
@@ -178,7 +178,7 @@ fn no_bytes_do_harm() {
 fn help_of_a_command_says_how_to_use_it() {
     let mut desk = Desk::with_person();
     for line in ["help zero\r", "zero -h\r", "zero 1 --help\r"] {
-        assert!(desk.type_in(line).contains("zero SLOT\r\nthe slot reads zero as it stands"), "{line}");
+        assert!(desk.type_in(line).contains("zero SLOT\r\nset the soft zero of a slot"), "{line}");
     }
     assert!(desk.type_in("help nothing\r").contains("error: unknown command, try help\r\n"));
 }
@@ -210,7 +210,7 @@ fn what_cannot_be_undone_is_asked_about_and_only_y_does_it() {
     ] {
         let mut desk = Desk::with_person();
         let asked = desk.type_in("factory-reset\r");
-        assert!(asked.ends_with("this forgets what is saved. Go on? y/N "), "{asked:?}");
+        assert!(asked.ends_with("this discards the saved settings. Go on? y/N "), "{asked:?}");
         let said = desk.type_in(answer) + &desk.wait_ms(100);
         assert_eq!(desk.rest.done, if done { vec!["factory reset"] } else { vec![] }, "{answer:?}");
         let end = if done { "\r\ndone\r\n" } else { "\r\nnot done\r\n" };
@@ -229,7 +229,7 @@ fn a_question_waits_for_thirty_seconds() {
     desk.rest.now = Instant::from_millis(30_000);
     assert!(desk.stream().contains("not done\r\n"));
     assert!(desk.type_in("\r").ends_with("clino> "));
-    // Nobody has polled meanwhile: the answer alone comes too late.
+    // The console was not polled meanwhile: the answer alone comes too late.
     desk.type_in("reboot\r");
     desk.rest.now = Instant::from_millis(60_000);
     assert!(desk.type_in("y\r").contains("not done\r\n"));

@@ -84,7 +84,7 @@ fn what_is_wrong_is_said_with_its_limit() {
         ("slot 1 t7 5 -p", r#"{"error":{"kind":"missing_argument","what":"period"}}"#),
         (
             "t7 offset 5 -500 --yes",
-            r#"{"error":{"kind":"bad_argument","why":"a number below zero wants -- before it"}}"#,
+            r#"{"error":{"kind":"bad_argument","why":"put -- before a negative number"}}"#,
         ),
         (
             "t7 damping 5 5001 --yes",
@@ -183,7 +183,7 @@ fn every_line_is_an_object_and_no_value_is_none() {
 #[test]
 fn what_cannot_be_undone_wants_to_be_confirmed() {
     let mut desk = Desk::new();
-    let unconfirmed = r#"{"error":{"kind":"unconfirmed","why":"not to be undone, wants --yes"}}"#;
+    let unconfirmed = r#"{"error":{"kind":"unconfirmed","why":"irreversible, needs --yes"}}"#;
     for line in ["factory-reset", "reboot", "t7 zero 5", "isu repair 3"] {
         assert_eq!(desk.type_in(&format!("{line}\r")), format!("{unconfirmed}\r\n"), "{line}");
     }

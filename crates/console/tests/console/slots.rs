@@ -126,7 +126,7 @@ fn a_slot_reads_zero_as_it_stands() {
 #[test]
 fn transactions_come_newest_first_and_are_counted() {
     let mut desk = Desk::new();
-    // Nobody sends what the gateway wants sent.
+    // The requests of the gateway are not sent.
     for second in 0..3 {
         desk.rest.gateway.poll(Bus::T7, Instant::from_millis(second * 10_000), |_| {});
         desk.rest.gateway.poll(Bus::T7, Instant::from_millis(second * 10_000 + 5_000), |_| {});

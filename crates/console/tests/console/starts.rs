@@ -87,5 +87,5 @@ fn what_is_restrained_is_refused_with_its_reason() {
     desk.type_in("json off\r");
     desk.type_in("t7 damping 5 100\r");
     let said = desk.type_in("y\r");
-    assert!(said.contains("error: the clock may be off by 8 %, a UART takes 3.330 %:"), "{said}");
+    assert!(said.contains("error: the clock may be off by 8 %, a UART tolerates 3.330 %:"), "{said}");
 }

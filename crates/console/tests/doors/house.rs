@@ -21,7 +21,7 @@ use clino_gateway::{
     Action, Alarm, AlarmDetail, Asker, Bus, Capture, Detail, Extremes, Gateway, Publisher, PwmInput, Reading,
     Restraint, Settings, SlotConfig, Snapshot, Source,
 };
-use clino_modbus::binding::{Binding, Site, Wish};
+use clino_modbus::binding::{Binding, DeferredRequest, Site};
 use clino_modbus::{Counters, Identification, Server};
 use clino_recovery::{Start, StartCause, Uid};
 use clino_segment::chance::Chance;
@@ -69,7 +69,7 @@ struct Inside {
     now: Cell<Instant>,
     start: Cell<Start>,
     /// What a level that may wait is to do.
-    wishes: RefCell<Vec<Wish>>,
+    deferred: RefCell<Vec<DeferredRequest>>,
     /// What it has done.
     done: RefCell<Vec<&'static str>>,
     port: Cell<clino_modbus::Settings>,
@@ -102,8 +102,8 @@ impl Site for Doors {
         self.0.start.get()
     }
 
-    fn ask(&self, wish: Wish) -> Result<(), clino_modbus::Refusal> {
-        self.0.wishes.borrow_mut().push(wish);
+    fn ask(&self, request: DeferredRequest) -> Result<(), clino_modbus::Refusal> {
+        self.0.deferred.borrow_mut().push(request);
         Ok(())
     }
 
@@ -297,7 +297,7 @@ impl House {
                 uid: Uid([7, 8, 9]),
                 ..Start::default()
             }),
-            wishes: RefCell::default(),
+            deferred: RefCell::default(),
             done: RefCell::default(),
             port: Cell::new(clino_modbus::Settings::DEFAULT),
             counters: Cell::default(),
@@ -435,12 +435,12 @@ impl House {
         if answer[0] != 16 {
             return Err(answer[1]);
         }
-        let wishes = self.doors.0.wishes.take();
-        for wish in wishes {
-            let done = match wish {
-                Wish::Save => "save",
-                Wish::FactoryReset => "factory reset",
-                Wish::Reboot => "reboot",
+        let deferred = self.doors.0.deferred.take();
+        for request in deferred {
+            let done = match request {
+                DeferredRequest::Save => "save",
+                DeferredRequest::FactoryReset => "factory reset",
+                DeferredRequest::Reboot => "reboot",
             };
             self.doors.0.done.borrow_mut().push(done);
             self.binding.done(true);

@@ -1,6 +1,6 @@
-//! What can be set of a bus.
+//! Settings of a bus.
 //!
-//! A bit rate brings its usual waits with it ([`BusSettings::usual`]). What comes of a change is in `change.rs`.
+//! A bit rate brings its usual waits with it ([`BusSettings::usual`]). Changes are in `change.rs`.
 
 use clino_bus::line::EchoMode;
 use clino_bus::{Duration, Serial, Timing};
@@ -34,10 +34,10 @@ const LONGEST_T7_POST: i64 = 2_000;
 /// An ISU switches its own driver on 1 ms before its first bit (AN #201 section 2, TXEN), µs.
 const LONGEST_ISU_POST: i64 = 1_000;
 
-/// What echo modes are called, by their codes.
+/// Names of the echo modes, by their codes.
 pub const ECHO: &[&str] = &["off", "expected", "detect"];
 
-/// The table of a bus, for those who read it while they are compiled.
+/// The table of a bus, for use in constants.
 pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
     let (rates, set, longest_post): (_, fn(&mut BusSettings, i64), _) = match bus {
         Bus::T7 => (T7_BIT_RATES, |s, v| *s = s.at(Bus::T7, Serial { baud: v as u32 }), LONGEST_T7_POST),
@@ -62,7 +62,7 @@ pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
             get: |s| micros(s.timing.guard),
             set: |s, v| s.set_guard(Duration::from_micros(v as u32)),
             with: &["baud"],
-            text: "silence before our driver is switched on",
+            text: "silence before the driver is switched on",
         },
         Setting {
             id: id::PRE,
@@ -72,7 +72,7 @@ pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
             get: |s| micros(s.line.pre_delay),
             set: |s, v| s.line.pre_delay = Duration::from_micros(v as u32),
             with: &[],
-            text: "from DE high to our first start bit",
+            text: "time from DE high to the first start bit of a request",
         },
         Setting {
             id: id::POST,
@@ -82,7 +82,7 @@ pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
             get: |s| micros(s.line.post_delay),
             set: |s, v| s.line.post_delay = Duration::from_micros(v as u32),
             with: &[],
-            text: "from our last stop bit to DE low",
+            text: "time from the last stop bit of a request to DE low",
         },
         Setting {
             id: id::ECHO,
@@ -92,7 +92,7 @@ pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
             get: |s| echo_code(s.line.echo),
             set: |s, v| s.line.echo = echo_of(v),
             with: &[],
-            text: "whether own characters come back",
+            text: "echo of the gateway's own characters",
         },
     ]
 }

@@ -2,7 +2,7 @@
 //!
 //! Whoever changes one field knows nothing of the others: they may be changing at the same time, by another door or by a
 //! task. So an order names the fields that it changes and is merged with the settings in force when it is carried out.
-//! It never repeats what it has read before.
+//! An order never repeats settings that its sender has read before.
 //!
 //! *Guard.* The usual guard is one character, so that it follows the bit rate. A guard that is not the usual one of the
 //! present rate was set by hand, and stays at every rate.

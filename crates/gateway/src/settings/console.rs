@@ -1,4 +1,4 @@
-//! What can be set of the console.
+//! Settings of the console.
 
 use super::setting::{Form, Named, Setting, change, names};
 use crate::refusal::Refusal;
@@ -31,7 +31,7 @@ impl ConsoleSettings {
     }
 }
 
-/// The table, for those who read it while they are compiled.
+/// The table, for use in constants.
 pub const TABLE: [Setting<ConsoleSettings>; 1] = [Setting {
     id: id::IDLE,
     name: "idle",

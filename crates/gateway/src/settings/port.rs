@@ -1,4 +1,4 @@
-//! What can be set of the Modbus port.
+//! Settings of the Modbus port.
 
 use clino_bus::line::EchoMode;
 
@@ -96,7 +96,7 @@ impl PortSettings {
     }
 }
 
-/// The table, for those who read it while they are compiled.
+/// The table, for use in constants.
 pub const TABLE: [Setting<PortSettings>; 7] = [
     Setting {
         id: id::ADDRESS,
@@ -116,7 +116,7 @@ pub const TABLE: [Setting<PortSettings>; 7] = [
         get: |s| s.baud.into(),
         set: |s, v| s.baud = v as u32,
         with: &[],
-        text: "2400, 4800, 9600, 19200, 38400, 57600 or 115200",
+        text: "bit rate: 2400, 4800, 9600, 19200, 38400, 57600 or 115200",
     },
     Setting {
         id: id::PARITY,
@@ -132,7 +132,7 @@ pub const TABLE: [Setting<PortSettings>; 7] = [
             }
         },
         with: &["stop_bits"],
-        text: "the parity bit",
+        text: "parity bit",
     },
     Setting {
         id: id::STOP_BITS,
@@ -152,7 +152,7 @@ pub const TABLE: [Setting<PortSettings>; 7] = [
         get: |s| echo_code(s.echo),
         set: |s, v| s.echo = echo_of(v),
         with: &[],
-        text: "whether own characters come back",
+        text: "echo of the gateway's own characters",
     },
     Setting {
         id: id::PAUSES,

@@ -1,4 +1,4 @@
-//! What every table of settings is made of.
+//! The parts of a table of settings.
 //!
 //! A value is a whole number in the unit of its last decimal: a period of 33.333 ms is 33 333, a filter is the position of
 //! its word. A door that counts in coarser units (the Modbus map in whole milliseconds) says so with [`Given::scale`].
@@ -23,11 +23,11 @@ pub struct Setting<T> {
     pub set: fn(&mut T, i64),
     /// The settings that its value has to fit.
     pub with: &'static [&'static str],
-    /// What it is, in a sentence.
+    /// Its description.
     pub text: &'static str,
 }
 
-/// What the values of a setting are.
+/// Form of the values of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// 0 is off, 1 is on.
@@ -42,7 +42,7 @@ pub enum Form {
         least: i64,
         /// Largest value.
         most: i64,
-        /// Decimals that it is told with.
+        /// Number of decimals.
         decimals: u8,
     },
     /// The number of a slot; -1 is none.
@@ -70,7 +70,7 @@ impl Form {
         }
     }
 
-    /// Decimals that it is told with.
+    /// Number of decimals.
     pub const fn decimals(&self) -> u8 {
         match *self {
             Form::Number { decimals, .. } => decimals,
@@ -105,7 +105,7 @@ impl<T> Setting<T> {
     /// Whether this is one of its values.
     ///
     /// # Errors
-    /// What it is not, and what it may be.
+    /// The value is not allowed; the error holds the limits.
     pub fn check(&self, value: i64) -> Result<(), Refusal> {
         let Setting { name, unit, form, .. } = *self;
         match form {
@@ -132,7 +132,7 @@ impl<T> Setting<T> {
     }
 }
 
-/// A value that somebody gives, in units of `scale`.
+/// A value that a change names, in units of `scale`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Given {
     /// The value.

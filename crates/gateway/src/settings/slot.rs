@@ -1,10 +1,10 @@
-//! What can be set of a slot, and what comes of a change.
+//! Settings of a slot, and the result of a change.
 //!
 //! The settings of a slot are one value: [`changed`] makes it of the old one and of what a change names, [`check`] says
 //! whether it can be. Rules:
 //!
 //! - Another kind brings its usual settings ([`SlotConfig::usual`]) for all that the change does not name. An unused slot
-//!   holds what is set of it, so that kind, address and the rest may come in any order.
+//!   keeps all its settings, so that kind, address and the rest may come in any order.
 //! - The address stays when the kind changes. A kind without such an address is held and reported, not read.
 //! - A stale limit that is not set follows period and timeout; one that is set has to fit them.
 //! - What the kind does not have ([`applies`]) is held without effect.
@@ -106,11 +106,11 @@ const fn name(
         get,
         set,
         with: &[],
-        text: "what people call the slot: 16 printable ASCII characters, four in each number",
+        text: "name of the slot: 16 printable ASCII characters, four in each number",
     }
 }
 
-/// The table, for those who read it while they are compiled.
+/// The table, for use in constants.
 pub const TABLE: [Setting<SlotConfig>; 32] = [
     Setting {
         id: id::KIND,
@@ -120,7 +120,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| c.source.kind() as i64,
         set: |c, v| c.source = Source::held(kind(v), c.source.address(), c.axis()),
         with: &["address"],
-        text: "what the slot reads; another kind brings its usual settings",
+        text: "kind of source; another kind brings its default settings",
     },
     Setting {
         id: id::ADDRESS,
@@ -140,7 +140,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| c.axis().get().into(),
         set: |c, v| c.set_axis(t7::Axis::new(v as u8).unwrap_or(c.axis())),
         with: &[],
-        text: "T7: a single-axis device measures axis 2",
+        text: "axis of a T7; a single-axis device measures axis 2",
     },
     Setting {
         id: id::ENABLED,
@@ -160,7 +160,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| (c.ask == Ask::Everything).into(),
         set: |c, v| c.ask = if v == 0 { Ask::Angle } else { Ask::Everything },
         with: &[],
-        text: "T7: everything reads temperature and gravity beside the angle",
+        text: "T7: everything also reads temperature and gravity",
     },
     Setting {
         id: id::PERIOD,
@@ -170,7 +170,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| c.period.as_micros().into(),
         set: |c, v| c.period = Duration::from_micros(v as u32),
         with: &["stale"],
-        text: "from one reading to the next; 0: as often as the bus can",
+        text: "time from one reading to the next; 0: as often as the bus allows",
     },
     Setting {
         id: id::TIMEOUT,
@@ -180,7 +180,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| c.timeout.as_micros().into(),
         set: |c, v| c.timeout = Duration::from_micros(v as u32),
         with: &["stale"],
-        text: "longest wait for an answer; 0: as the sensor's document says",
+        text: "longest wait for an answer; 0: the limit of the sensor's document",
     },
     Setting {
         id: id::RETRIES,
@@ -210,7 +210,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| (c.stale == Duration::ZERO).into(),
         set: |c, v| c.stale = if v == 0 { c.stale_after() } else { Duration::ZERO },
         with: &["stale"],
-        text: "1: stale follows, three times the longer of period and timeout; 0: stale is as it was set",
+        text: "1: stale follows, three times the longer of period and timeout; 0: stale keeps the value that was set",
     },
     Setting {
         id: id::REPORT,
@@ -220,7 +220,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| c.report_every.as_micros().into(),
         set: |c, v| c.report_every = Duration::from_micros(v as u32),
         with: &[],
-        text: "least time between two lines of the stream while the status stays",
+        text: "shortest time between two lines of the stream while the status stays the same",
     },
     Setting {
         id: id::CONFIRM,
@@ -250,7 +250,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| c.samples.into(),
         set: |c, v| c.samples = v as u8,
         with: &["filter"],
-        text: "angles that the filter goes over",
+        text: "number of angles in the filter",
     },
     Setting {
         id: id::ZERO,
@@ -260,7 +260,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| c.soft_zero.udeg().into(),
         set: |c, v| c.soft_zero = Angle::from_udeg(v as i32),
         with: &[],
-        text: "soft zero: subtracted from what the sensor says",
+        text: "soft zero: subtracted from the angle of the sensor",
     },
     Setting {
         id: id::DIRECTION,
@@ -290,7 +290,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| c.max_rate.into(),
         set: |c, v| c.max_rate = v as u32,
         with: &[],
-        text: "faster than this is a jump; 0: nothing is",
+        text: "a faster change is a jump; 0: none is",
     },
     Setting {
         id: id::PARTNER,
@@ -320,7 +320,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| c.alarm.limits as i64,
         set: |c, v| c.alarm.limits = AlarmLimits::from_code(v),
         with: &["high", "low"],
-        text: "which limits of the angle raise an alarm",
+        text: "limits of the angle that raise an alarm",
     },
     Setting {
         id: id::HIGH,
@@ -350,7 +350,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
         get: |c| c.alarm.hysteresis.into(),
         set: |c, v| c.alarm.hysteresis = v as u32,
         with: &[],
-        text: "how far the angle returns behind its limit before the alarm ends",
+        text: "distance by which the angle returns behind its limit before the alarm ends",
     },
     Setting {
         id: id::DELAY,
@@ -448,12 +448,12 @@ pub fn changed(now: &SlotConfig, named: Named<'_>) -> Result<SlotConfig, Refusal
     };
     check_address(&config, named)?;
     change(&SETTINGS, &mut config, named)?;
-    // An address that is told is meant, even if it looks like none; a whole block that is written back says nothing new.
+    // A named address is meant, even if it looks like none; a whole block that is written back changes nothing.
     let says_something = kind.is_some() || named(id::KIND).is_none();
     if let (Some(Given { value, .. }), true) = (named(id::ADDRESS), says_something) {
         config.source = Source::of(config.source.kind(), value as u8, config.axis());
     }
-    // A limit that is told beside the period may be the one that follows from it; told alone, it is meant.
+    // A limit that is named with the period may be the one that follows from it; named alone, it is meant.
     if let (Some(given), None, None) = (named(id::STALE), named(id::PERIOD), named(id::STALE_AUTO)) {
         config.stale =
             Duration::from_micros(u32::try_from(given.value.saturating_mul(given.scale)).unwrap_or(u32::MAX));

@@ -1,4 +1,4 @@
-//! What the registers of the map say.
+//! Values of the registers of the map.
 
 use clino_bus::{BusCounters, DriverEnable, Duration, Instant};
 use clino_gateway::settings::{self, Setting, console, port, slot};
@@ -19,12 +19,12 @@ use crate::settings::Settings;
 
 mod start;
 
-/// Ages from here on are told as "none".
+/// Ages from here on read "unavailable".
 const LONGEST_AGE_MS: u32 = 0xFFFF;
 const MILLIS_PER_SECOND: u64 = 1_000;
 /// Unit of response times of slots, µs.
 const RESPONSE_UNIT: u32 = 10;
-/// Longer ones are told as this, in that unit.
+/// Longer ones read this value, in that unit.
 const LONGEST_RESPONSE: u32 = 0xFFFF;
 
 /// Reads registers for one request. Remembers what was asked of the gateway for the register before.
@@ -150,7 +150,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             _ => self.detail.insert((slot, self.binding.detail(slot))).1,
         };
         let Some((reading, detail)) = known else {
-            // Nothing is counted of a slot that nothing is known of.
+            // A slot without details has no counters.
             return (!item.is_optional()).then_some(0);
         };
         let now = self.binding.now;
@@ -286,7 +286,7 @@ fn reading(value: Option<Value>, item: ReadingItem) -> Option<u32> {
     }
 }
 
-/// An angle that is not right and fresh is none.
+/// An angle that is not right and fresh is unavailable.
 fn angle(value: &Value) -> Option<i32> {
     value.angle.filter(|_| value.status == Status::Ok).map(|angle| angle.mdeg())
 }

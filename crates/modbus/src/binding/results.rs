@@ -1,4 +1,4 @@
-//! What the last command has found or done, and what the last scan has found, until the next one.
+//! Results of the last command and findings of the last scan, kept until the next one.
 //!
 //! Numbers are kept as they are read; the words are the console's (`console/src/news.rs`).
 
@@ -19,7 +19,7 @@ const NUMBERS: usize = ResultItem::Sound as usize + 1;
 /// Products with their firmware of which a scan keeps the names. One bus has few of them.
 const TYPES: usize = 3;
 
-/// What has been found and done.
+/// Results of the last command and the last scan.
 #[derive(Default)]
 pub struct Results {
     /// The command that the numbers are of.
@@ -62,7 +62,7 @@ impl Results {
         }
     }
 
-    /// Takes what a task tells.
+    /// Takes the report of a task.
     #[inline(never)]
     pub fn take(&mut self, news: &News) {
         let writes = match news {
@@ -144,11 +144,11 @@ impl Results {
             rate_and_kind: rate.wrapping_mul(KINDS).wrapping_add(kind),
             serial: serial.to_be_bytes(),
         };
-        // What there is no room for is counted.
+        // Without room, it is only counted.
         _ = self.nodes.push(node);
     }
 
-    /// What has these names, which are kept if there is room for them.
+    /// The type of node with these names, which are kept if there is room for them.
     fn kind(&mut self, names: Names) -> u8 {
         let known = self.types.iter().position(|known| *known == names);
         let place = known.or_else(|| {

@@ -12,7 +12,7 @@ use clino_gateway::task;
 
 use crate::command::Command;
 
-/// The order for a command about the sensor that a slot reads; `None` if that sensor cannot be told this.
+/// The order for a command about the sensor that a slot reads; `None` if that sensor does not have the command.
 pub fn order(command: Command, source: Source, value: i32) -> Option<Order> {
     match source {
         Source::T7 { address, axis } => t7(command, Device::at(address).ok()?, axis, value).map(Order::T7),

@@ -1,4 +1,4 @@
-//! What a task tells, in one word and a reason.
+//! The report of a task as outcome and reason.
 
 use clino_gateway::task::{self, News, Reason};
 

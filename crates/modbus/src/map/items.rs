@@ -1,4 +1,4 @@
-//! What the registers of the map can be, by where it comes from.
+//! What a register of the map holds, by source.
 
 use clino_gateway::Alarm;
 
@@ -25,9 +25,9 @@ pub enum Item {
     Console(u8),
     /// Of the command block.
     Command(CommandItem),
-    /// Of what the last command has found or done.
+    /// Of the results of the last command.
     Result(ResultItem),
-    /// Of what the last scan has found.
+    /// Of the findings of the last scan.
     Found(FoundItem),
 }
 
@@ -38,11 +38,11 @@ pub enum GatewayItem {
     Magic,
     /// Version of the map.
     MapVersion,
-    /// How many slots there are.
+    /// Number of slots.
     SlotCount,
-    /// Where the first is,
+    /// Address of the block of the first slot.
     SlotBase,
-    /// and how far it is from there to the next.
+    /// Distance from one block to the next.
     SlotStride,
     /// Major and minor version of the firmware, one byte each.
     Version,
@@ -96,7 +96,7 @@ pub enum DetailItem {
     Temperature,
     /// Counts the outcomes.
     Sequence,
-    /// The angle as the sensor said it.
+    /// The angle as the sensor reports it.
     Raw,
     /// The angle with its turns.
     Unwrapped,
@@ -146,20 +146,20 @@ pub enum DetailItem {
     Skipped,
     /// Misread characters.
     Garbled,
-    /// Answers that say no.
+    /// Answers that refuse.
     Refused,
-    /// Requests that did not get out.
+    /// Requests that were not sent.
     NotSent,
     /// Shortest response time.
     ResponseMin,
-    /// How fast the angle changes.
+    /// Rate of change of the angle.
     Rate,
     /// Whole turns since the first value.
     Turns,
 }
 
 impl DetailItem {
-    /// Whether there may be none.
+    /// Whether it may be unavailable.
     pub(crate) const fn is_optional(self) -> bool {
         matches!(
             self,
@@ -208,7 +208,7 @@ pub enum BusItem {
     Forced,
     /// The line did not fall silent.
     LineBusy,
-    /// Somebody else talked at the same time.
+    /// Another sender transmitted at the same time.
     Contention,
     /// Own characters that came back.
     Echo,
@@ -236,9 +236,9 @@ pub enum BusItem {
     Unasked,
     /// Characters of zeros with a low stop bit.
     Breaks,
-    /// Why nobody answers.
+    /// Why no node answers.
     Fault,
-    /// How often nobody did.
+    /// How often the bus was declared faulty.
     Faults,
     /// Requests since the last answer.
     InVain,
@@ -247,33 +247,33 @@ pub enum BusItem {
 /// Of how the gateway has started; see [`Start`](clino_recovery::Start) and [`Crash`](clino_recovery::Crash).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartItem {
-    /// What ended the time before.
+    /// Cause of this start.
     Cause,
-    /// What is started.
+    /// Mode of this start.
     Mode,
-    /// What time is measured with.
+    /// Source of time and bit rates.
     Clock,
-    /// How often power came.
+    /// Power-ups.
     PowerUps,
     /// Starts.
     Boots,
     /// Crashes.
     Crashes,
-    /// Of the last crash: what,
+    /// Cause of the last crash.
     CrashCause,
-    /// in which start,
+    /// Number of the start that crashed.
     CrashBoot,
-    /// and how long after it.
+    /// Time from that start to the crash.
     CrashUptime,
-    /// The duty that was silent, or the line of a panic.
+    /// The monitored task that did not check in, or the line of a panic.
     CrashDetail,
     /// The exception that was active.
     Exception,
     /// The instruction.
     Pc,
-    /// Where it was called from.
+    /// The link register: its return address.
     Lr,
-    /// The stack.
+    /// The stack pointer.
     Sp,
     /// Fault status.
     Cfsr,
@@ -292,7 +292,7 @@ pub enum StartItem {
 pub enum CommandItem {
     /// The command.
     Command,
-    /// What it is about.
+    /// The slot or bus of the command.
     Target,
     /// Its value.
     Value,
@@ -300,7 +300,7 @@ pub enum CommandItem {
     Key,
     /// The last command accepted.
     Last,
-    /// What has become of it.
+    /// Its outcome.
     Outcome,
     /// Why it failed.
     Reason,
@@ -308,14 +308,14 @@ pub enum CommandItem {
     Sequence,
     /// Steps done.
     Done,
-    /// Of so many.
+    /// Steps in all.
     Of,
     /// Nodes that it silences.
     Silenced,
 }
 
-/// Of what the last command has found or done. Numbers from [`ResultItem::Writes`] to [`ResultItem::Sound`] are places in what
-/// is kept, an array has one for each element.
+/// Of the results of the last command. Numbers from [`ResultItem::Writes`] to [`ResultItem::Sound`] are places in the
+/// list of results, an array has one for each element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ResultItem {
@@ -375,7 +375,7 @@ pub enum ResultItem {
     Sequence,
     /// The scan that is in the window, by its sequence number.
     Scan,
-    /// What that scan has found, whether there was room for it or not.
+    /// Devices and suspects that scan has found, whether all had room or not.
     Found,
 }
 
@@ -384,7 +384,7 @@ pub enum ResultItem {
 pub enum FoundItem {
     /// The scan, by its sequence number.
     Scan,
-    /// What it is.
+    /// Device or suspect.
     What,
     /// Its address.
     Address,

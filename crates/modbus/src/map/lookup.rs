@@ -36,9 +36,9 @@ pub enum Register {
 /// A number of the map.
 #[derive(Clone, Copy)]
 pub struct Number {
-    /// What it is.
+    /// Its content.
     pub item: Item,
-    /// How it is told.
+    /// Its format.
     pub form: Form,
     /// How much one of it is, in the setting's own unit.
     pub scale: u16,

@@ -9,11 +9,11 @@ use super::{
     Item, ReadingItem as R, ResultItem as N, StartItem as T,
 };
 
-/// What the first four bytes say: "INCL".
+/// The first four bytes: "INCL".
 pub const MAGIC: u32 = 0x494E_434C;
 /// Version of the map. Whatever changes the meaning of a register changes it.
 pub const VERSION: u16 = 2;
-/// A number to find out with in which order a client takes bytes and words.
+/// A constant that shows in which order a client takes bytes and words.
 pub const TEST_NUMBER: u32 = 0x1234_5678;
 /// The same for floating point, in millidegrees: 123.456.
 pub const TEST_ANGLE: i32 = 123_456;
@@ -24,7 +24,7 @@ pub const SLOT_STRIDE: u16 = 0x20;
 
 /// Slots of the map.
 pub const SLOTS: usize = MAX_SLOTS;
-/// What a scan finds beyond that is counted, and not kept.
+/// Findings of a scan that are kept; further ones are only counted.
 pub const FOUND: usize = 48;
 const COUNT: u16 = SLOTS as u16;
 const ALL: u8 = SLOTS as u8;
@@ -41,7 +41,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x20,
         count: 1,
         entries: GATEWAY,
-        text: "What this is, where things are, and how it is doing as a whole.",
+        text: "Identity of the gateway, layout of the map, state of the gateway as a whole.",
     },
     Block {
         name: "fast",
@@ -68,7 +68,7 @@ pub const BLOCKS: &[Block] = &[
         stride: SLOT_STRIDE,
         count: COUNT,
         entries: SLOT,
-        text: "Everything about one slot.",
+        text: "Value, state and counters of one slot.",
     },
     Block {
         name: "mirrors",
@@ -95,7 +95,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x40,
         count: 2,
         entries: BUS,
-        text: "What happened on a bus since reset. Bus 0 is the T7 bus, bus 1 the ISU bus. Counters wrap.",
+        text: "Counters and times of a bus since reset. Bus 0 is the T7 bus, bus 1 the ISU bus. Counters wrap.",
     },
     Block {
         name: "start",
@@ -104,7 +104,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x40,
         count: 1,
         entries: START,
-        text: "Why, how often and how the gateway has started, and its last crash since power came.",
+        text: "Cause, number and mode of the starts, and the last crash since power-up.",
     },
     Block {
         name: "result",
@@ -113,8 +113,8 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x40,
         count: 1,
         entries: RESULT,
-        text: "What the last command has found or done: all numbers that it has, the others are none. Cleared when a \
-               command is accepted.",
+        text: "Results of the last command. Numbers that the command does not have are unavailable. Cleared when a command \
+               is accepted.",
     },
     Block {
         name: "scan results",
@@ -123,9 +123,9 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x10,
         count: FOUND as u16,
         entries: SCAN,
-        text: "What the last *scan* has found, in the order in which it was found; *result_scan* and *result_found* tell \
-               which scan that is and how much it has found. Cleared when a scan is accepted, and by nothing else. *scan* \
-               is the same in all blocks in use: two scans never mix.",
+        text: "Devices and suspects that the last *scan* has found, in the order of discovery; *result_scan* and \
+               *result_found* give the scan and the number found. Cleared only when a scan is accepted. *scan* is the \
+               same in all blocks in use: two scans never mix.",
     },
     Block {
         name: "slot counters",
@@ -134,7 +134,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x10,
         count: COUNT,
         entries: SLOT_COUNTERS,
-        text: "What is not in the block of a slot.",
+        text: "Further values and counters of a slot.",
     },
     Block {
         name: "slot settings",
@@ -143,7 +143,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x20,
         count: COUNT,
         entries: SLOT_SETTINGS,
-        text: "How a slot is set. In force at once; kept over a reset by the command *save*.",
+        text: "Settings of a slot. They take effect at once and survive a reset only after the command *save*.",
     },
     Block {
         name: "T7 bus settings",
@@ -152,7 +152,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x10,
         count: 1,
         entries: T7_SETTINGS,
-        text: "How the T7 bus is set. In force as soon as no exchange is under way.",
+        text: "Settings of the T7 bus. They take effect as soon as no exchange is under way.",
     },
     Block {
         name: "ISU bus settings",
@@ -161,7 +161,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x10,
         count: 1,
         entries: ISU_SETTINGS,
-        text: "How the ISU bus is set.",
+        text: "Settings of the ISU bus.",
     },
     Block {
         name: "port settings",
@@ -170,7 +170,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x10,
         count: 1,
         entries: PORT_SETTINGS,
-        text: "How this Modbus port runs. The answer still comes as before; what follows runs like this.",
+        text: "Settings of this Modbus port. They take effect after the answer to the write.",
     },
     Block {
         name: "console settings",
@@ -179,7 +179,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x10,
         count: 1,
         entries: CONSOLE_SETTINGS,
-        text: "How the console is set.",
+        text: "Settings of the console.",
     },
     Block {
         name: "slot names",
@@ -188,7 +188,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x10,
         count: COUNT,
         entries: SLOT_NAMES,
-        text: "What people call a slot. To be written whole, or from its beginning on.",
+        text: "Name of a slot. Write it whole, or from its beginning on.",
     },
     Block {
         name: "slot alarm settings",
@@ -197,7 +197,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x10,
         count: COUNT,
         entries: SLOT_ALARMS,
-        text: "What the alarms of a slot watch.",
+        text: "Settings of the alarms of a slot.",
     },
     Block {
         name: "command",
@@ -206,7 +206,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x10,
         count: 1,
         entries: COMMAND,
-        text: "Something to be done. A write begins with the command register; what it leaves out counts as zero.",
+        text: "Commands. A write begins with the command register; registers that it leaves out count as zero.",
     },
     Block {
         name: "slot alarms",
@@ -215,7 +215,7 @@ pub const BLOCKS: &[Block] = &[
         stride: 0x20,
         count: COUNT,
         entries: SLOT_ALARM_STATES,
-        text: "The alarms of a slot, its lowest and its highest angle.",
+        text: "State of the alarms of a slot; its lowest and its highest angle.",
     },
 ];
 
@@ -235,7 +235,14 @@ const GATEWAY: &[Entry] = &[
     gateway(2, Form::U16, G::MapVersion, "map_version", "", "version of this map: 2"),
     gateway(3, Form::U16, G::SlotCount, "slot_count", "", "slots of the map: 48"),
     gateway(4, Form::U16, G::SlotBase, "slot_base", "", "address of the block of slot 0: 0x0100"),
-    gateway(5, Form::U16, G::SlotStride, "slot_stride", "", "from one slot's block to the next: 0x20"),
+    gateway(
+        5,
+        Form::U16,
+        G::SlotStride,
+        "slot_stride",
+        "",
+        "distance from one slot's block to the next: 0x20",
+    ),
     gateway(
         6,
         Form::U16,
@@ -244,7 +251,7 @@ const GATEWAY: &[Entry] = &[
         "",
         "firmware version: major in the high byte, minor in the low byte",
     ),
-    gateway(7, Form::U16, G::Patch, "firmware_patch", "", "its patch number"),
+    gateway(7, Form::U16, G::Patch, "firmware_patch", "", "firmware patch number"),
     gateway(8, Form::U32, G::Uptime, "uptime", "s", "time since reset"),
     gateway(
         10,
@@ -252,9 +259,9 @@ const GATEWAY: &[Entry] = &[
         G::Status,
         "gateway_status",
         "bits",
-        "see *gateway status*; also FC 08, sub-function 2",
+        "status bits, see *gateway status*; also FC 08, sub-function 2",
     ),
-    gateway(11, Form::U16, G::Sequence, "sequence", "", "counts the states that were published; wraps"),
+    gateway(11, Form::U16, G::Sequence, "sequence", "", "counter of published states; wraps"),
     gateway(12, Form::U32, G::TestNumber, "test_number", "", "always 0x12345678 = 305419896"),
     gateway(14, Form::F32, G::TestAngle, "test_angle", "deg", "always 123.456 = 0x42F6E979"),
     gateway(
@@ -263,20 +270,20 @@ const GATEWAY: &[Entry] = &[
         G::Online,
         "online_0_31",
         "bits",
-        "bit n: slot n gave a sign of life when last asked",
+        "bit n: the last attempt to read slot n brought a sign of life",
     ),
     gateway(18, Form::U32, G::Valid, "valid_0_31", "bits", "bit n: the angle of slot n is right and fresh"),
-    gateway(20, Form::U32, G::Online, "online_32_47", "bits", "bit n: the same of slot 32 + n").times(32, 1),
-    gateway(22, Form::U32, G::Valid, "valid_32_47", "bits", "bit n: the same of slot 32 + n").times(32, 1),
-    gateway(24, Form::U16, G::Enabled, "slots_enabled", "", "slots that are switched on"),
-    gateway(25, Form::U16, G::Good, "slots_ok", "", "of these, slots whose angle is right and fresh"),
+    gateway(20, Form::U32, G::Online, "online_32_47", "bits", "bit n: the same for slot 32 + n").times(32, 1),
+    gateway(22, Form::U32, G::Valid, "valid_32_47", "bits", "bit n: the same for slot 32 + n").times(32, 1),
+    gateway(24, Form::U16, G::Enabled, "slots_enabled", "", "number of slots in use and switched on"),
+    gateway(25, Form::U16, G::Good, "slots_ok", "", "number of these slots whose angle is right and fresh"),
     gateway(
         26,
         Form::U16,
         G::OldestAge,
         "oldest_age",
         "ms",
-        "greatest age of the slots that are switched on; see *age*",
+        "greatest age of the slots in use and switched on; see *age*",
     ),
     gateway(
         28,
@@ -286,7 +293,7 @@ const GATEWAY: &[Entry] = &[
         "bits",
         "bit n: an alarm of slot n is active or unacknowledged",
     ),
-    gateway(30, Form::U32, G::Alarms, "alarm_32_47", "bits", "bit n: the same of slot 32 + n").times(32, 1),
+    gateway(30, Form::U32, G::Alarms, "alarm_32_47", "bits", "bit n: the same for slot 32 + n").times(32, 1),
 ];
 
 const fn reading(
@@ -301,7 +308,8 @@ const fn reading(
 }
 
 const ANGLE: &str = "angle";
-const AGE: &str = "time since the last good value; none at 65.535 s, or if there was none since reset";
+const AGE: &str =
+    "time since the last good value; unavailable from 65.535 s on, or without a good value since reset";
 
 const FAST: &[Entry] = &[
     reading(0x00, Form::I32, R::Angle, "angle", "mdeg", ANGLE).times(0, FIRST),
@@ -338,20 +346,27 @@ const fn detail(
 
 const SLOT: &[Entry] = &[
     reading(0, Form::U16, R::Status, "status", "code", "status, see *status of a slot*"),
-    detail(1, Form::U16, D::Flags, "flags", "bits", "see *flags of a slot*"),
+    detail(1, Form::U16, D::Flags, "flags", "bits", "flags, see *flags of a slot*"),
     reading(2, Form::I32, R::Angle, "angle_mdeg", "mdeg", ANGLE),
     reading(4, Form::F32, R::Degrees, "angle_deg", "deg", ANGLE),
     reading(6, Form::I16, R::Centidegrees, "angle_cdeg", "0.01 deg", "angle from −180.00° up to 179.99°"),
-    detail(7, Form::I16, D::Temperature, "temperature", "0.01 °C", "T7, if it is polled for it"),
+    detail(
+        7,
+        Form::I16,
+        D::Temperature,
+        "temperature",
+        "0.01 °C",
+        "temperature of a T7 whose *ask* is *everything*",
+    ),
     reading(8, Form::U16, R::Age, "age", "ms", AGE),
-    detail(9, Form::U16, D::Sequence, "sequence", "", "counts the readings, good or bad; wraps"),
+    detail(9, Form::U16, D::Sequence, "sequence", "", "counter of readings, good or bad; wraps"),
     detail(
         10,
         Form::I32,
         D::Raw,
         "raw_mdeg",
         "mdeg",
-        "angle as the sensor said it; ISU and PWM: 0.000° up to 359.999°",
+        "angle as the sensor reports it; ISU and PWM: 0.000° up to 359.999°",
     ),
     detail(
         12,
@@ -359,7 +374,7 @@ const SLOT: &[Entry] = &[
         D::Unwrapped,
         "unwrapped_mdeg",
         "mdeg",
-        "angle with the turns since the first value; none beyond 5 965 turns",
+        "angle with the turns since the first value; unavailable beyond 5 965 turns",
     ),
     detail(14, Form::U16, D::LastError, "last_error", "code", "status of the last reading that failed"),
     detail(
@@ -368,10 +383,10 @@ const SLOT: &[Entry] = &[
         D::Requests,
         "requests",
         "",
-        "requests, retries included; wraps, as all that follow",
+        "requests, retries included; wraps, like all counters that follow",
     ),
     detail(18, Form::U32, D::FirstTry, "first_try", "", "good answers to the first try"),
-    detail(20, Form::U16, D::Retries, "retries", "", "repetitions"),
+    detail(20, Form::U16, D::Retries, "retries", "", "repeated requests"),
     detail(21, Form::U16, D::Timeouts, "timeouts", "", "requests without an answer in time"),
     detail(22, Form::U16, D::Checksum, "checksum", "", "answers with a wrong checksum"),
     detail(23, Form::U16, D::Length, "length", "", "answers of a wrong length, address or command"),
@@ -386,7 +401,7 @@ const SLOT: &[Entry] = &[
         "response time of the last good answer; 0: none yet",
     ),
     detail(27, Form::U16, D::ResponseMax, "response_max", "10 us", "longest response time"),
-    detail(30, Form::U16, D::Kind, "kind", "code", "see *kinds*"),
+    detail(30, Form::U16, D::Kind, "kind", "code", "kind of source, see *kinds*"),
     detail(31, Form::U16, D::Address, "address", "", "address on the bus, or number of the PWM input"),
 ];
 
@@ -396,17 +411,17 @@ const fn bus(offset: u16, item: B, name: &'static str, unit: &'static str, text:
 
 const BUS: &[Entry] = &[
     bus(0, B::Requests, "requests", "", "requests, retries included"),
-    bus(2, B::Retries, "retries", "", "of these, repetitions"),
-    bus(4, B::Writes, "nv_writes", "", "of these, writes to non-volatile memory"),
+    bus(2, B::Retries, "retries", "", "repeated requests, included in *requests*"),
+    bus(4, B::Writes, "nv_writes", "", "writes to non-volatile memory, included in *requests*"),
     bus(6, B::Good, "good", "", "answers that passed every check"),
-    bus(8, B::FirstTry, "first_try", "", "of these, to the first try"),
-    bus(10, B::NoAnswer, "no_answer", "", "nothing came back in time"),
-    bus(12, B::BadAnswer, "bad_answer", "", "something came back that was not the answer"),
+    bus(8, B::FirstTry, "first_try", "", "good answers to the first try"),
+    bus(10, B::NoAnswer, "no_answer", "", "requests without an answer in time"),
+    bus(12, B::BadAnswer, "bad_answer", "", "requests to which something other than the answer came back"),
     bus(14, B::Checksum, "checksum", "", "frames with a wrong checksum"),
     bus(16, B::Length, "length", "", "frames of a wrong length"),
     bus(18, B::Foreign, "foreign", "", "intact answers from another address or to another command"),
     bus(20, B::Late, "late", "", "good answers that came too late"),
-    bus(22, B::Forced, "forced", "", "the line driver had to be switched off by force"),
+    bus(22, B::Forced, "forced", "", "times the line driver had to be switched off by force"),
     bus(24, B::LineBusy, "line_busy", "", "requests dropped because the line did not fall silent"),
     bus(26, B::Contention, "contention", "", "requests during which another sender transmitted"),
     bus(28, B::Echo, "echo", "", "own characters that came back"),
@@ -416,15 +431,15 @@ const BUS: &[Entry] = &[
     bus(36, B::Overrun, "overrun", "", "characters after which at least one was lost"),
     bus(38, B::Parity, "parity", "", "characters with wrong parity"),
     bus(40, B::ResponseLast, "response_last", "us", "response time of the last good answer"),
-    bus(42, B::ResponseMin, "response_min", "us", "the shortest of these; 0 while there was none"),
-    bus(44, B::ResponseMax, "response_max", "us", "the longest of these"),
+    bus(42, B::ResponseMin, "response_min", "us", "shortest response time of a good answer; 0: none yet"),
+    bus(44, B::ResponseMax, "response_max", "us", "longest response time of a good answer"),
     bus(46, B::ReleaseMax, "de_release_max", "ns", "longest time from our last stop bit to DE low"),
     bus(48, B::HighMax, "de_high_max", "us", "longest time DE was high"),
     bus(50, B::Unasked, "unasked", "", "characters that came before a request was out"),
     bus(52, B::Breaks, "breaks", "", "characters of zeros with a low stop bit"),
-    bus(54, B::Fault, "fault", "code", "why no node of the bus answers; see *bus faults*"),
-    bus(56, B::Faults, "faults", "", "how often the bus was declared faulty"),
-    bus(58, B::InVain, "in_vain", "", "requests in vain since the last good answer of anybody"),
+    bus(54, B::Fault, "fault", "code", "reason why no node of the bus answers, see *bus faults*"),
+    bus(56, B::Faults, "faults", "", "number of times the bus was declared faulty"),
+    bus(58, B::InVain, "in_vain", "", "requests in vain since the last good answer of any node"),
 ];
 
 const fn start(
@@ -439,48 +454,48 @@ const fn start(
 }
 
 const START: &[Entry] = &[
-    start(0, Form::U16, T::Cause, "start_cause", "code", "what ended the time before; see *causes*"),
-    start(1, Form::U16, T::Mode, "start_mode", "code", "what is started; see *modes*"),
-    start(2, Form::U16, T::Clock, "clock_source", "code", "what time and bit rates are made of; see *clocks*"),
-    start(3, Form::U16, T::CrashCause, "crash_cause", "code", "the last crash; see *causes*"),
-    start(4, Form::U32, T::Boots, "boots", "", "starts since power came, this one included; wraps"),
-    start(6, Form::U32, T::Crashes, "crashes", "", "how many of the times before ended in a crash; wraps"),
-    start(8, Form::U32, T::CrashBoot, "crash_boot", "", "the start in which it crashed, counted like *boots*"),
-    start(10, Form::U32, T::CrashUptime, "crash_uptime", "ms", "from that start to the crash; none from 49.7 days on"),
+    start(0, Form::U16, T::Cause, "start_cause", "code", "cause of this start, see *causes*"),
+    start(1, Form::U16, T::Mode, "start_mode", "code", "mode of this start, see *modes*"),
+    start(2, Form::U16, T::Clock, "clock_source", "code", "source of time and bit rates, see *clocks*"),
+    start(3, Form::U16, T::CrashCause, "crash_cause", "code", "cause of the last crash, see *causes*"),
+    start(4, Form::U32, T::Boots, "boots", "", "starts since power-up, this one included; wraps"),
+    start(6, Form::U32, T::Crashes, "crashes", "", "number of previous runs that ended in a crash; wraps"),
+    start(8, Form::U32, T::CrashBoot, "crash_boot", "", "number of the start that crashed, counted like *boots*"),
+    start(10, Form::U32, T::CrashUptime, "crash_uptime", "ms", "time from that start to the crash; unavailable from 49.7 days on"),
     start(
         12,
         Form::U32,
         T::CrashDetail,
         "crash_detail",
         "",
-        "cause *stalled*: see *duties*; cause *panic*: line of the file",
+        "cause *stalled*: the monitored task, see *duties*; cause *panic*: the line of the file",
     ),
     start(14, Form::U16, T::Exception, "crash_exception", "", "number of the active exception; 0: the main loop"),
-    start(16, Form::U32, T::Pc, "crash_pc", "", "instruction"),
-    start(18, Form::U32, T::Lr, "crash_lr", "", "where it was called from"),
+    start(16, Form::U32, T::Pc, "crash_pc", "", "address of the instruction"),
+    start(18, Form::U32, T::Lr, "crash_lr", "", "link register: return address"),
     start(20, Form::U32, T::Sp, "crash_sp", "", "stack pointer"),
     start(22, Form::U32, T::Cfsr, "crash_cfsr", "bits", "configurable fault status register (ARMv7-M)"),
     start(24, Form::U32, T::Hfsr, "crash_hfsr", "bits", "HardFault status register (ARMv7-M)"),
-    start(26, Form::U32, T::Address, "crash_address", "", "address that was accessed"),
+    start(26, Form::U32, T::Address, "crash_address", "", "address of the faulty access"),
     start(
         28,
         Form::U16,
         T::File,
         "crash_file",
         "",
-        "end of the name of the file of a panic, two ASCII characters in each, the first in the high byte; then 0",
+        "end of the file name of a panic, two ASCII characters in each register, the first in the high byte; then 0",
     )
     .times(0, FILE),
-    start(40, Form::U32, T::Uid, "uid", "", "number of the chip, which no other has: its three words, the lowest first")
+    start(40, Form::U32, T::Uid, "uid", "", "unique number of the chip: three words, the lowest first")
         .times(0, 3),
-    start(46, Form::U32, T::PowerUps, "power_ups", "", "how often power came; with *boots* it tells this start from all others; 0: not known"),
+    start(46, Form::U32, T::PowerUps, "power_ups", "", "number of power-ups; with *boots* it identifies this start among all starts of the board; 0: not known"),
 ];
 
 /// Registers for the name of a file.
 const FILE: u8 = (PLACE / 2) as u8;
 
 const SLOT_COUNTERS: &[Entry] = &[
-    detail(0, Form::I32, D::Rate, "rate_now", "mdeg/s", "how fast the angle changes"),
+    detail(0, Form::I32, D::Rate, "rate_now", "mdeg/s", "rate of change of the angle"),
     detail(2, Form::I32, D::Turns, "turns", "", "whole turns since the first value"),
     detail(
         4,
@@ -488,7 +503,7 @@ const SLOT_COUNTERS: &[Entry] = &[
         D::Foreign,
         "foreign",
         "",
-        "answers from another address or to another command; in *length*, too",
+        "answers from another address or to another command; also counted in *length*",
     ),
     detail(
         5,
@@ -496,7 +511,7 @@ const SLOT_COUNTERS: &[Entry] = &[
         D::Skipped,
         "skipped",
         "",
-        "readings that were never begun: the bus was too busy in their period",
+        "readings that were not begun because the bus was too busy in their period",
     ),
     detail(
         6,
@@ -504,10 +519,10 @@ const SLOT_COUNTERS: &[Entry] = &[
         D::Garbled,
         "garbled",
         "",
-        "answers with misread characters, or into which others talked",
+        "answers with misread characters, or disturbed by another sender",
     ),
-    detail(7, Form::U16, D::Refused, "refused", "", "answers that say no, or a value out of its range"),
-    detail(8, Form::U16, D::NotSent, "not_sent", "", "requests that did not get out"),
+    detail(7, Form::U16, D::Refused, "refused", "", "answers that refuse, or with a value out of its range"),
+    detail(8, Form::U16, D::NotSent, "not_sent", "", "requests that were not sent"),
     detail(9, Form::U16, D::ResponseMin, "response_min", "10 us", "shortest response time; 0: none yet"),
 ];
 
@@ -531,7 +546,7 @@ const RESULT: &[Entry] = &[
         N::Sequence,
         "sequence",
         "",
-        "*command_sequence* of the command that these numbers are of",
+        "*command_sequence* of the command that gave these numbers",
     ),
     result(1, Form::U16, N::Writes, "writes", "", "writes to the sensor's non-volatile memory"),
     result(
@@ -548,21 +563,28 @@ const RESULT: &[Entry] = &[
         N::Found,
         "found",
         "",
-        "what that scan has found so far; the first 48 are in *scan results*",
+        "devices and suspects that this scan has found so far; the first 48 are in *scan results*",
     ),
     result(4, Form::U16, N::Devices, "devices", "", "*scan*, at its end: T7s found"),
-    result(5, Form::U16, N::Suspects, "suspects", "", "addresses at which something unintelligible answers"),
-    result(6, Form::U16, N::Asked, "asked", "", "addresses asked, at each bit rate"),
-    result(7, Form::U16, N::Complete, "complete", "", "1: nothing was left out; 0: it was stopped"),
+    result(
+        5,
+        Form::U16,
+        N::Suspects,
+        "suspects",
+        "",
+        "suspects: addresses at which something unintelligible answers",
+    ),
+    result(6, Form::U16, N::Asked, "asked", "", "addresses asked, counted at each bit rate"),
+    result(7, Form::U16, N::Complete, "complete", "", "1: the scan left nothing out; 0: it was stopped"),
     result(
         8,
         Form::U16,
         N::Address,
         "address",
         "",
-        "ISU: its address as stored, or where it answers after a start",
+        "ISU: stored address, or the address at which it answers after a start",
     ),
-    result(9, Form::U16, N::Stored, "stored_address", "", "*sensor_repair*: its address as stored"),
+    result(9, Form::U16, N::Stored, "stored_address", "", "*sensor_repair*: stored address of the ISU"),
     result(10, Form::U32, N::Serial, "serial", "", "T7: serial number"),
     result(
         12,
@@ -572,7 +594,7 @@ const RESULT: &[Entry] = &[
         "",
         "T7: product, four ASCII characters, padded with blanks",
     ),
-    result(14, Form::U16, N::Product2, "product_2", "", "two more"),
+    result(14, Form::U16, N::Product2, "product_2", "", "last two characters of the product"),
     result(
         16,
         Form::U32,
@@ -581,26 +603,26 @@ const RESULT: &[Entry] = &[
         "",
         "T7: firmware version, four ASCII characters, padded with blanks",
     ),
-    result(18, Form::U16, N::Firmware2, "firmware_2", "", "two more"),
+    result(18, Form::U16, N::Firmware2, "firmware_2", "", "last two characters of the firmware version"),
     result(19, Form::U16, N::Damping, "damping", "ms", "T7: time of the damping filter"),
     result(20, Form::U16, N::Range, "range", "", "T7: range of its angles").words(RANGES),
     result(21, Form::U16, N::Direction, "direction", "", "T7: sense of rotation of axes 0 to 2")
         .times(0, 3)
         .words(&["normal", "reversed"]),
     result(24, Form::I32, N::Offset, "offset", "mdeg", "T7: offset; axes 0 to 2").times(0, 3),
-    result(30, Form::I32, N::Before, "before", "mdeg", "*sensor_zero*: the angle before"),
-    result(32, Form::I32, N::After, "after", "mdeg", "and afterwards"),
+    result(30, Form::I32, N::Before, "before", "mdeg", "*sensor_zero*: angle before the command"),
+    result(32, Form::I32, N::After, "after", "mdeg", "*sensor_zero*: angle after the command"),
     result(
         34,
         Form::I32,
         N::From,
         "from",
         "",
-        "a setting: its value before, like *command_value*; none: it is as before",
+        "setting of a sensor: value before, in the form of *command_value*; unavailable: unchanged",
     ),
-    result(36, Form::I32, N::To, "to", "", "and now"),
-    result(38, Form::I32, N::Angle, "angle", "mdeg", "ISU: its angle"),
-    result(40, Form::I32, N::Null, "null_position", "mdeg", "ISU: where its angle is zero"),
+    result(36, Form::I32, N::To, "to", "", "setting of a sensor: value now, in the form of *command_value*"),
+    result(38, Form::I32, N::Angle, "angle", "mdeg", "ISU: angle"),
+    result(40, Form::I32, N::Null, "null_position", "mdeg", "ISU: position at which its angle is zero"),
     result(
         42,
         Form::U16,
@@ -611,7 +633,7 @@ const RESULT: &[Entry] = &[
     ),
     result(43, Form::U16, N::Sound, "checksum_right", "", "ISU: 1: the checksum of its EEPROM is right"),
     result(44, Form::U16, N::Repair, "repair", "", "ISU, after a failure: 1: *sensor_repair* is needed"),
-    result(46, Form::I32, N::Rate, "rate", "mdeg/s", "*moving*: how fast"),
+    result(46, Form::I32, N::Rate, "rate", "mdeg/s", "rate of the sensor, after the reason *moving*"),
 ];
 
 const fn found(
@@ -626,29 +648,29 @@ const fn found(
 }
 
 const SCAN: &[Entry] = &[
-    found(0, Form::U16, F::Scan, "scan", "", "*command_sequence* of the scan; 0: nothing is here"),
+    found(0, Form::U16, F::Scan, "scan", "", "*command_sequence* of the scan; 0: the block is empty"),
     found(
         1,
         Form::U16,
         F::What,
         "what",
         "",
-        "0: nothing, 1: a T7, 2: something that answers, but never well",
+        "0: nothing, 1: a T7, 2: a suspect: something answers, but never validly",
     ),
-    found(2, Form::U16, F::Address, "address", "", "its address"),
-    found(4, Form::U32, F::Baud, "baud", "bit/s", "its bit rate"),
-    found(6, Form::U32, F::Serial, "serial", "", "its serial number"),
-    found(8, Form::U32, F::Product, "product", "", "its product, four ASCII characters, padded with blanks"),
-    found(10, Form::U16, F::Product2, "product_2", "", "two more"),
+    found(2, Form::U16, F::Address, "address", "", "address"),
+    found(4, Form::U32, F::Baud, "baud", "bit/s", "bit rate"),
+    found(6, Form::U32, F::Serial, "serial", "", "serial number"),
+    found(8, Form::U32, F::Product, "product", "", "product, four ASCII characters, padded with blanks"),
+    found(10, Form::U16, F::Product2, "product_2", "", "last two characters of the product"),
     found(
         12,
         Form::U32,
         F::Firmware,
         "firmware",
         "",
-        "its firmware version, four ASCII characters, padded with blanks",
+        "firmware version, four ASCII characters, padded with blanks",
     ),
-    found(14, Form::U16, F::Firmware2, "firmware_2", "", "two more"),
+    found(14, Form::U16, F::Firmware2, "firmware_2", "", "last two characters of the firmware version"),
 ];
 
 const fn setting(offset: u16, form: Form, id: u8, scale: u16) -> Entry {
@@ -702,16 +724,16 @@ const SLOT_ALARMS: &[Entry] = &[
 
 const SLOT_ALARM_STATES: &[Entry] = &[
     detail(0, Form::U16, D::Alarms, "alarms", "bits", "states, see *alarms of a slot*"),
-    detail(2, Form::U32, D::AlarmAge(Alarm::High), "high_age", "s", "since *high* was raised first"),
-    detail(4, Form::U32, D::AlarmAge(Alarm::Low), "low_age", "s", "since *low* was raised first"),
-    detail(6, Form::U32, D::AlarmAge(Alarm::Rate), "rate_age", "s", "since *rate* was raised first"),
+    detail(2, Form::U32, D::AlarmAge(Alarm::High), "high_age", "s", "time since *high* was first raised"),
+    detail(4, Form::U32, D::AlarmAge(Alarm::Low), "low_age", "s", "time since *low* was first raised"),
+    detail(6, Form::U32, D::AlarmAge(Alarm::Rate), "rate_age", "s", "time since *rate* was first raised"),
     detail(
         8,
         Form::U32,
         D::AlarmAge(Alarm::NoValue),
         "no_value_age",
         "s",
-        "since *no_value* was raised first",
+        "time since *no_value* was first raised",
     ),
     detail(
         10,
@@ -732,8 +754,8 @@ const SLOT_ALARM_STATES: &[Entry] = &[
     ),
     detail(16, Form::I32, D::Lowest, "lowest", "mdeg", "lowest angle since *clear_extremes*"),
     detail(18, Form::I32, D::Highest, "highest", "mdeg", "highest angle since *clear_extremes*"),
-    detail(20, Form::U32, D::LowestAge, "lowest_age", "s", "since the lowest angle"),
-    detail(22, Form::U32, D::HighestAge, "highest_age", "s", "since the highest angle"),
+    detail(20, Form::U32, D::LowestAge, "lowest_age", "s", "time since the lowest angle"),
+    detail(22, Form::U32, D::HighestAge, "highest_age", "s", "time since the highest angle"),
 ];
 
 /// Registers in thousandths of the setting's own unit: milliseconds of microseconds, millidegrees of micro-degrees.
@@ -797,18 +819,26 @@ const fn command(
 }
 
 const COMMAND: &[Entry] = &[
-    command(0, Form::U16, C::Command, "command", "code", "what to do, see *commands*; reads 0")
+    command(0, Form::U16, C::Command, "command", "code", "command to carry out, see *commands*; reads 0")
         .writable(1, 24),
-    command(1, Form::U16, C::Target, "command_target", "", "number of the slot or bus it is about; reads 0")
-        .writable(0, 47),
-    command(2, Form::I32, C::Value, "command_value", "", "its value; reads 0").writable(i32::MIN, i32::MAX),
+    command(
+        1,
+        Form::U16,
+        C::Target,
+        "command_target",
+        "",
+        "number of the slot or bus of the command; reads 0",
+    )
+    .writable(0, 47),
+    command(2, Form::I32, C::Value, "command_value", "", "value of the command; reads 0")
+        .writable(i32::MIN, i32::MAX),
     command(
         4,
         Form::U16,
         C::Key,
         "arm_key",
         "",
-        "0x4E56 for commands that take it, in the same request; reads 0",
+        "0x4E56 for commands that need the arm key, in the same request; reads 0",
     )
     .writable(0, 0xFFFF),
     command(
@@ -819,17 +849,24 @@ const COMMAND: &[Entry] = &[
         "code",
         "the last command that was accepted; 0: none since reset",
     ),
-    command(9, Form::U16, C::Outcome, "command_outcome", "code", "see *outcome of a command*"),
-    command(10, Form::U16, C::Sequence, "command_sequence", "", "counts the accepted commands; wraps"),
+    command(
+        9,
+        Form::U16,
+        C::Outcome,
+        "command_outcome",
+        "code",
+        "outcome of the last command, see *outcome of a command*",
+    ),
+    command(10, Form::U16, C::Sequence, "command_sequence", "", "counter of accepted commands; wraps"),
     command(11, Form::U16, C::Done, "command_done", "", "steps done"),
-    command(12, Form::U16, C::Of, "command_of", "", "number of steps in all; 0 if it is not known"),
+    command(12, Form::U16, C::Of, "command_of", "", "number of steps in all; 0: not known"),
     command(
         13,
         Form::U16,
         C::Reason,
         "command_reason",
         "code",
-        "why it failed, see *reasons of a failed command*; 0: it did not",
+        "reason of the failure, see *reasons of a failed command*; 0: no failure",
     ),
     command(
         14,
@@ -837,6 +874,6 @@ const COMMAND: &[Entry] = &[
         C::Silenced,
         "command_silenced",
         "",
-        "other nodes, read by slots, that *sensor_baud* leaves at another bit rate than their bus",
+        "number of other nodes, read by slots, that *sensor_baud* leaves at another bit rate than their bus",
     ),
 ];

@@ -1,4 +1,4 @@
-//! A board with a real gateway whose buses are not connected: PWM cycles are handed in, tasks find nobody.
+//! A board with a real gateway whose buses are not connected: PWM cycles are handed in, tasks find no node.
 
 use std::cell::{Cell, RefCell};
 
@@ -7,7 +7,7 @@ use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::{isu, t7};
 use clino_gateway::{Bus as Line, Capture, Gateway, Publisher, PwmInput, Settings, SlotConfig, Source};
 use clino_modbus::Refusal;
-use clino_modbus::binding::{Site, Wish};
+use clino_modbus::binding::{DeferredRequest, Site};
 use clino_recovery::Start;
 
 /// Timer ticks in a second.
@@ -16,7 +16,7 @@ const CLOCK: u32 = 84_000_000;
 pub struct Board {
     pub gateway: RefCell<Gateway>,
     pub now: Cell<Instant>,
-    pub wishes: RefCell<Vec<Wish>>,
+    pub deferred: RefCell<Vec<DeferredRequest>>,
     pub start: Cell<Start>,
     /// Something is stored that was not read at this start.
     pub unread: Cell<bool>,
@@ -45,8 +45,8 @@ impl Site for &Board {
         self.start.get()
     }
 
-    fn ask(&self, wish: Wish) -> Result<(), Refusal> {
-        self.wishes.borrow_mut().push(wish);
+    fn ask(&self, request: DeferredRequest) -> Result<(), Refusal> {
+        self.deferred.borrow_mut().push(request);
         Ok(())
     }
 
@@ -74,7 +74,7 @@ impl Board {
         Board {
             gateway: RefCell::new(Gateway::new(&settings, Limits::new(CLOCK))),
             now: Cell::new(Instant::from_micros(1_000_000)),
-            wishes: RefCell::default(),
+            deferred: RefCell::default(),
             start: Cell::default(),
             unread: Cell::new(false),
         }

@@ -1,4 +1,4 @@
-//! What happened: counters and the last transactions.
+//! Diagnostics: counters and the last transactions.
 
 use clino_bus::Duration;
 use clino_gateway::order::Order;
@@ -100,7 +100,7 @@ pub fn trace(job: &mut Job<'_, '_>) -> Outcome {
     Ok(())
 }
 
-/// The last so many transactions.
+/// The last transactions, at most `most`.
 #[inline(never)]
 fn last(job: &mut Job<'_, '_>, most: u8) {
     // They go on while they are printed, and a line takes longer than a transaction: all are fetched first.
