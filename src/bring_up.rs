@@ -5,7 +5,7 @@ use core::mem::MaybeUninit;
 use clino_bus::Event;
 use clino_codec::pwm;
 use clino_console::Received;
-use clino_gateway::{Bus, Capture, Gateway, Restraint};
+use clino_gateway::{Bus, Capture, DegradedMode, Gateway};
 use clino_modbus::{Server, Settings};
 use clino_recovery::{Clock, Mode, Start};
 use clino_storage::Tally;
@@ -113,7 +113,7 @@ pub fn bring_up(board: Board, places: Places) -> Parts {
         Mode::Bare => store.leave(),
         Mode::Normal | Mode::Safe => store.load(gateway, &mut settings),
     };
-    gateway.restrain(restraint(start.mode, clock));
+    gateway.degrade(degraded(start.mode, clock));
     let core_hz = rcc.clocks.hclk().raw();
 
     let (usart, de, clock_hz) = ports.t7.start(rcc);
@@ -201,12 +201,12 @@ fn make_gateway(place: &'static mut MaybeUninit<Gateway>, limits: pwm::Limits) -
 }
 
 /// Operations that the gateway refuses in this mode.
-fn restraint(mode: Mode, clock: Clock) -> Restraint {
+fn degraded(mode: Mode, clock: Clock) -> DegradedMode {
     if mode != Mode::Normal {
-        Restraint::NoBuses
+        DegradedMode::NoBuses
     } else if !clock.is_exact() {
-        Restraint::InexactClock
+        DegradedMode::InexactClock
     } else {
-        Restraint::None
+        DegradedMode::None
     }
 }

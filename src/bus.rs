@@ -8,7 +8,7 @@
 
 use clino_bus::{DriverEnable, Event, Instant, earliest};
 use clino_console::BusState;
-use clino_gateway::{Asker, Bus, Capture, Gateway, PwmInput};
+use clino_gateway::{Bus, Capture, Gateway, PwmInput, Requester};
 use clino_recovery::MonitoredTask;
 use heapless::spsc::Consumer;
 use rtic::Mutex;
@@ -74,10 +74,10 @@ pub fn run(local: &mut LocalResources<'_>, shared: &mut SharedResources<'_>) -> 
                 watchdog::check_in(duty);
             }
         }
-        if gateway.publish(local.snapshot) || gateway.has_news(Asker::Console) {
+        if gateway.publish(local.snapshot) || gateway.has_task_event(Requester::Console) {
             shared::note_work();
         }
-        if gateway.has_news(Asker::Modbus) {
+        if gateway.has_task_event(Requester::Modbus) {
             modbus_level::waker().wake_by_ref();
         }
         let gateway_at = shared::BUSES.map(|bus| gateway.poll_at(bus));

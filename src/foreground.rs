@@ -10,9 +10,11 @@ use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Alarm, AlarmDetail, Asker, Bus, Detail, Extremes, Glance, Reading, SlotConfig};
+use clino_gateway::{
+    Alarm, AlarmDetail, Bus, Detail, Extremes, Reading, ReadingBrief, Requester, SlotConfig,
+};
 use clino_modbus::binding::DeferredRequest;
 use clino_modbus::{Counters, Settings};
 use clino_recovery::{Mode, MonitoredTask, Start};
@@ -184,8 +186,8 @@ impl Host for Gateway<'_> {
         shared::reading(slot)
     }
 
-    fn glance(&self, slot: usize, now: Instant) -> Option<Glance> {
-        shared::SNAPSHOT.read(|view| view.glance(slot, now))
+    fn brief(&self, slot: usize, now: Instant) -> Option<ReadingBrief> {
+        shared::SNAPSHOT.read(|view| view.brief(slot, now))
     }
 
     fn summary(&self) -> Summary {
@@ -221,8 +223,8 @@ impl Host for Gateway<'_> {
         self.common.gateway(|gateway| bus::state(gateway, bus, driver))
     }
 
-    fn news(&mut self) -> Option<News> {
-        let news = self.look(|gateway| gateway.news(Asker::Console));
+    fn task_event(&mut self) -> Option<TaskEvent> {
+        let news = self.look(|gateway| gateway.task_event(Requester::Console));
         if news.is_some() {
             // The task has waited for this.
             bus_level::waker().wake_by_ref();
@@ -231,13 +233,13 @@ impl Host for Gateway<'_> {
     }
 
     fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal> {
-        let result = self.common.gateway(|gateway| gateway.change(slot, named, Asker::Console));
+        let result = self.common.gateway(|gateway| gateway.change(slot, named, Requester::Console));
         bus_level::waker().wake_by_ref();
         result.unwrap_or(Err(Refusal::Busy))
     }
 
     fn order(&mut self, order: Order) -> Result<(), Refusal> {
-        let result = self.common.gateway(|gateway| gateway.carry_out(order, Asker::Console));
+        let result = self.common.gateway(|gateway| gateway.carry_out(order, Requester::Console));
         bus_level::waker().wake_by_ref();
         result.unwrap_or(Err(Refusal::Busy))
     }

@@ -13,7 +13,7 @@ use clino_commissioning::t7::{Device, Rates};
 use clino_gateway::config::{Ask, Filter};
 use clino_gateway::order::Order;
 use clino_gateway::{
-    Action, Asker, Bus, BusChange, Capture, Gateway, PwmInput, Settings, SlotConfig, Source, Status, task,
+    Action, Requester, Bus, BusChange, Capture, Gateway, PwmInput, Settings, SlotConfig, Source, Status, task,
 };
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
@@ -105,7 +105,7 @@ impl World {
             11 => self.event(bus, input.arbitrary()?),
             12 => self.capture(bus, input)?,
             13 | 14 => self.order(input)?,
-            _ => _ = self.gateway.news(if bus == 0 { Asker::Console } else { Asker::Modbus }),
+            _ => _ = self.gateway.task_event(if bus == 0 { Requester::Console } else { Requester::Modbus }),
         }
         Ok(())
     }
@@ -223,7 +223,7 @@ impl World {
             )),
             _ => return Ok(()),
         };
-        let accepted = self.gateway.carry_out(order, if c & 1 == 0 { Asker::Console } else { Asker::Modbus });
+        let accepted = self.gateway.carry_out(order, if c & 1 == 0 { Requester::Console } else { Requester::Modbus });
         assert!(accepted.is_err() || order.check().is_ok());
         Ok(())
     }

@@ -35,16 +35,16 @@ pub enum Failure {
     /// Input or output.
     Io(io::Error),
     /// It was told already; the exit status.
-    Told(u8),
+    Reported(u8),
 }
 
 impl Failure {
     /// A program did not say that it means what cannot be undone.
-    pub const UNCONFIRMED: Self = Self::Told(BAD_USAGE);
+    pub const UNCONFIRMED: Self = Self::Reported(BAD_USAGE);
     /// A port cannot be used.
-    pub const PORT: Self = Self::Told(IO_FAILED);
+    pub const PORT: Self = Self::Reported(IO_FAILED);
     /// The user did not want it.
-    pub const STOPPED: Self = Self::Told(NOT_DONE);
+    pub const STOPPED: Self = Self::Reported(NOT_DONE);
 }
 
 impl From<io::Error> for Failure {
@@ -62,7 +62,7 @@ pub fn exit_code(outcome: Result<DecodeVerdict, Failure>) -> ExitCode {
             eprintln!("error: {message}\n\nFor more information, try '--help'.");
             BAD_USAGE.into()
         }
-        Err(Failure::Told(status)) => status.into(),
+        Err(Failure::Reported(status)) => status.into(),
         // The reader of the output has closed it, as in `clino … | head`.
         Err(Failure::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(Failure::Io(error)) => {

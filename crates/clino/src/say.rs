@@ -8,7 +8,7 @@ use std::io::{self, IsTerminal as _, Write as _};
 
 use clino_commissioning::TaskProgress;
 use clino_console::Audience;
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 use serde_json::Value;
 
 use crate::bus::{Diagnosis, Observer, Stop};
@@ -43,7 +43,7 @@ impl Say {
     ///
     /// # Errors
     /// The output failed.
-    pub fn news(&mut self, news: impl Into<News>) -> io::Result<()> {
+    pub fn task_event(&mut self, news: impl Into<TaskEvent>) -> io::Result<()> {
         let mut text = String::new();
         clino_console::write_outcome(self.audience, &news.into(), &mut text);
         self.print(&text)
@@ -143,9 +143,9 @@ impl Say {
     }
 }
 
-impl<E: Into<News>> Observer<E> for Say {
+impl<E: Into<TaskEvent>> Observer<E> for Say {
     fn event(&mut self, event: E) -> io::Result<()> {
-        self.news(event)
+        self.task_event(event)
     }
 
     fn progress(&mut self, progress: TaskProgress) {

@@ -7,7 +7,7 @@ use clap::Args;
 use clino_bus::line::EchoMode;
 use clino_bus::{Duration, Protocol, Serial};
 use clino_commissioning::{Commissionable, Operation};
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 
 use crate::bus::{self, Asked, Broken, Bus, Make, Stop, TimingAt};
 use crate::choice::choose;
@@ -68,7 +68,7 @@ impl PortOptions {
     /// Opens the port. What is wrong with it is told.
     ///
     /// # Errors
-    /// [`Failure::Told`].
+    /// [`Failure::Reported`].
     pub fn open<P>(&self, make: Make, serial: Serial, timing_at: TimingAt) -> Result<Session<P>, Failure>
     where
         P: Protocol + Commissionable,
@@ -95,7 +95,7 @@ impl Consent {
     /// Refuses a program that did not say that it means what it asks for.
     ///
     /// # Errors
-    /// [`Failure::Told`].
+    /// [`Failure::Reported`].
     pub fn refuse_programs(self, say: &mut Say) -> Result<(), Failure> {
         let is_person = !say.is_for_programs() && io::stdin().is_terminal() && io::stderr().is_terminal();
         if self.yes || is_person {
@@ -116,7 +116,7 @@ impl<P: Protocol + Commissionable> Session<P> {
     /// Asks a person who has not said yes with the command.
     ///
     /// # Errors
-    /// [`Failure::Told`]: the answer is no.
+    /// [`Failure::Reported`]: the answer is no.
     pub fn confirm(&mut self, consent: Consent, question: &str) -> Result<(), Failure> {
         if consent.yes || self.say.ask(question, &self.stop)? {
             return Ok(());
@@ -128,11 +128,11 @@ impl<P: Protocol + Commissionable> Session<P> {
     /// Runs an operation. A port that fails is told.
     ///
     /// # Errors
-    /// [`Failure::Told`], or the output failed.
+    /// [`Failure::Reported`], or the output failed.
     pub fn run<O>(&mut self, operation: O) -> Result<Result<O::Report, O::Error>, Failure>
     where
         O: Operation<Protocol = P>,
-        O::Event: Into<News>,
+        O::Event: Into<TaskEvent>,
     {
         match self.bus.run(operation, &self.stop, &mut self.say) {
             Ok(result) => Ok(result),
@@ -145,7 +145,7 @@ impl<P: Protocol + Commissionable> Session<P> {
     /// first half of one. `false` if that is no reason for its silence, because something was understood before.
     ///
     /// # Errors
-    /// [`Failure::Told`].
+    /// [`Failure::Reported`].
     pub fn rest(&mut self, span: Duration) -> Result<bool, Failure> {
         if self.bus.counters().good > 0 || self.stop.is_asked() {
             return Ok(false);
@@ -188,7 +188,7 @@ impl<P: Protocol + Commissionable> Session<P> {
     /// Whether another bit rate can be set.
     ///
     /// # Errors
-    /// [`Failure::Told`].
+    /// [`Failure::Reported`].
     pub fn can_change_baud(&mut self) -> Result<(), Failure> {
         match self.bus.can_change_baud() {
             Ok(()) => Ok(()),

@@ -7,7 +7,7 @@ use clino_commissioning::t7::DeviceSetting;
 use clino_commissioning::{Report, SettingChange};
 use clino_gateway::Consequence;
 use clino_gateway::order::Order;
-use clino_gateway::task::{News, isu, t7};
+use clino_gateway::task::{TaskEvent, isu, t7};
 
 use crate::causes;
 use crate::reply::Reply;
@@ -114,18 +114,22 @@ pub fn warn(reply: &mut Reply<'_>, consequence: Consequence) {
 }
 
 /// Names the step that remains after a task.
-pub fn remind(reply: &mut Reply<'_>, news: &News) {
+pub fn remind(reply: &mut Reply<'_>, news: &TaskEvent) {
     let why = match news {
-        News::T7(t7::News::Baud(Report { change: SettingChange::Changed { .. }, .. })) => {
+        TaskEvent::T7(t7::TaskEvent::Baud(Report { change: SettingChange::Changed { .. }, .. })) => {
             "only save keeps the bit rate of the bus over a restart"
         }
-        News::T7(t7::News::Address(Report { change: SettingChange::Changed { .. }, .. }))
-        | News::Isu(isu::News::Programmed(Report {
+        TaskEvent::T7(t7::TaskEvent::Address(Report { change: SettingChange::Changed { .. }, .. }))
+        | TaskEvent::Isu(isu::TaskEvent::Programmed(Report {
             change: SettingChange::Changed { to: eeprom::Change::ModuleAddress(_), .. },
             ..
         })) => "only save keeps the new address in its slots over a restart",
-        News::T7(t7::News::Failed(failure)) => return advise(reply, causes::after_t7(&failure.cause)),
-        News::Isu(isu::News::Failed(failure)) => return advise(reply, causes::after_isu(&failure.cause)),
+        TaskEvent::T7(t7::TaskEvent::Failed(failure)) => {
+            return advise(reply, causes::after_t7(&failure.cause));
+        }
+        TaskEvent::Isu(isu::TaskEvent::Failed(failure)) => {
+            return advise(reply, causes::after_isu(&failure.cause));
+        }
         _ => return,
     };
     reply.hint("unsaved", &why, "", &[]);

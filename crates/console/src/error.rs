@@ -6,7 +6,7 @@ use clino_codec::t7::EncodeError;
 use clino_gateway::config::Kind;
 use clino_gateway::order::Refusal;
 use clino_gateway::settings::Number;
-use clino_gateway::{Consequence, INTERNAL_OSCILLATOR_PPM, Restraint, Status, UART_TOLERANCE_PPM};
+use clino_gateway::{Consequence, DegradedMode, INTERNAL_OSCILLATOR_PPM, Status, UART_TOLERANCE_PPM};
 
 use crate::consequences::{self, Effect};
 use crate::host::StorageError;
@@ -129,11 +129,11 @@ impl Error<'_> {
             }
             Error::Refused(Refusal::T7(_) | Refusal::Isu(_)) => ("refused", "why", [why, NONE, NONE, NONE]),
             Error::Refused(Refusal::Busy) => ("busy", "", [NONE; 4]),
-            Error::Refused(Refusal::Restrained(Restraint::InexactClock)) => {
+            Error::Refused(Refusal::Degraded(DegradedMode::InexactClock)) => {
                 let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(percent);
                 ("inexact_clock", "clock_off_percent most_percent why", [off, most, why, NONE])
             }
-            Error::Refused(Refusal::Restrained(_)) => ("no_buses", "why", [why, NONE, NONE, NONE]),
+            Error::Refused(Refusal::Degraded(_)) => ("no_buses", "why", [why, NONE, NONE, NONE]),
             Error::Damaged(Damage { reason: Reason::TooLong, characters }) => {
                 let most = Value::from(LONGEST_LINE as u64);
                 ("line_too_long", "most characters", [most, characters.into(), NONE, NONE])
@@ -249,14 +249,14 @@ impl Display for Error<'_> {
                 out.write_str(clino_gateway::task::Reason::from(cause).name())
             }
             Error::Refused(Refusal::Busy) => out.write_str("busy, try again"),
-            Error::Refused(Refusal::Restrained(Restraint::InexactClock)) => {
+            Error::Refused(Refusal::Degraded(DegradedMode::InexactClock)) => {
                 let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(percent);
                 write!(
                     out,
                     "the clock may be off by {off} %, a UART tolerates {most} %: sensors are not written to"
                 )
             }
-            Error::Refused(Refusal::Restrained(_)) => out.write_str("safe mode: the buses are not served"),
+            Error::Refused(Refusal::Degraded(_)) => out.write_str("safe mode: the buses are not served"),
             Error::Damaged(Damage { reason, characters }) => {
                 write!(out, "line not carried out, {}: {characters}", reason.words())
             }

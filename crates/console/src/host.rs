@@ -7,10 +7,10 @@ use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
 use clino_gateway::{
-    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Detail, Extremes, Glance, Reading, SlotConfig,
+    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Detail, Extremes, Reading, ReadingBrief, SlotConfig,
 };
 use clino_modbus::{Counters as PortCounters, Settings};
 use clino_recovery::Start;
@@ -26,8 +26,8 @@ pub trait Host {
     fn reading(&self, slot: usize) -> Option<Reading>;
 
     /// The least of that, as of `now`: asked of every slot before every line of a stream.
-    fn glance(&self, slot: usize, now: Instant) -> Option<Glance> {
-        self.reading(slot).map(|reading| reading.glance(now))
+    fn brief(&self, slot: usize, now: Instant) -> Option<ReadingBrief> {
+        self.reading(slot).map(|reading| reading.brief(now))
     }
 
     /// All slots and faults, summed up.
@@ -52,7 +52,7 @@ pub trait Host {
     fn bus(&self, bus: Bus) -> Option<BusState>;
 
     /// A report of a task: a finding, or its end.
-    fn news(&mut self) -> Option<News>;
+    fn task_event(&mut self) -> Option<TaskEvent>;
 
     /// Changes the named settings of a slot, or refuses the change. Nothing else can change between looking and changing.
     fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal>;

@@ -7,7 +7,7 @@ use clino_codec::isu::eeprom;
 use clino_codec::t7::Text;
 use clino_commissioning::t7::{DeviceSetting, Found, Identity};
 use clino_commissioning::{Report, SettingChange, isu as isu_commissioning, t7 as t7_commissioning};
-use clino_gateway::task::{News, Reason, isu, t7};
+use clino_gateway::task::{Reason, TaskEvent, isu, t7};
 
 use crate::audience::Audience;
 use crate::consequences;
@@ -16,27 +16,27 @@ use crate::value::Value;
 use crate::words::Words as _;
 
 /// Writes a report as one line, and what is left to be done at the gateway.
-pub fn write(reply: &mut Reply<'_>, news: &News) {
+pub fn write(reply: &mut Reply<'_>, news: &TaskEvent) {
     line(reply, news);
     consequences::remind(reply, news);
 }
 
 /// Writes what an operation found, or how it ended, as the console does: one line, in words or in JSON. For programs
 /// that run the operations without a gateway.
-pub fn write_outcome(audience: Audience, news: &News, out: &mut dyn Write) {
+pub fn write_outcome(audience: Audience, news: &TaskEvent, out: &mut dyn Write) {
     line(&mut Reply { audience, out }, news);
 }
 
-fn line(reply: &mut Reply<'_>, news: &News) {
+fn line(reply: &mut Reply<'_>, news: &TaskEvent) {
     match news {
-        News::T7(news) => t7(reply, news),
-        News::Isu(news) => isu(reply, news),
+        TaskEvent::T7(news) => t7(reply, news),
+        TaskEvent::Isu(news) => isu(reply, news),
     }
 }
 
-fn t7(reply: &mut Reply<'_>, news: &t7::News) {
+fn t7(reply: &mut Reply<'_>, news: &t7::TaskEvent) {
     match news {
-        t7::News::Found(Found::Device { address, rate, information }) => {
+        t7::TaskEvent::Found(Found::Device { address, rate, information }) => {
             let values = [
                 address.get().into(),
                 rate.bits_per_second().into(),
@@ -46,23 +46,23 @@ fn t7(reply: &mut Reply<'_>, news: &t7::News) {
             ];
             reply.line("found", "address baud product serial firmware", &values);
         }
-        t7::News::Found(Found::Suspect { address, rate, .. }) => {
+        t7::TaskEvent::Found(Found::Suspect { address, rate, .. }) => {
             reply.line("suspect", "address baud", &[address.get().into(), rate.bits_per_second().into()]);
         }
-        t7::News::Swept(swept) => {
+        t7::TaskEvent::Swept(swept) => {
             let (devices, suspects, asked) = (swept.devices, swept.suspects, swept.asked);
             let values = [devices.into(), suspects.into(), asked.into(), Value::Flag(swept.complete)];
             reply.line("swept", "devices suspects asked complete", &values);
         }
-        t7::News::Identity(identity) => t7_identity(reply, identity),
-        t7::News::Zeroed(zeroed) => {
+        t7::TaskEvent::Identity(identity) => t7_identity(reply, identity),
+        t7::TaskEvent::Zeroed(zeroed) => {
             let values = [zeroed.before.0.into(), zeroed.after.0.into(), zeroed.writes.into()];
             reply.line("zeroed", "before_mdeg after_mdeg writes", &values);
         }
-        t7::News::Set(report) => changed(reply, report, setting),
-        t7::News::Address(report) => changed(reply, report, |address| ("address", address.get().into())),
-        t7::News::Baud(report) => changed(reply, report, |rate| ("baud", rate.bits_per_second().into())),
-        t7::News::Failed(failure) => {
+        t7::TaskEvent::Set(report) => changed(reply, report, setting),
+        t7::TaskEvent::Address(report) => changed(reply, report, |address| ("address", address.get().into())),
+        t7::TaskEvent::Baud(report) => changed(reply, report, |rate| ("baud", rate.bits_per_second().into())),
+        t7::TaskEvent::Failed(failure) => {
             let values = [Reason::from(&failure.cause).name().into(), failure.writes.into()];
             let rate = match failure.cause {
                 t7_commissioning::Cause::Moving { mdeg_per_s } => Some(mdeg_per_s),
@@ -94,9 +94,9 @@ fn t7_identity(reply: &mut Reply<'_>, identity: &Identity) {
     reply.line("identity", names, &values);
 }
 
-fn isu(reply: &mut Reply<'_>, news: &isu::News) {
+fn isu(reply: &mut Reply<'_>, news: &isu::TaskEvent) {
     match news {
-        isu::News::Identity(identity) => {
+        isu::TaskEvent::Identity(identity) => {
             let values = [
                 identity.address.get().into(),
                 identity.angle.into(),
@@ -107,19 +107,19 @@ fn isu(reply: &mut Reply<'_>, news: &isu::News) {
             let names = "address angle_deg null_position_deg auto_shutoff_word checksum_right";
             reply.line("identity", names, &values);
         }
-        isu::News::Alive(alive) => reply.line("alive", "address", &[alive.at.get().into()]),
-        isu::News::Nulled(nulled) => {
+        isu::TaskEvent::Alive(alive) => reply.line("alive", "address", &[alive.at.get().into()]),
+        isu::TaskEvent::Nulled(nulled) => {
             let [before, after] = [nulled.before, nulled.after].map(Angle::from_turn16);
             let values = [before.into(), after.into(), nulled.writes.into()];
             reply.line("nulled", "before_deg after_deg writes", &values);
         }
-        isu::News::Programmed(report) => changed(reply, report, programmed),
-        isu::News::Repaired(repaired) => {
+        isu::TaskEvent::Programmed(report) => changed(reply, report, programmed),
+        isu::TaskEvent::Repaired(repaired) => {
             let (at, stored) = (repaired.at.get(), repaired.stored_address.get());
             let values = [at.into(), stored.into(), repaired.writes.into()];
             reply.line("repaired", "address stored_address writes", &values);
         }
-        isu::News::Failed(failure) => {
+        isu::TaskEvent::Failed(failure) => {
             let why = Reason::from(&failure.cause).name();
             let values = [why.into(), failure.writes.into(), Value::Flag(failure.repair)];
             let rate = match failure.cause {

@@ -316,7 +316,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     /// the port has room for a line.
     #[inline(never)]
     pub fn poll(&mut self, host: &mut dyn Host) -> bool {
-        if let Some(news) = host.news() {
+        if let Some(news) = host.task_event() {
             self.presence.is_here(host.now());
             let at_prompt = matches!(self.mode, Mode::Commands(Audience::People));
             if at_prompt {

@@ -73,7 +73,7 @@ impl Stream {
             self.draw(used(host), host, reply);
             return true;
         }
-        let next = self.reporter.next(|slot| host.glance(slot, now), now);
+        let next = self.reporter.next(|slot| host.brief(slot, now), now);
         if let Some((report, reading)) = next.and_then(|report| Some((report, host.reading(report.slot)?))) {
             if let (Some(alarm), false) = (report.alarm, reply.is_for_people()) {
                 _ = json::alarm(reply.out, alarm, host.alarm(report.slot, alarm), &reading, now);

@@ -17,13 +17,13 @@ use clino_commissioning::TaskProgress;
 
 use crate::bits::Bits;
 use crate::counters::{SlotCounters, bump16};
-use crate::event::{Action, Asker};
+use crate::event::{Action, Requester};
 use crate::schedule::Polled;
 use crate::schedule::outage::BusHealth;
 use crate::schedule::queue::Asked;
 use crate::schedule::settling::{Nodes, Settling, readers};
 use crate::settings::{BusChange, BusSettings};
-use crate::task::{Claim, News, TaskStep, Tasks};
+use crate::task::{Claim, TaskEvent, TaskStep, Tasks};
 use crate::trace::{Entry, Purpose, Verdict};
 use crate::{Bus, SlotConfig};
 
@@ -69,9 +69,9 @@ pub(crate) struct BusTask<P: Serve> {
     /// It is to stop before it has begun.
     cancelled: bool,
     /// The requester of the task, or of the last one.
-    asker: Asker,
+    requester: Requester,
     /// Not fetched yet; the next task waits until it is.
-    news: Option<News>,
+    news: Option<TaskEvent>,
     /// How the bus is to run.
     settings: BusSettings,
     /// The line does not run like this yet.
@@ -96,7 +96,7 @@ impl<P: Serve> BusTask<P> {
             task: None,
             work: None,
             cancelled: false,
-            asker: Asker::Console,
+            requester: Requester::Console,
             news: None,
             settings: BusSettings::new(timing),
             pending: false,
@@ -136,10 +136,10 @@ impl<P: Serve> BusTask<P> {
     }
 
     /// Accepts a task, unless there is one.
-    pub fn accept(&mut self, task: &P::Task, asker: Asker) -> bool {
+    pub fn accept(&mut self, task: &P::Task, requester: Requester) -> bool {
         let idle = self.task.is_none() && self.news.is_none();
         if idle {
-            (self.task, self.asker, self.cancelled) = (Some(*task), asker, false);
+            (self.task, self.requester, self.cancelled) = (Some(*task), requester, false);
         }
         idle
     }
@@ -150,7 +150,7 @@ impl<P: Serve> BusTask<P> {
     }
 
     /// The claim of a task that has just ended, and how it has ended; once.
-    pub fn ended(&mut self) -> Option<(Claim, News)> {
+    pub fn ended(&mut self) -> Option<(Claim, TaskEvent)> {
         let news = self.news.as_ref().filter(|news| news.is_end())?;
         self.task.take().map(|task| (P::claim(&task), *news))
     }
@@ -171,14 +171,14 @@ impl<P: Serve> BusTask<P> {
         }
     }
 
-    /// The event of the task, if this asker has ordered it.
-    pub fn news(&mut self, asker: Asker) -> Option<News> {
-        self.news.take_if(|_| self.asker == asker)
+    /// The event of the task, if this requester has ordered it.
+    pub fn task_event(&mut self, requester: Requester) -> Option<TaskEvent> {
+        self.news.take_if(|_| self.requester == requester)
     }
 
-    /// Whether the task has an event for this asker.
-    pub fn has_news(&self, asker: Asker) -> bool {
-        self.news.is_some() && self.asker == asker
+    /// Whether the task has an event for this requester.
+    pub fn has_task_event(&self, requester: Requester) -> bool {
+        self.news.is_some() && self.requester == requester
     }
 
     /// How the bus is set. A bit rate that a task has chosen for a while is not among it.

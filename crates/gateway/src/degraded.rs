@@ -14,7 +14,7 @@ pub const UART_TOLERANCE_PPM: u32 = 33_300;
 /// Which valid orders are refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Restraint {
+pub enum DegradedMode {
     /// Nothing.
     #[default]
     None,

@@ -30,7 +30,7 @@ pub enum Action<'a> {
 /// The interface an order comes from. The outcome of a task is reported to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Asker {
+pub enum Requester {
     /// The console.
     Console,
     /// The Modbus master.

@@ -10,8 +10,8 @@ use crate::bits::Bits;
 use crate::bus_task::{BusTask, Ended};
 use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 use crate::counters::SlotCounters;
-use crate::degraded::Restraint;
-use crate::event::{Action, Asker, Capture};
+use crate::degraded::DegradedMode;
+use crate::event::{Action, Capture, Requester};
 use crate::order::{Order, Refusal};
 use crate::pwm::PwmInputs;
 use crate::schedule::outage::BusHealth;
@@ -21,7 +21,7 @@ use crate::settings::{self, BusSettings};
 use crate::slot::Extremes;
 use crate::snapshot::Publisher;
 use crate::summary::BusPart;
-use crate::task::{self, News};
+use crate::task::{self, TaskEvent};
 use crate::trace::Trace;
 use crate::value::Reading;
 
@@ -38,7 +38,7 @@ pub struct Gateway {
     trace: Trace,
     /// Of all slots' settings together.
     fingerprint: u32,
-    restraint: Restraint,
+    degraded: DegradedMode,
     console: ConsoleSettings,
     /// Slots whose alarm *no_value* is on.
     watched: Bits,
@@ -109,19 +109,19 @@ impl Gateway {
         self.changed = self.changed.or(changed);
     }
 
-    /// From now on refuses the orders that `restraint` excludes. A task under way goes on.
-    pub fn restrain(&mut self, restraint: Restraint) {
-        self.restraint = restraint;
+    /// From now on refuses the orders that `degraded` excludes. A task under way goes on.
+    pub fn degrade(&mut self, degraded: DegradedMode) {
+        self.degraded = degraded;
     }
 
     /// Carries out an order, whole or not at all.
     ///
     /// # Errors
-    /// The [check](Order::check) fails; or the order is [restrained](Gateway::restrain); or [`Refusal::Busy`]: the bus
+    /// The [check](Order::check) fails; or the order is [refused in this mode](Gateway::degrade); or [`Refusal::Busy`]: the bus
     /// has a task already, or one with a claim on what would change.
-    pub fn carry_out(&mut self, order: Order, asker: Asker) -> Result<(), Refusal> {
+    pub fn carry_out(&mut self, order: Order, requester: Requester) -> Result<(), Refusal> {
         order.check()?;
-        order.check_in(self.restraint)?;
+        order.check_in(self.degraded)?;
         let accepted = match order {
             Order::Slot { slot, config } => self.change_slot(slot.into(), config),
             Order::Bus { bus, change } => on!(mut self, bus, task => task.change(&change)),
@@ -141,8 +141,8 @@ impl Gateway {
                 self.slots_of(slot).for_each(|(_, polled)| polled.slot.clear_extremes());
                 true
             }
-            Order::T7(task) => self.t7.accept(&task, asker),
-            Order::Isu(task) => self.isu.accept(&task, asker),
+            Order::T7(task) => self.t7.accept(&task, requester),
+            Order::Isu(task) => self.isu.accept(&task, requester),
             Order::Cancel(bus) => {
                 on!(mut self, bus, task => task.cancel());
                 true
@@ -182,10 +182,15 @@ impl Gateway {
     ///
     /// # Errors
     /// As of [`Gateway::carry_out`].
-    pub fn change(&mut self, slot: u8, named: settings::Named<'_>, asker: Asker) -> Result<(), Refusal> {
+    pub fn change(
+        &mut self,
+        slot: u8,
+        named: settings::Named<'_>,
+        requester: Requester,
+    ) -> Result<(), Refusal> {
         let now = self.config(slot.into()).copied().unwrap_or(SlotConfig::OFF);
         let config = settings::slot::changed(&now, named)?;
-        self.carry_out(Order::Slot { slot, config }, asker)
+        self.carry_out(Order::Slot { slot, config }, requester)
     }
 
     /// Sets a slot. Returns whether it was set: a task may have a claim on what would change.
@@ -211,19 +216,19 @@ impl Gateway {
         }
     }
 
-    /// What a task of this asker has found, or how it ended. A task waits until this has been fetched.
-    pub fn news(&mut self, asker: Asker) -> Option<News> {
-        Bus::ALL.into_iter().find_map(|bus| on!(mut self, bus, task => task.news(asker)))
+    /// What a task of this requester has found, or how it ended. A task waits until this has been fetched.
+    pub fn task_event(&mut self, requester: Requester) -> Option<TaskEvent> {
+        Bus::ALL.into_iter().find_map(|bus| on!(mut self, bus, task => task.task_event(requester)))
     }
 
-    /// Whether [`Gateway::news`] has something for this asker.
-    pub fn has_news(&self, asker: Asker) -> bool {
-        Bus::ALL.into_iter().any(|bus| on!(self, bus, task => task.has_news(asker)))
+    /// Whether [`Gateway::task_event`] has something for this requester.
+    pub fn has_task_event(&self, requester: Requester) -> bool {
+        Bus::ALL.into_iter().any(|bus| on!(self, bus, task => task.has_task_event(requester)))
     }
 
     /// Whether a task on this bus has said something that was not fetched yet.
-    pub(crate) fn holds_news(&self, bus: Bus) -> bool {
-        on!(self, bus, task => [Asker::Console, Asker::Modbus].into_iter().any(|asker| task.has_news(asker)))
+    pub(crate) fn holds_task_event(&self, bus: Bus) -> bool {
+        on!(self, bus, task => [Requester::Console, Requester::Modbus].into_iter().any(|requester| task.has_task_event(requester)))
     }
 
     /// From now on the slot reads this.
@@ -382,7 +387,7 @@ impl Gateway {
 
     /// What a bus declares.
     pub fn part(&self, bus: Bus) -> BusPart {
-        let task = self.progress(bus).is_some() || self.holds_news(bus);
+        let task = self.progress(bus).is_some() || self.holds_task_event(bus);
         BusPart { fault: self.health(bus).fault, forced: self.counters(bus).forced > 0, task }
     }
 

@@ -4,7 +4,7 @@
 //! out whole.
 
 use crate::config::{Bus, MAX_SLOTS, SlotConfig};
-use crate::degraded::Restraint;
+use crate::degraded::DegradedMode;
 use crate::refusal::Number;
 pub use crate::refusal::Refusal;
 use crate::settings::console::ConsoleSettings;
@@ -64,17 +64,17 @@ impl Order {
         }
     }
 
-    /// Whether it may be carried out under this restraint.
+    /// Whether it may be carried out under this degraded.
     ///
     /// # Errors
-    /// [`Refusal::Restrained`].
-    pub(crate) fn check_in(&self, restraint: Restraint) -> Result<(), Refusal> {
-        let refused = match restraint {
-            Restraint::None => false,
-            Restraint::InexactClock => self.writes(),
-            Restraint::NoBuses => matches!(self, Order::T7(_) | Order::Isu(_)),
+    /// [`Refusal::Degraded`].
+    pub(crate) fn check_in(&self, degraded: DegradedMode) -> Result<(), Refusal> {
+        let refused = match degraded {
+            DegradedMode::None => false,
+            DegradedMode::InexactClock => self.writes(),
+            DegradedMode::NoBuses => matches!(self, Order::T7(_) | Order::Isu(_)),
         };
-        if refused { Err(Refusal::Restrained(restraint)) } else { Ok(()) }
+        if refused { Err(Refusal::Degraded(degraded)) } else { Ok(()) }
     }
 
     /// Whether a sensor is different afterwards, also without power in between.

@@ -3,7 +3,7 @@
 use clino_codec::t7;
 
 use crate::config::Kind;
-use crate::degraded::Restraint;
+use crate::degraded::DegradedMode;
 
 /// A number with its name and unit, in units of its last decimal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,5 +60,5 @@ pub enum Refusal {
     /// A task under way does not leave room for it: another task, or a change of what the task works on. Ask again.
     Busy,
     /// It is valid, but refused in the present degraded mode.
-    Restrained(Restraint),
+    Degraded(DegradedMode),
 }

@@ -9,7 +9,7 @@ use clino_bus::Instant;
 
 use crate::alarm::{Alarm, Alarms};
 use crate::config::MAX_SLOTS;
-use crate::value::{Glance, Status};
+use crate::value::{ReadingBrief, Status};
 
 #[derive(Clone, Copy, Default)]
 struct Printed {
@@ -41,8 +41,12 @@ impl Reporter {
 
     /// The slot to be printed now, if any; it counts as printed. A change of an alarm goes first, one alarm at a time.
     /// `look` looks at a slot as of `now`, and returns `None` from the first slot on that there is not.
-    pub fn next(&mut self, look: impl Fn(usize) -> Option<Glance>, now: Instant) -> Option<StreamEntry> {
-        let mut most_urgent: Option<(Instant, usize, Glance)> = None;
+    pub fn next(
+        &mut self,
+        look: impl Fn(usize) -> Option<ReadingBrief>,
+        now: Instant,
+    ) -> Option<StreamEntry> {
+        let mut most_urgent: Option<(Instant, usize, ReadingBrief)> = None;
         for (slot, printed) in self.printed.iter().enumerate() {
             let Some(glance) = look(slot) else { break };
             if let Some(deadline) = deadline(&glance, printed, now)
@@ -51,7 +55,7 @@ impl Reporter {
                 most_urgent = Some((deadline, slot, glance));
             }
         }
-        let (_, slot, Glance { sequence, status, alarms, .. }) = most_urgent?;
+        let (_, slot, ReadingBrief { sequence, status, alarms, .. }) = most_urgent?;
         let printed = self.printed.get_mut(slot)?;
         let alarm = printed.alarms.first_change(alarms);
         match alarm {
@@ -70,7 +74,7 @@ impl Default for Reporter {
 
 /// By when the reading should be printed, if it should: at once when its status has changed, else within one more
 /// interval after its interval has passed.
-fn deadline(glance: &Glance, printed: &Printed, now: Instant) -> Option<Instant> {
+fn deadline(glance: &ReadingBrief, printed: &Printed, now: Instant) -> Option<Instant> {
     if glance.alarms != printed.alarms {
         return Some(Instant::ZERO);
     }

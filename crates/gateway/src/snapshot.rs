@@ -19,7 +19,7 @@ use clino_bus::Instant;
 use crate::bits::Bits;
 use crate::config::MAX_SLOTS;
 use crate::summary::Standing;
-use crate::{Glance, Published, Reading, Status};
+use crate::{Published, Reading, ReadingBrief, Status};
 
 mod words;
 
@@ -132,8 +132,8 @@ impl View<'_> {
     }
 
     /// The least of a reading, as of `now`: a tenth of the work. `None` beyond the last one.
-    pub fn glance(&self, slot: usize, now: Instant) -> Option<Glance> {
-        self.rows.get(slot).map(|row| words::glance(&row.0, now))
+    pub fn brief(&self, slot: usize, now: Instant) -> Option<ReadingBrief> {
+        self.rows.get(slot).map(|row| words::brief(&row.0, now))
     }
 
     /// Whether everything that was read here until now is of this generation. If not, discard what was read.

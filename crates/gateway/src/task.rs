@@ -1,7 +1,7 @@
 //! Commissioning tasks: which there are, and how one runs while the bus goes on polling.
 //!
 //! One task at a time on each bus. It takes turns with the polling, one exchange each, except while it uses the line at
-//! a bit rate of its own. What it finds and how it ends is [`News`]; the task waits until its news has been fetched, so
+//! a bit rate of its own. What it finds and how it ends is [`TaskEvent`]; the task waits until its news has been fetched, so
 //! that a slow reader loses none. What no other order may change until then is its claim (`task/claim.rs`).
 
 mod claim;
@@ -19,17 +19,17 @@ pub use reason::Reason;
 
 /// An event of a task: what it has found, or how it has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum News {
+pub enum TaskEvent {
     /// Of a task on the T7 bus.
-    T7(t7::News),
+    T7(t7::TaskEvent),
     /// Of a task on the ISU bus.
-    Isu(isu::News),
+    Isu(isu::TaskEvent),
 }
 
-impl News {
+impl TaskEvent {
     /// Whether it is the last of its task.
     pub fn is_end(&self) -> bool {
-        !matches!(self, News::T7(t7::News::Found(_)))
+        !matches!(self, TaskEvent::T7(t7::TaskEvent::Found(_)))
     }
 }
 
@@ -42,13 +42,13 @@ pub(crate) enum TaskStep<P: Protocol> {
     /// Change to this bit rate.
     Serial(Serial),
     /// The task has ended.
-    Done(News),
+    Done(TaskEvent),
 }
 
 /// Runs one task, whatever its operation is.
 pub(crate) trait TaskRunner<P: Protocol> {
     fn poll(&mut self, master: &mut Master<P>, now: Instant) -> TaskStep<P>;
-    fn settle(&mut self, outcome: &ExchangeOutcome<P>) -> Option<News>;
+    fn settle(&mut self, outcome: &ExchangeOutcome<P>) -> Option<TaskEvent>;
     fn poll_at(&self) -> Option<Instant>;
     fn is_asking(&self) -> bool;
     fn is_exclusive(&self) -> bool;
@@ -61,7 +61,7 @@ pub(crate) trait Tasks: Commissionable {
     type Task: Copy;
     type Work;
     /// Begins a task on a line that runs like this, in its place; or says how it has ended at once.
-    fn begin(task: &Self::Task, serial: Serial, place: &mut Option<Self::Work>) -> Result<(), News>;
+    fn begin(task: &Self::Task, serial: Serial, place: &mut Option<Self::Work>) -> Result<(), TaskEvent>;
     /// What no other order may change until the task has ended.
     fn claim(task: &Self::Task) -> Claim;
     fn runner(work: &mut Self::Work) -> &mut dyn TaskRunner<Self>;
@@ -72,9 +72,9 @@ impl<P, O> TaskRunner<P> for Runner<O>
 where
     P: Commissionable,
     O: Operation<Protocol = P>,
-    O::Event: Into<News>,
-    O::Report: Into<News>,
-    O::Error: Into<News>,
+    O::Event: Into<TaskEvent>,
+    O::Report: Into<TaskEvent>,
+    O::Error: Into<TaskEvent>,
 {
     fn poll(&mut self, master: &mut Master<P>, now: Instant) -> TaskStep<P> {
         match self.poll(master, now) {
@@ -86,7 +86,7 @@ where
         }
     }
 
-    fn settle(&mut self, outcome: &ExchangeOutcome<P>) -> Option<News> {
+    fn settle(&mut self, outcome: &ExchangeOutcome<P>) -> Option<TaskEvent> {
         self.settle(outcome).map(Into::into)
     }
 

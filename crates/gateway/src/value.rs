@@ -178,7 +178,7 @@ pub struct Reading {
 
 /// The parts of a reading that decide whether it is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Glance {
+pub struct ReadingBrief {
     /// What the value is worth.
     pub status: Status,
     /// Counts the outcomes.
@@ -191,9 +191,9 @@ pub struct Glance {
 
 impl Reading {
     /// The least of it, as of `now`.
-    pub fn glance(&self, now: Instant) -> Glance {
+    pub fn brief(&self, now: Instant) -> ReadingBrief {
         let Reading { sequence, alarms, period, report_every, .. } = *self;
-        Glance { status: self.status(now), sequence, alarms, period, report_every }
+        ReadingBrief { status: self.status(now), sequence, alarms, period, report_every }
     }
 
     /// What the value is worth at `now`: an *ok* that has grown too old is *stale*.

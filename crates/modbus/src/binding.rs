@@ -14,7 +14,8 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::Reason;
 use clino_gateway::task::t7::Task;
 use clino_gateway::{
-    Asker, Bus, BusChange, Consequence, Detail, Gateway, Reading, SlotConfig, Snapshot, Source, Value, View,
+    Bus, BusChange, Consequence, Detail, Gateway, Reading, Requester, SlotConfig, Snapshot, Source, Value,
+    View,
 };
 use clino_recovery::Start;
 
@@ -110,7 +111,7 @@ impl<'a, S: Site> Binding<'a, S> {
 
     /// Takes the reports of tasks. Call it when the bus level has run.
     pub fn poll(&mut self) {
-        while let Some(news) = self.site.gateway(|gateway| gateway.news(Asker::Modbus)).flatten() {
+        while let Some(news) = self.site.gateway(|gateway| gateway.task_event(Requester::Modbus)).flatten() {
             self.site.wake();
             self.results.take(&news);
             if let Some((outcome, reason)) = task::outcome(&news) {
@@ -161,7 +162,7 @@ impl<'a, S: Site> Binding<'a, S> {
     }
 
     fn order(&self, order: Order) -> Result<(), Refusal> {
-        self.ask(|gateway| gateway.carry_out(order, Asker::Modbus))
+        self.ask(|gateway| gateway.carry_out(order, Requester::Modbus))
     }
 
     fn config(&self, slot: usize) -> SlotConfig {
@@ -255,7 +256,7 @@ impl<'a, S: Site> Binding<'a, S> {
         let soft_zero = row.raw(self.now).ok_or(Refusal::Failed)?;
         let zero = Given::exactly(soft_zero.udeg().into());
         let named = |id: u8| (id == slot::id::ZERO).then_some(zero);
-        self.ask(|gateway| gateway.change(number, &named, Asker::Modbus))
+        self.ask(|gateway| gateway.change(number, &named, Requester::Modbus))
     }
 
     /// Outcome and progress of the last command.
@@ -319,7 +320,7 @@ impl<S: Site> Host for Binding<'_, S> {
     fn write(&mut self, write: &Write<'_>) -> Result<(), Refusal> {
         match write {
             Write::Slot(slot, values) => {
-                self.ask(|gateway| gateway.change(*slot, &|id| values.of(id), Asker::Modbus))
+                self.ask(|gateway| gateway.change(*slot, &|id| values.of(id), Requester::Modbus))
             }
             Write::Bus(bus, values) => {
                 let change = BusChange::named(*bus, &|id| values.of(id))?;
@@ -327,7 +328,7 @@ impl<S: Site> Host for Binding<'_, S> {
             }
             Write::Console(values) => self.ask(|gateway| {
                 let settings = console::changed(&gateway.console_settings(), &|id| values.of(id))?;
-                gateway.carry_out(Order::Console(settings), Asker::Modbus)
+                gateway.carry_out(Order::Console(settings), Requester::Modbus)
             }),
             Write::Port(_) => Ok(()),
             Write::Command { command: Command::Save, armed: false, .. } if self.site.has_unread() => {

@@ -83,7 +83,7 @@ impl From<clino_gateway::order::Refusal> for Refusal {
         use clino_gateway::order::Refusal as Core;
         match refusal {
             Core::Busy => Refusal::Busy,
-            Core::Restrained(_) => Refusal::Failed,
+            Core::Degraded(_) => Refusal::Failed,
             _ => Refusal::Value,
         }
     }

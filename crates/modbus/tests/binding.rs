@@ -7,7 +7,7 @@ use clino_codec::{isu, t7};
 use clino_commissioning::isu::Module;
 use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
-use clino_gateway::{Asker, Bus, Restraint, SlotConfig, Snapshot, Source, task};
+use clino_gateway::{Bus, DegradedMode, Requester, SlotConfig, Snapshot, Source, task};
 use clino_modbus::binding::{Binding, DeferredRequest};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::settings::Settings;
@@ -434,14 +434,14 @@ fn a_cancel_is_a_command_and_tells_what_has_become_of_it() {
     // What was begun at the console tells its end there; here it is known that it has ended.
     let module = Module::at(isu::Address::new(3).unwrap()).unwrap();
     let order = Order::Isu(task::isu::Task::Identify(module));
-    board.gateway.borrow_mut().carry_out(order, Asker::Console).unwrap();
+    board.gateway.borrow_mut().carry_out(order, Requester::Console).unwrap();
     binding.write(&command(Command::Cancel, Bus::Isu as u16, 0)).unwrap();
     binding.poll();
     assert_eq!(last(&binding), (Command::Cancel as u16, Outcome::Running as u16, 4));
     board.run();
     binding.poll();
     assert_eq!(last(&binding), (Command::Cancel as u16, Outcome::Done as u16, 4));
-    assert!(board.gateway.borrow().has_news(Asker::Console));
+    assert!(board.gateway.borrow().has_task_event(Requester::Console));
 }
 
 #[test]
@@ -452,7 +452,7 @@ fn a_change_of_bit_rate_tells_how_many_nodes_it_leaves_behind() {
     for (slot, node) in [(5, 6), (6, 7), (7, 7)] {
         let address = t7::Address::new(node).unwrap();
         let config = SlotConfig::usual(Source::T7 { address, axis: t7::Axis::Two });
-        board.gateway.borrow_mut().carry_out(Order::Slot { slot, config }, Asker::Console).unwrap();
+        board.gateway.borrow_mut().carry_out(Order::Slot { slot, config }, Requester::Console).unwrap();
     }
     binding.write(&command(Command::SensorBaud, 0, 57_600)).unwrap();
     assert_eq!(read(&binding, 0x1F0E), 2);
@@ -472,7 +472,11 @@ fn a_reboot_waits_for_no_task_and_is_passed_on() {
     let mut binding = Binding::new(&board, &snapshot);
     binding.snapshot();
     let task = t7::Address::new(5).map(clino_commissioning::t7::Device::at).unwrap().unwrap();
-    board.gateway.borrow_mut().carry_out(Order::T7(task::t7::Task::Identify(task)), Asker::Console).unwrap();
+    board
+        .gateway
+        .borrow_mut()
+        .carry_out(Order::T7(task::t7::Task::Identify(task)), Requester::Console)
+        .unwrap();
     assert_eq!(binding.write(&command(Command::Reboot, 0, 0)), Err(Refusal::Busy));
     assert_eq!(*board.deferred.borrow(), []);
     let (board, snapshot) = (Board::new(), Snapshot::new());
@@ -531,8 +535,8 @@ fn what_is_restrained_fails_and_is_not_begun() {
     let (board, snapshot) = (Board::new(), Snapshot::new());
     let mut binding = Binding::new(&board, &snapshot);
     binding.snapshot();
-    for restraint in [Restraint::InexactClock, Restraint::NoBuses] {
-        board.gateway.borrow_mut().restrain(restraint);
+    for degraded in [DegradedMode::InexactClock, DegradedMode::NoBuses] {
+        board.gateway.borrow_mut().degrade(degraded);
         assert_eq!(
             binding.write(&command(Command::SensorDamping, 0, 5_001)),
             Err(Refusal::Value),
@@ -549,10 +553,10 @@ fn what_is_restrained_fails_and_is_not_begun() {
         }
         // What concerns the gateway alone goes on.
         let retries = Order::Slot { slot: 0, config: SlotConfig { retries: 4, ..board.config(0) } };
-        board.gateway.borrow_mut().carry_out(retries, Asker::Modbus).unwrap();
+        board.gateway.borrow_mut().carry_out(retries, Requester::Modbus).unwrap();
         binding.write(&command(Command::ClearCounters, 0, 0)).unwrap();
     }
-    board.gateway.borrow_mut().restrain(Restraint::None);
+    board.gateway.borrow_mut().degrade(DegradedMode::None);
     binding.write(&command(Command::SensorDamping, 0, 100)).unwrap();
 }
 

@@ -23,7 +23,7 @@ fn crash(what: &str, level: &str, lsi_hz: u32) -> Ran {
 }
 
 /// What console, Modbus port and log report of a crash.
-struct Told {
+struct Reported {
     cause: &'static str,
     code: u16,
     /// One of these; none if it is unknown.
@@ -37,7 +37,7 @@ struct Told {
 const ALL_BELOW: &[&str] = &["t7_bus", "isu_bus", "pwm", "modbus"];
 
 /// Checks the time it takes, and the three reports; returns how long the crash lasted and how long until the next angle.
-fn check(name: &str, ran: &Ran, reset: ResetCause, told: &Told) -> (u64, u64) {
+fn check(name: &str, ran: &Ran, reset: ResetCause, told: &Reported) -> (u64, u64) {
     let resets = resets(ran);
     let [(at, cause)] = resets[..] else { panic!("{name}: {resets:?}") };
     assert_eq!(cause, reset, "{name}");
@@ -96,7 +96,7 @@ fn field<'a>(object: &'a str, name: &str) -> &'a str {
 
 fn stalled(level: &str, duties: &'static [&'static str], exceptions: &'static [u16], within: u64) {
     let ran = crash("hang", level, 32_000);
-    let told = Told { cause: "stalled", code: 8, duties, exceptions: Some(exceptions), within };
+    let told = Reported { cause: "stalled", code: 8, duties, exceptions: Some(exceptions), within };
     check(&format!("hang of {level}"), &ran, ResetCause::Software, &told);
 }
 
@@ -135,7 +135,7 @@ fn with_interrupts_masked_the_watchdog_ends_it_within_a_second_and_a_half() {
     let mut shortest = u64::MAX;
     for lsi_hz in [17_000, 32_000, 47_000] {
         let ran = crash("masked_hang", "main", lsi_hz);
-        let told = Told { cause: "watchdog", code: 5, duties: &[], exceptions: None, within: 1_500 * MS };
+        let told = Reported { cause: "watchdog", code: 5, duties: &[], exceptions: None, within: 1_500 * MS };
         let name = format!("everything hangs, LSI {lsi_hz} Hz");
         shortest = check(&name, &ran, ResetCause::Watchdog, &told).0.min(shortest);
     }
@@ -153,7 +153,7 @@ fn faults_say_what_they_are_and_where() {
     ];
     for (what, level, cause, code, exceptions) in faults {
         let ran = crash(what, level, 32_000);
-        let told = Told { cause, code, duties: &[], exceptions: Some(exceptions), within: MS };
+        let told = Reported { cause, code, duties: &[], exceptions: Some(exceptions), within: MS };
         check(&format!("{what} in {level}"), &ran, ResetCause::Software, &told);
         let crash = said(&ran, "crash")[0].to_owned();
         if what == "data_fault" {
@@ -168,14 +168,14 @@ fn faults_say_what_they_are_and_where() {
 #[test]
 fn a_stack_that_overflows_meets_no_data() {
     let ran = crash("stack_overflow", "main", 32_000);
-    let told = Told { cause: "stack_overflow", code: 14, duties: &[], exceptions: None, within: MS };
+    let told = Reported { cause: "stack_overflow", code: 14, duties: &[], exceptions: None, within: MS };
     check("stack overflow", &ran, ResetCause::Software, &told);
 }
 
 #[test]
 fn a_panic_says_where_it_was() {
     let ran = crash("panic", "main", 32_000);
-    let told = Told { cause: "panic", code: 9, duties: &[], exceptions: None, within: MS };
+    let told = Reported { cause: "panic", code: 9, duties: &[], exceptions: None, within: MS };
     check("panic", &ran, ResetCause::Software, &told);
     let crash = said(&ran, "crash")[0];
     assert!(

@@ -7,7 +7,7 @@ use clino_commissioning::isu::{
     Cause, Failure, Identify, Module, Program, ReadAngle, Repair as RepairModule, Reset, ResetNull,
 };
 use clino_commissioning::{Operation, Report, SettingChange, SingleDevice};
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 
 use super::verb::{Null, One, Repair, SetAddress, Verb, Zero};
 use crate::bus::{Asked, Make};
@@ -41,7 +41,7 @@ fn info(one: One) -> Outcome {
     let mut bench = Bench::open(one)?;
     match bench.session.run(Identify::new(module))? {
         Ok(identity) => {
-            bench.session.say.news(identity)?;
+            bench.session.say.task_event(identity)?;
             if !identity.audit.is_sound() {
                 bench.advise_repair()?;
             }
@@ -70,7 +70,7 @@ fn reset(one: One) -> Outcome {
     let mut bench = Bench::open(one)?;
     match bench.session.run(Reset::new(module))? {
         Ok(alive) => {
-            bench.session.say.news(alive)?;
+            bench.session.say.task_event(alive)?;
             if alive.hard_error {
                 bench.advise_repair()?;
             }
@@ -96,7 +96,7 @@ fn zero(Zero { one, consent }: Zero) -> Outcome {
     let back = format!("null {name} {old}");
     match bench.session.run(ResetNull::new(module))? {
         Ok(nulled) => {
-            bench.session.say.news(nulled)?;
+            bench.session.say.task_event(nulled)?;
             bench.put_back(nulled.writes, &back)?;
             Ok(DecodeVerdict::Good)
         }
@@ -176,12 +176,12 @@ impl Bench {
     fn finish<O>(&mut self, operation: O) -> Outcome
     where
         O: Operation<Protocol = Isu, Error = Failure>,
-        O::Event: Into<News>,
-        O::Report: Into<News>,
+        O::Event: Into<TaskEvent>,
+        O::Report: Into<TaskEvent>,
     {
         match self.session.run(operation)? {
             Ok(report) => {
-                self.session.say.news(report)?;
+                self.session.say.task_event(report)?;
                 Ok(DecodeVerdict::Good)
             }
             Err(failure) => self.failed(&failure),
@@ -192,7 +192,7 @@ impl Bench {
     fn program(&mut self, operation: Program, back: &str) -> Outcome {
         match self.session.run(operation)? {
             Ok(report) => {
-                self.session.say.news(report)?;
+                self.session.say.task_event(report)?;
                 // A module that is alone may have had another address than the one it was asked at.
                 let back = match from(&report) {
                     Some(Change::ModuleAddress(from)) => address_back(&report, from),
@@ -234,7 +234,7 @@ impl Bench {
 
     /// Tells why the module did not do it.
     fn failed(&mut self, failure: &Failure) -> Outcome {
-        self.session.say.news(*failure)?;
+        self.session.say.task_event(*failure)?;
         if failure.repair {
             self.advise_repair()?;
         }

@@ -7,7 +7,7 @@ use clino_commissioning::t7::{
     Sweep, Swept,
 };
 use clino_commissioning::{Operation, Report, SettingChange};
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 
 use super::names;
 use super::refusal::explain;
@@ -71,7 +71,7 @@ fn scan(Scan { all, bus }: Scan) -> Outcome {
     if is_empty && all.is_none() && bench.session.rest(RESYNC)? {
         swept = bench.sweep(Sweep::new(serial, rates))?;
     }
-    bench.session.say.news(swept)?;
+    bench.session.say.task_event(swept)?;
     if !swept.complete {
         return Err(Ended::STOPPED);
     }
@@ -102,7 +102,7 @@ fn zero(Zero { sensor: OneAxis { one: One { address, bus }, axis }, consent }: Z
     let back = format!("offset {name} {} -a {}", old.0, axis.get());
     match bench.run(SetZero::new(device(address)?, axis))? {
         Ok(zeroed) => {
-            bench.session.say.news(zeroed)?;
+            bench.session.say.task_event(zeroed)?;
             bench.put_back(zeroed.writes, &back)?;
             Ok(DecodeVerdict::Good)
         }
@@ -129,7 +129,7 @@ fn set(One { address, bus }: One, wanted: DeviceSetting, consent: Consent) -> Ou
     let back = words(address, &old);
     match bench.run(operation)? {
         Ok(report) => {
-            bench.session.say.news(report)?;
+            bench.session.say.task_event(report)?;
             bench.put_back(report.writes, &back)?;
             Ok(DecodeVerdict::Good)
         }
@@ -155,7 +155,7 @@ fn baud(Baud { one: One { address, bus }, rate, consent }: Baud) -> Outcome {
     let back = format!("baud {} {}", address.get(), old.bits_per_second());
     match result {
         Ok(report) => {
-            bench.session.say.news(report)?;
+            bench.session.say.task_event(report)?;
             bench.options.baud = changed(&report).unwrap_or(old);
             bench.put_back(report.writes, &back)?;
             Ok(DecodeVerdict::Good)
@@ -175,7 +175,7 @@ fn address(SetAddress { one: One { address: old, bus }, new, consent }: SetAddre
     let back = format!("address {to} {from}");
     match bench.run(operation)? {
         Ok(report) => {
-            bench.session.say.news(report)?;
+            bench.session.say.task_event(report)?;
             if report.writes > 0 && old == Address::FACTORY {
                 let why = "its old address was the factory's, 127, which cannot be given";
                 bench.session.say.hint("kept", why)?;
@@ -212,7 +212,7 @@ impl Bench {
     fn run<O>(&mut self, operation: O) -> Result<Result<O::Report, Failure>, Ended>
     where
         O: Operation<Protocol = T7, Error = Failure> + Copy,
-        O::Event: Into<News>,
+        O::Event: Into<TaskEvent>,
     {
         let result = self.session.run(operation)?;
         if let Err(Failure { cause: Cause::NoAnswer { .. }, writes: 0 }) = result
@@ -227,12 +227,12 @@ impl Bench {
     fn finish<O>(&mut self, operation: O) -> Outcome
     where
         O: Operation<Protocol = T7, Error = Failure> + Copy,
-        O::Event: Into<News>,
-        O::Report: Into<News>,
+        O::Event: Into<TaskEvent>,
+        O::Report: Into<TaskEvent>,
     {
         match self.run(operation)? {
             Ok(report) => {
-                self.session.say.news(report)?;
+                self.session.say.task_event(report)?;
                 Ok(DecodeVerdict::Good)
             }
             Err(failure) => self.failed(&failure),
@@ -305,7 +305,7 @@ impl Bench {
 
     /// Tells why the sensor did not do it.
     fn failed(&mut self, failure: &Failure) -> Outcome {
-        self.session.say.news(*failure)?;
+        self.session.say.task_event(*failure)?;
         match failure.cause {
             Cause::Cancelled => return Err(Ended::STOPPED),
             Cause::NoAnswer { .. } | Cause::Lost { .. } => self.session.diagnose(Asked::One)?,

@@ -18,7 +18,7 @@ use clino_console::{BusState, Host, LONGEST_LINE, Received, Saved, Shell, Storag
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Bus, Detail, Reading, SlotConfig};
 use clino_recovery::Start;
@@ -118,7 +118,7 @@ impl Host for Notes {
         self.rest.bus(bus)
     }
 
-    fn news(&mut self) -> Option<News> {
+    fn task_event(&mut self) -> Option<TaskEvent> {
         None
     }
 

@@ -12,9 +12,9 @@ use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::{Standing, Summary};
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Asker, Bus, Detail, Gateway, Reading, Settings, SlotConfig, Source};
+use clino_gateway::{Bus, Detail, Gateway, Reading, Requester, Settings, SlotConfig, Source};
 use clino_recovery::{Start, StartCause, Uid};
 use embedded_io::{ErrorType, Write};
 
@@ -117,8 +117,8 @@ impl Host for Rest {
         })
     }
 
-    fn news(&mut self) -> Option<News> {
-        self.gateway.news(Asker::Console)
+    fn task_event(&mut self) -> Option<TaskEvent> {
+        self.gateway.task_event(Requester::Console)
     }
 
     fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal> {
@@ -130,7 +130,7 @@ impl Host for Rest {
     fn order(&mut self, order: Order) -> Result<(), Refusal> {
         order.check()?;
         self.orders.push(order);
-        self.gateway.carry_out(order, Asker::Console)?;
+        self.gateway.carry_out(order, Requester::Console)?;
         for bus in [Bus::T7, Bus::Isu] {
             self.gateway.poll(bus, self.now, |_| {});
         }

@@ -81,7 +81,7 @@ fn furnished() -> Desk {
     for (slot, config) in (0..).zip(table) {
         desk.rest
             .gateway
-            .carry_out(Order::Slot { slot, config }, clino_gateway::Asker::Console)
+            .carry_out(Order::Slot { slot, config }, clino_gateway::Requester::Console)
             .expect("a slot");
     }
     let bus = |bus, post, echo| Order::Bus {
@@ -99,7 +99,7 @@ fn furnished() -> Desk {
         bus(Bus::Isu, 999, EchoMode::Detect),
         Order::Console(ConsoleSettings { idle_s: 86_399 }),
     ] {
-        desk.rest.gateway.carry_out(order, clino_gateway::Asker::Console).expect("an order");
+        desk.rest.gateway.carry_out(order, clino_gateway::Requester::Console).expect("an order");
     }
     desk.rest.modbus = Some(Settings {
         address: 247,

@@ -1,6 +1,6 @@
 //! What the next start tells, and what is refused in times like these.
 
-use clino_gateway::Restraint;
+use clino_gateway::DegradedMode;
 use clino_recovery::{Clock, Crash, FaultStatus, Mode, MonitoredTask, Registers, Start, Uid};
 
 use crate::desk::Desk;
@@ -70,18 +70,18 @@ fn the_last_crash_is_told_with_all_that_is_known_of_it() {
 #[test]
 fn what_is_restrained_is_refused_with_its_reason() {
     let mut desk = Desk::new();
-    desk.rest.gateway.restrain(Restraint::InexactClock);
+    desk.rest.gateway.degrade(DegradedMode::InexactClock);
     for line in ["t7 damping 5 100 --yes", "isu address 3 4 --yes", "t7 baud 5 9600 --yes"] {
         let said = desk.type_in(&format!("{line}\r"));
         let begin = r#"{"error":{"kind":"inexact_clock","clock_off_percent":8,"most_percent":3.330,"why":""#;
         assert!(said.starts_with(begin), "{said}");
     }
-    desk.rest.gateway.restrain(Restraint::NoBuses);
+    desk.rest.gateway.degrade(DegradedMode::NoBuses);
     let said = desk.type_in("t7 info 5\r");
     let why = r#"{"error":{"kind":"no_buses","why":"safe mode: the buses are not served"}}"#;
     assert_eq!(said, format!("{why}\r\n"));
     assert_eq!(desk.type_in("bus t7 -b 9600\r"), "{\"done\":true}\r\n");
-    desk.rest.gateway.restrain(Restraint::InexactClock);
+    desk.rest.gateway.degrade(DegradedMode::InexactClock);
     assert_eq!(desk.type_in("t7 info 5\r"), "", "it is begun");
     // A person is told in words, once it is meant.
     desk.type_in("json off\r");

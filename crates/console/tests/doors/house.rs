@@ -15,11 +15,11 @@ use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
 use clino_gateway::{
-    Action, Alarm, AlarmDetail, Asker, Bus, Capture, Detail, Extremes, Gateway, Publisher, PwmInput, Reading,
-    Restraint, Settings, SlotConfig, Snapshot, Source,
+    Action, Alarm, AlarmDetail, Bus, Capture, DegradedMode, Detail, Extremes, Gateway, Publisher, PwmInput,
+    Reading, Requester, Settings, SlotConfig, Snapshot, Source,
 };
 use clino_modbus::binding::{Binding, DeferredRequest, Site};
 use clino_modbus::{Counters, Identification, Server};
@@ -159,16 +159,16 @@ impl Host for Doors {
         })
     }
 
-    fn news(&mut self) -> Option<News> {
-        self.0.gateway.borrow_mut().news(Asker::Console)
+    fn task_event(&mut self) -> Option<TaskEvent> {
+        self.0.gateway.borrow_mut().task_event(Requester::Console)
     }
 
     fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal> {
-        self.0.gateway.borrow_mut().change(slot, named, Asker::Console)
+        self.0.gateway.borrow_mut().change(slot, named, Requester::Console)
     }
 
     fn order(&mut self, order: Order) -> Result<(), Refusal> {
-        self.0.gateway.borrow_mut().carry_out(order, Asker::Console)
+        self.0.gateway.borrow_mut().carry_out(order, Requester::Console)
     }
 
     fn flush(&mut self) {}
@@ -325,7 +325,7 @@ impl House {
 
     /// From now on the buses are not served, as in safe mode.
     pub fn in_safe_mode(&mut self) {
-        self.doors.0.gateway.borrow_mut().restrain(Restraint::NoBuses);
+        self.doors.0.gateway.borrow_mut().degrade(DegradedMode::NoBuses);
     }
 
     /// The start is another one.
@@ -380,7 +380,9 @@ impl House {
         loop {
             let gateway = self.doors.0.gateway.borrow();
             let is_idle = Bus::ALL.iter().all(|&bus| gateway.progress(bus).is_none())
-                && ![Asker::Console, Asker::Modbus].into_iter().any(|asker| gateway.has_news(asker));
+                && ![Requester::Console, Requester::Modbus]
+                    .into_iter()
+                    .any(|requester| gateway.has_task_event(requester));
             drop(gateway);
             if is_idle {
                 return;

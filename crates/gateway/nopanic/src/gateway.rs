@@ -4,10 +4,10 @@ use clino_bus::Instant;
 use clino_gateway::lint::{Finding, Lint};
 use clino_gateway::order::Order;
 use clino_gateway::settings::{bus, console, port, slot};
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::{Entry as Exchange, Purpose, Trace, Verdict};
 use clino_gateway::{
-    Action, Bus, BusChange, BusSettings, Configuration, Gateway, Glance, Health, Reading, StreamEntry, Reporter, Settings, SlotConfig, SlotCounters,
+    Action, Bus, BusChange, BusSettings, Configuration, Gateway, ReadingBrief, Health, Reading, StreamEntry, Reporter, Settings, SlotConfig, SlotCounters,
     Snapshot, Source, Status, Value, View,
 };
 
@@ -18,8 +18,8 @@ pub static ENTRIES: &[Entry] = &entries![
     Gateway::line,
     Gateway::pwm,
     Gateway::carry_out,
-    Gateway::news,
-    Gateway::has_news,
+    Gateway::task_event,
+    Gateway::has_task_event,
     Gateway::progress,
     poll,
     Gateway::poll_at,
@@ -84,10 +84,10 @@ pub static ENTRIES: &[Entry] = &entries![
     Snapshot::view,
     View::reading,
     View::value,
-    View::glance,
+    View::brief,
     View::holds,
     View::generation,
-    News::is_end,
+    TaskEvent::is_end,
     Verdict::name,
     Purpose::name,
     Exchange::took,
@@ -95,7 +95,7 @@ pub static ENTRIES: &[Entry] = &entries![
     Trace::total,
     trace,
     Status::name,
-    Reading::glance,
+    Reading::brief,
     Reading::status,
     Reading::angle,
     Reading::raw,
@@ -120,7 +120,7 @@ fn findings(lint: Lint<'_>, found: fn(Finding)) {
     lint.findings(&mut |finding| found(finding));
 }
 
-fn next(reporter: &mut Reporter, look: fn(usize) -> Option<Glance>, now: Instant) -> Option<StreamEntry> {
+fn next(reporter: &mut Reporter, look: fn(usize) -> Option<ReadingBrief>, now: Instant) -> Option<StreamEntry> {
     reporter.next(look, now)
 }
 

@@ -9,7 +9,7 @@ use super::Gateway;
 use crate::bits::Bits;
 use crate::bus_task::BusTask;
 use crate::config::{Bus, MAX_SLOTS, SlotConfig};
-use crate::degraded::Restraint;
+use crate::degraded::DegradedMode;
 use crate::pwm::PwmInputs;
 use crate::schedule::Polled;
 use crate::settings::console::ConsoleSettings;
@@ -29,7 +29,7 @@ impl Gateway {
             changed: Bits::EMPTY,
             trace: Trace::new(),
             fingerprint: 0,
-            restraint: Restraint::None,
+            degraded: DegradedMode::None,
             console: ConsoleSettings::DEFAULT,
             watched: Bits::EMPTY,
             watch_at: Instant::ZERO,

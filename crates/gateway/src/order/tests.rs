@@ -10,13 +10,13 @@ use clino_commissioning::t7::{Device, DeviceSetting, Rates};
 use super::*;
 use crate::task::isu::Task as OfIsu;
 use crate::task::t7::Task as OfT7;
-use crate::{Asker, Bus, BusChange, Gateway, Settings, SlotConfig};
+use crate::{Bus, BusChange, Gateway, Requester, Settings, SlotConfig};
 use crate::{INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM};
 
-fn gateway(restraint: Restraint) -> Gateway {
+fn gateway(degraded: DegradedMode) -> Gateway {
     let (t7, isu) = (Timing::t7(Serial::T7_DEFAULT), Timing::isu());
     let mut gateway = Gateway::new(&Settings::new(&[], t7, isu), pwm::Limits::new(84_000_000));
-    gateway.restrain(restraint);
+    gateway.degrade(degraded);
     gateway
 }
 
@@ -63,35 +63,35 @@ fn own() -> [Order; 5] {
 
 #[test]
 fn each_degraded_mode_refuses_its_own_orders() {
-    for (restraint, reads, writes) in [
-        (Restraint::None, true, true),
-        (Restraint::InexactClock, true, false),
-        (Restraint::NoBuses, false, false),
+    for (degraded, reads, writes) in [
+        (DegradedMode::None, true, true),
+        (DegradedMode::InexactClock, true, false),
+        (DegradedMode::NoBuses, false, false),
     ] {
-        let carried_out = |order| gateway(restraint).carry_out(order, Asker::Console);
-        let expected = |allowed| if allowed { Ok(()) } else { Err(Refusal::Restrained(restraint)) };
+        let carried_out = |order| gateway(degraded).carry_out(order, Requester::Console);
+        let expected = |allowed| if allowed { Ok(()) } else { Err(Refusal::Degraded(degraded)) };
         for order in reading() {
-            assert_eq!(carried_out(order), expected(reads), "{restraint:?} {order:?}");
+            assert_eq!(carried_out(order), expected(reads), "{degraded:?} {order:?}");
         }
         for order in writing() {
-            assert_eq!(carried_out(order), expected(writes), "{restraint:?} {order:?}");
+            assert_eq!(carried_out(order), expected(writes), "{degraded:?} {order:?}");
         }
         for order in own() {
-            assert_eq!(carried_out(order), Ok(()), "{restraint:?} {order:?}");
+            assert_eq!(carried_out(order), Ok(()), "{degraded:?} {order:?}");
         }
     }
 }
 
 #[test]
 fn what_is_refused_is_not_begun_and_its_own_fault_comes_first() {
-    let mut gateway = gateway(Restraint::NoBuses);
+    let mut gateway = gateway(DegradedMode::NoBuses);
     for order in reading() {
-        assert!(gateway.carry_out(order, Asker::Console).is_err());
+        assert!(gateway.carry_out(order, Requester::Console).is_err());
     }
     gateway.poll(Bus::T7, Instant::from_micros(1_000_000), |_| panic!("nothing is asked"));
     assert_eq!((gateway.progress(Bus::T7), gateway.progress(Bus::Isu)), (None, None));
     let wrong = Order::T7(OfT7::Set(Device::at(address(5)).unwrap(), DeviceSetting::Damping(5_001)));
-    assert!(matches!(gateway.carry_out(wrong, Asker::Console), Err(Refusal::T7(_))));
+    assert!(matches!(gateway.carry_out(wrong, Requester::Console), Err(Refusal::T7(_))));
 }
 
 #[test]

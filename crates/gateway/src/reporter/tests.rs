@@ -34,7 +34,7 @@ fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Read
 
 fn next(reporter: &mut Reporter, readings: &[Reading], now_ms: u32) -> Option<u8> {
     let now = Instant::from_millis(now_ms);
-    let next = reporter.next(|slot| readings.get(slot).map(|reading| reading.glance(now)), now);
+    let next = reporter.next(|slot| readings.get(slot).map(|reading| reading.brief(now)), now);
     next.and_then(|report| readings.get(report.slot)).map(|reading| reading.slot)
 }
 
@@ -121,7 +121,7 @@ fn each_alarm_that_changes_is_printed_once_and_first() {
     let mut readings = [reading(0, 1, 0, 1_000), reading(1, 1, 0, 1_000)];
     let mut look = |readings: &[Reading], now_ms| {
         let now = Instant::from_millis(now_ms);
-        let report = reporter.next(|slot| readings.get(slot).map(|reading| reading.glance(now)), now);
+        let report = reporter.next(|slot| readings.get(slot).map(|reading| reading.brief(now)), now);
         report.map(|report| (report.slot, report.alarm))
     };
     assert_eq!([look(&readings, 1), look(&readings, 1)], [Some((0, None)), Some((1, None))]);

@@ -78,7 +78,7 @@ fn a_value_is_that_of_the_reading() {
             let expected =
                 Value { status: whole.status(now), angle: whole.angle(now), age_ms: whole.age_ms(now) };
             assert_eq!(value, expected, "{n} {late}");
-            assert_eq!(view.glance(0, now), Some(whole.glance(now)), "{n} {late}");
+            assert_eq!(view.brief(0, now), Some(whole.brief(now)), "{n} {late}");
             let Reading { source, health, alarms, .. } = whole;
             let standing =
                 Standing { source, status: whole.status(now), health, alarms, age_ms: whole.age_ms(now) };

@@ -21,7 +21,7 @@ use crate::config::{Kind, Source};
 use crate::health::Health;
 use crate::snapshot::Value;
 use crate::summary::Standing;
-use crate::{Glance, Published, Reading, Status};
+use crate::{Published, Reading, ReadingBrief, Status};
 
 pub(super) const WORDS: usize = 12;
 
@@ -111,9 +111,9 @@ pub(super) fn standing(words: &[AtomicU32; WORDS], now: Instant) -> Standing {
     Standing { source, status, health: Health::from_bits(health), alarms: alarms(load(sixth)), age_ms }
 }
 
-pub(super) fn glance(words: &[AtomicU32; WORDS], now: Instant) -> Glance {
+pub(super) fn brief(words: &[AtomicU32; WORDS], now: Instant) -> ReadingBrief {
     let [_, sequence, _, _, _, _, sixth, _, _, _, period, report] = words;
-    Glance {
+    ReadingBrief {
         status: worth(words, now).0,
         sequence: load(sequence),
         alarms: alarms(load(sixth)),

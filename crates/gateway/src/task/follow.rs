@@ -7,25 +7,27 @@ use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom::Change as Eeprom;
 use clino_commissioning::{Report, SettingChange};
 
-use super::{Claim, News, isu, t7};
+use super::{Claim, TaskEvent, isu, t7};
 use crate::{SlotConfig, Source};
 
 /// How a slot is to be set after a task that has ended like this, if otherwise than now.
-pub(crate) fn followed(config: &SlotConfig, claim: Claim, news: &News) -> Option<SlotConfig> {
+pub(crate) fn followed(config: &SlotConfig, claim: Claim, news: &TaskEvent) -> Option<SlotConfig> {
     let source = match (*news, config.source) {
         (
-            News::T7(t7::News::Address(Report { change: SettingChange::Changed { from, to }, .. })),
+            TaskEvent::T7(t7::TaskEvent::Address(Report {
+                change: SettingChange::Changed { from, to }, ..
+            })),
             Source::T7 { address, axis },
         ) if address == from => Source::T7 { address: to, axis },
         (
-            News::Isu(isu::News::Programmed(Report {
+            TaskEvent::Isu(isu::TaskEvent::Programmed(Report {
                 change:
                     SettingChange::Changed { from: Eeprom::ModuleAddress(from), to: Eeprom::ModuleAddress(to) },
                 ..
             })),
             Source::Isu { address },
         ) if address == from => Source::Isu { address: to },
-        (News::T7(t7::News::Zeroed(_)) | News::Isu(isu::News::Nulled(_)), source)
+        (TaskEvent::T7(t7::TaskEvent::Zeroed(_)) | TaskEvent::Isu(isu::TaskEvent::Nulled(_)), source)
             if claim == Claim::Zero(source) && config.soft_zero != Angle::ZERO =>
         {
             return Some(SlotConfig { soft_zero: Angle::ZERO, ..*config });

@@ -27,7 +27,7 @@ pub enum Task {
 
 /// An event of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum News {
+pub enum TaskEvent {
     /// A module's identification and setup.
     Identity(Identity),
     /// A module came up again.
@@ -82,7 +82,7 @@ impl Tasks for Isu {
     type Task = Task;
     type Work = Work;
 
-    fn begin(task: &Task, _: Serial, place: &mut Option<Work>) -> Result<(), super::News> {
+    fn begin(task: &Task, _: Serial, place: &mut Option<Work>) -> Result<(), super::TaskEvent> {
         let refused = |cause| Failure { cause, writes: 0, repair: false }.into();
         Work::begin(task, place).map_err(refused)
     }
@@ -120,9 +120,9 @@ impl Tasks for Isu {
 
 macro_rules! news {
     ($($from:ty => $variant:ident),* $(,)?) => {$(
-        impl From<$from> for super::News {
+        impl From<$from> for super::TaskEvent {
             fn from(news: $from) -> Self {
-                super::News::Isu(News::$variant(news))
+                super::TaskEvent::Isu(TaskEvent::$variant(news))
             }
         }
     )*};

@@ -37,7 +37,7 @@ pub enum Task {
 
 /// An event of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum News {
+pub enum TaskEvent {
     /// A sweep has found something. More follows.
     Found(Found),
     /// A sweep is over.
@@ -98,7 +98,7 @@ impl Tasks for T7 {
     type Task = Task;
     type Work = Work;
 
-    fn begin(task: &Task, serial: Serial, place: &mut Option<Work>) -> Result<(), super::News> {
+    fn begin(task: &Task, serial: Serial, place: &mut Option<Work>) -> Result<(), super::TaskEvent> {
         let refused = |error| Failure { cause: Cause::Refused(error), writes: 0 }.into();
         Work::begin(task, serial, place).map_err(refused)
     }
@@ -135,7 +135,7 @@ impl Tasks for T7 {
     }
 }
 
-impl From<Infallible> for super::News {
+impl From<Infallible> for super::TaskEvent {
     fn from(never: Infallible) -> Self {
         match never {}
     }
@@ -143,9 +143,9 @@ impl From<Infallible> for super::News {
 
 macro_rules! news {
     ($($from:ty => $variant:ident),* $(,)?) => {$(
-        impl From<$from> for super::News {
+        impl From<$from> for super::TaskEvent {
             fn from(news: $from) -> Self {
-                super::News::T7(News::$variant(news))
+                super::TaskEvent::T7(TaskEvent::$variant(news))
             }
         }
     )*};

@@ -16,8 +16,8 @@ use clino_commissioning::t7::{DeviceSetting, Rates};
 use clino_commissioning::{Report, SettingChange};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::t7::Task;
-use clino_gateway::task::{News, t7 as told};
-use clino_gateway::{Asker, Bus, BusChange, SlotConfig, Source};
+use clino_gateway::task::{TaskEvent, t7 as told};
+use clino_gateway::{Bus, BusChange, Requester, SlotConfig, Source};
 use clino_sim::motion::Motion;
 use proptest::prelude::*;
 
@@ -167,25 +167,25 @@ impl Model {
         }
     }
 
-    fn told(&mut self, news: &News) {
-        let News::T7(news) = news else { panic!("{news:?}") };
+    fn told(&mut self, news: &TaskEvent) {
+        let TaskEvent::T7(news) = news else { panic!("{news:?}") };
         let task = match news {
-            told::News::Found(_) => return,
+            told::TaskEvent::Found(_) => return,
             _ => self.task.take().expect("a task"),
         };
         match (news, task) {
-            (told::News::Baud(Report { change: SettingChange::Changed { to, .. }, .. }), _) => {
+            (told::TaskEvent::Baud(Report { change: SettingChange::Changed { to, .. }, .. }), _) => {
                 self.baud = to.bits_per_second();
             }
             (
-                told::News::Address(Report { change: SettingChange::Changed { .. }, .. }),
+                told::TaskEvent::Address(Report { change: SettingChange::Changed { .. }, .. }),
                 Work::Address(from, to),
             ) => {
                 for config in self.slots.values_mut().filter(|config| node_of(config) == Some(from)) {
                     config.source = Source::T7 { address: address(to), axis: Axis::Two };
                 }
             }
-            (told::News::Zeroed(_), Work::Zero(node)) => {
+            (told::TaskEvent::Zeroed(_), Work::Zero(node)) => {
                 for config in self.slots.values_mut().filter(|config| node_of(config) == Some(node)) {
                     config.soft_zero = Angle::ZERO;
                 }
@@ -329,7 +329,7 @@ proptest! {
             prop_assert!(trial.site.now().since(begun) < Duration::from_micros(60_000_000), "a task does not end");
         }
         trial.pass(1_000_000)?;
-        prop_assert!(!trial.site.gateway.has_news(Asker::Console));
+        prop_assert!(!trial.site.gateway.has_task_event(Requester::Console));
         trial.in_force()?;
     }
 }

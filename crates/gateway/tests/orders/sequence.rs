@@ -8,8 +8,8 @@ use clino_commissioning::t7::{Cause, DeviceSetting, Failure};
 use clino_commissioning::{Report, SettingChange};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::t7::Task;
-use clino_gateway::task::{News, t7 as told};
-use clino_gateway::{Asker, Bus, BusChange, SlotConfig, Source};
+use clino_gateway::task::{TaskEvent, t7 as told};
+use clino_gateway::{Bus, BusChange, Requester, SlotConfig, Source};
 use clino_sim::motion::Motion;
 
 use super::site::{Site, address, device, slot, t7};
@@ -26,8 +26,8 @@ fn guard(us: u64) -> BusChange {
     BusChange { guard: Some(Duration::from_micros(us as u32)), ..BusChange::NONE }
 }
 
-fn is_baud(news: &News, rate: BaudRate) -> bool {
-    matches!(news, News::T7(told::News::Baud(Report { change: SettingChange::Changed { to, .. }, .. })) if *to == rate)
+fn is_baud(news: &TaskEvent, rate: BaudRate) -> bool {
+    matches!(news, TaskEvent::T7(told::TaskEvent::Baud(Report { change: SettingChange::Changed { to, .. }, .. })) if *to == rate)
 }
 
 fn settings(site: &Site) -> (u32, u64) {
@@ -96,7 +96,8 @@ fn a_bit_rate_is_refused_while_a_task_needs_it() {
             let changes = matches!(task, Task::Baud(..));
             assert_eq!(same, if changes { Err(Refusal::Busy) } else { Ok(()) }, "{task:?} after {after} ms");
             site.finish();
-            let failed = site.news.iter().any(|news| matches!(news, News::T7(told::News::Failed(_))));
+            let failed =
+                site.news.iter().any(|news| matches!(news, TaskEvent::T7(told::TaskEvent::Failed(_))));
             assert!(!failed, "{:?}", site.news);
             site.run(Duration::from_micros(1_000));
             let expected = if changes { (57_600, 174) } else { (115_200, 300) };
@@ -118,7 +119,7 @@ fn a_task_after_a_change_of_bit_rate_begins_at_the_new_rate_after_the_silence() 
         site.order(Order::T7(Task::Identify(device(2)))).unwrap();
         site.finish();
         assert!(
-            matches!(site.news[..], [News::T7(told::News::Identity(_))]),
+            matches!(site.news[..], [TaskEvent::T7(told::TaskEvent::Identity(_))]),
             "phase {phase}: {:?}",
             site.news
         );
@@ -167,7 +168,7 @@ fn after_a_task_has_changed_the_bit_rate_the_next_one_waits_for_the_nodes() {
     let before = site.sent[asked - 1].at;
     site.order(Order::T7(Task::Identify(device(2)))).unwrap();
     site.finish();
-    assert!(matches!(site.news[1], News::T7(told::News::Identity(_))), "{:?}", site.news);
+    assert!(matches!(site.news[1], TaskEvent::T7(told::TaskEvent::Identity(_))), "{:?}", site.news);
     assert!(site.sent[asked].at.since(before) >= DEAF, "{:?}", site.sent[asked]);
     assert!(site.sent[asked..].iter().all(|sent| sent.baud == 57_600));
 }
@@ -194,8 +195,8 @@ fn a_task_that_is_cancelled_before_it_has_begun_sends_nothing() {
         site.run(Duration::from_micros(10_000));
         assert_eq!(site.sent.len(), sent);
         let ended = match site.news[..] {
-            [News::T7(told::News::Failed(Failure { cause: Cause::Cancelled, writes: 0 }))] => true,
-            [News::T7(told::News::Swept(swept))] => !swept.complete && swept.asked == 0,
+            [TaskEvent::T7(told::TaskEvent::Failed(Failure { cause: Cause::Cancelled, writes: 0 }))] => true,
+            [TaskEvent::T7(told::TaskEvent::Swept(swept))] => !swept.complete && swept.asked == 0,
             _ => false,
         };
         assert!(ended, "{task:?}: {:?}", site.news);
@@ -244,7 +245,7 @@ fn a_change_of_bit_rate_that_fails_leaves_what_was_changed_meanwhile() {
         site.change(guard(300)).unwrap();
         site.finish();
         site.run(Duration::from_micros(700_000));
-        assert!(matches!(site.news[..], [News::T7(told::News::Failed(_))]), "{:?}", site.news);
+        assert!(matches!(site.news[..], [TaskEvent::T7(told::TaskEvent::Failed(_))]), "{:?}", site.news);
         assert_eq!(settings(&site), (115_200, 300));
         let (_, timing, _) = site.runs.last().unwrap();
         assert_eq!((timing.serial.baud, timing.guard.as_micros()), (115_200, 300));
@@ -267,7 +268,7 @@ fn the_revision_counts_what_a_task_has_changed_when_it_has() {
         site.run(Duration::from_micros(5_000));
         assert_eq!(site.gateway.fingerprint(), before, "not yet");
         site.run(Duration::from_micros(2_000_000));
-        assert!(site.gateway.has_news(Asker::Console));
+        assert!(site.gateway.has_task_event(Requester::Console));
         let changes = !matches!(task, Task::Set(..));
         assert_eq!(site.gateway.fingerprint() != before, changes, "{task:?}");
         let after = site.gateway.fingerprint();
@@ -325,7 +326,7 @@ fn a_sensor_that_was_zeroed_reads_zero_in_its_slots() {
     assert_eq!(site.order(Order::Slot { slot: 0, config: other }), Err(Refusal::Busy));
     assert_eq!(site.order(Order::Slot { slot: 0, config: SlotConfig { retries: 7, ..mine } }), Ok(()));
     site.finish();
-    assert!(matches!(site.news[..], [News::T7(told::News::Zeroed(_))]), "{:?}", site.news);
+    assert!(matches!(site.news[..], [TaskEvent::T7(told::TaskEvent::Zeroed(_))]), "{:?}", site.news);
     let zeros = [0, 1, 2].map(|slot| site.gateway.config(slot).unwrap().soft_zero.mdeg());
     assert_eq!(zeros, [0, 5_000, 5_000]);
     assert_eq!(site.gateway.config(0).unwrap().retries, 7);

@@ -6,8 +6,8 @@ use clino_bus::{Duration, Instant, Serial, Timing, earliest, line};
 use clino_codec::{pwm, t7};
 use clino_commissioning::t7::Device;
 use clino_gateway::order::{Order, Refusal};
-use clino_gateway::task::News;
-use clino_gateway::{Action, Asker, Bus, BusChange, Gateway, Settings, SlotConfig, Source};
+use clino_gateway::task::TaskEvent;
+use clino_gateway::{Action, Bus, BusChange, Gateway, Requester, Settings, SlotConfig, Source};
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, SegmentSettings as Segment};
 use clino_sim::motion::Motion;
@@ -33,8 +33,8 @@ pub struct Site {
     /// The line settings that the bus was given, and when.
     pub runs: Vec<(Instant, Timing, line::LineSettings)>,
     /// The events of all tasks.
-    pub news: Vec<News>,
-    /// News is fetched as it comes.
+    pub news: Vec<TaskEvent>,
+    /// TaskEvent is fetched as it comes.
     pub prompt: bool,
 }
 
@@ -88,7 +88,7 @@ impl Site {
     }
 
     pub fn order(&mut self, order: Order) -> Result<(), Refusal> {
-        self.gateway.carry_out(order, Asker::Console)
+        self.gateway.carry_out(order, Requester::Console)
     }
 
     pub fn change(&mut self, change: BusChange) -> Result<(), Refusal> {
@@ -113,7 +113,7 @@ impl Site {
     /// Lets time pass until there is no task and no news is left.
     pub fn finish(&mut self) {
         let begun = self.now();
-        while self.gateway.progress(Bus::T7).is_some() || self.gateway.has_news(Asker::Console) {
+        while self.gateway.progress(Bus::T7).is_some() || self.gateway.has_task_event(Requester::Console) {
             self.run(Duration::from_micros(1_000));
             self.fetch();
             assert!(self.now().since(begun) < Duration::from_micros(60_000_000), "a task does not end");
@@ -121,7 +121,7 @@ impl Site {
     }
 
     pub fn fetch(&mut self) {
-        self.news.extend(self.gateway.news(Asker::Console));
+        self.news.extend(self.gateway.task_event(Requester::Console));
     }
 
     fn poll(&mut self) {

@@ -9,7 +9,7 @@ use clino_commissioning::t7::{DeviceSetting, Found, Identity};
 use clino_commissioning::{Report, SettingChange, isu as isu_commissioning, t7 as t7_commissioning};
 use clino_gateway::Published;
 use clino_gateway::command::Command;
-use clino_gateway::task::{News, isu, t7};
+use clino_gateway::task::{TaskEvent, isu, t7};
 use heapless::Vec;
 
 use crate::map::{FOUND, FoundItem, ResultItem};
@@ -64,52 +64,56 @@ impl Results {
 
     /// Takes the report of a task.
     #[inline(never)]
-    pub fn take(&mut self, news: &News) {
+    pub fn take(&mut self, news: &TaskEvent) {
         let writes = match news {
-            News::T7(t7::News::Found(found)) => return self.find(found),
-            News::T7(t7::News::Swept(swept)) => {
+            TaskEvent::T7(t7::TaskEvent::Found(found)) => return self.find(found),
+            TaskEvent::T7(t7::TaskEvent::Swept(swept)) => {
                 self.put(ResultItem::Devices, swept.devices.into());
                 self.put(ResultItem::Suspects, swept.suspects.into());
                 self.put(ResultItem::Asked, swept.asked.into());
                 return self.put(ResultItem::Complete, swept.complete.into());
             }
-            News::T7(t7::News::Identity(identity)) => return self.identify(identity),
-            News::Isu(isu::News::Identity(identity)) => {
+            TaskEvent::T7(t7::TaskEvent::Identity(identity)) => return self.identify(identity),
+            TaskEvent::Isu(isu::TaskEvent::Identity(identity)) => {
                 self.put(ResultItem::Address, identity.address.get().into());
                 self.put(ResultItem::Angle, mdeg(identity.angle));
                 self.put(ResultItem::Null, mdeg(identity.null_position));
                 self.put(ResultItem::Shutoff, identity.auto_shutoff_word.into());
                 return self.put(ResultItem::Sound, identity.audit.is_sound().into());
             }
-            News::Isu(isu::News::Alive(alive)) => {
+            TaskEvent::Isu(isu::TaskEvent::Alive(alive)) => {
                 return self.put(ResultItem::Address, alive.at.get().into());
             }
-            News::T7(t7::News::Zeroed(zeroed)) => {
+            TaskEvent::T7(t7::TaskEvent::Zeroed(zeroed)) => {
                 self.put(ResultItem::Before, zeroed.before.0);
                 self.put(ResultItem::After, zeroed.after.0);
                 zeroed.writes
             }
-            News::Isu(isu::News::Nulled(nulled)) => {
+            TaskEvent::Isu(isu::TaskEvent::Nulled(nulled)) => {
                 self.put(ResultItem::Before, mdeg(Angle::from_turn16(nulled.before)));
                 self.put(ResultItem::After, mdeg(Angle::from_turn16(nulled.after)));
                 nulled.writes
             }
-            News::T7(t7::News::Set(report)) => self.changed(report, setting),
-            News::T7(t7::News::Address(report)) => self.changed(report, |address| address.get().into()),
-            News::T7(t7::News::Baud(report)) => self.changed(report, |rate| rate.bits_per_second() as i32),
-            News::Isu(isu::News::Programmed(report)) => self.changed(report, programmed),
-            News::Isu(isu::News::Repaired(repaired)) => {
+            TaskEvent::T7(t7::TaskEvent::Set(report)) => self.changed(report, setting),
+            TaskEvent::T7(t7::TaskEvent::Address(report)) => {
+                self.changed(report, |address| address.get().into())
+            }
+            TaskEvent::T7(t7::TaskEvent::Baud(report)) => {
+                self.changed(report, |rate| rate.bits_per_second() as i32)
+            }
+            TaskEvent::Isu(isu::TaskEvent::Programmed(report)) => self.changed(report, programmed),
+            TaskEvent::Isu(isu::TaskEvent::Repaired(repaired)) => {
                 self.put(ResultItem::Address, repaired.at.get().into());
                 self.put(ResultItem::Stored, repaired.stored_address.get().into());
                 repaired.writes
             }
-            News::T7(t7::News::Failed(failure)) => {
+            TaskEvent::T7(t7::TaskEvent::Failed(failure)) => {
                 if let t7_commissioning::Cause::Moving { mdeg_per_s } = failure.cause {
                     self.put(ResultItem::Rate, mdeg_per_s as i32);
                 }
                 failure.writes
             }
-            News::Isu(isu::News::Failed(failure)) => {
+            TaskEvent::Isu(isu::TaskEvent::Failed(failure)) => {
                 self.put(ResultItem::Repair, failure.repair.into());
                 if let isu_commissioning::Cause::Moving { mdeg_per_s } = failure.cause {
                     self.put(ResultItem::Rate, mdeg_per_s as i32);

@@ -17,9 +17,9 @@ use clino_codec::t7::{Address, Axis, Direction};
 use clino_codec::{isu, t7};
 use clino_gateway::config::{Ask, Filter};
 use clino_gateway::order::{Order, Refusal};
-use clino_gateway::task::News;
+use clino_gateway::task::TaskEvent;
 use clino_gateway::{
-    Action, Asker, Bus, Capture, Gateway, Publisher, PwmInput, Reading, Settings, SlotConfig, Snapshot,
+    Action, Bus, Capture, Gateway, Publisher, PwmInput, Reading, Requester, Settings, SlotConfig, Snapshot,
     Source, Status,
 };
 use clino_segment::chance::Chance;
@@ -74,7 +74,7 @@ pub struct House {
     next_cycle: u64,
     /// True angle of the ISU from its factory null, µ°, and its rate, µ°/s.
     isu_motion: Motion,
-    pub news: Vec<News>,
+    pub news: Vec<TaskEvent>,
 }
 
 /// How the sensors move: µ°, and µ°/s.
@@ -182,7 +182,7 @@ impl House {
 
     /// An order from the console, which has to be accepted.
     pub fn order(&mut self, order: Order) -> Result<(), Refusal> {
-        self.gateway.carry_out(order, Asker::Console)
+        self.gateway.carry_out(order, Requester::Console)
     }
 
     /// Lets time pass; `watch` is called whenever something may have been published.
@@ -197,7 +197,7 @@ impl House {
                 self.next_cycle += CYCLE;
                 self.cycle();
             }
-            if let Some(news) = self.gateway.news(Asker::Console) {
+            if let Some(news) = self.gateway.task_event(Requester::Console) {
                 self.news.push(news);
             }
             self.gateway.publish(&mut self.publisher);

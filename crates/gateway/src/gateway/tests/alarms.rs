@@ -70,9 +70,9 @@ fn what_latches_is_published_until_it_is_acknowledged() {
     let state = |world: &mut World<Bridge>, alarm| world.gateway.reading(0).unwrap().alarms.state(alarm);
     world.skip(3_000_000);
     assert_eq!(state(&mut world, Alarm::High), Active);
-    world.gateway.carry_out(Order::Acknowledge(Some(1)), Asker::Modbus).unwrap();
+    world.gateway.carry_out(Order::Acknowledge(Some(1)), Requester::Modbus).unwrap();
     assert_eq!(state(&mut world, Alarm::High), Active, "that was another slot's");
-    world.gateway.carry_out(Order::Acknowledge(None), Asker::Console).unwrap();
+    world.gateway.carry_out(Order::Acknowledge(None), Requester::Console).unwrap();
     assert_eq!(state(&mut world, Alarm::High), Acknowledged);
     assert_eq!(world.gateway.next_changed().map(|reading| reading.slot), Some(0), "it is published");
     world.skip(5_000_000);
@@ -81,9 +81,9 @@ fn what_latches_is_published_until_it_is_acknowledged() {
     assert_eq!(state(&mut world, Alarm::NoValue), Unacknowledged);
     let detail = world.gateway.alarm(0, Alarm::NoValue, Instant::from_micros(world.now)).unwrap();
     assert!((4_400..=4_600).contains(&detail.age_ms), "{detail:?}");
-    assert_eq!(world.gateway.carry_out(Order::Acknowledge(Some(0)), Asker::Modbus), Ok(()));
+    assert_eq!(world.gateway.carry_out(Order::Acknowledge(Some(0)), Requester::Modbus), Ok(()));
     assert!(world.gateway.reading(0).unwrap().alarms.is_quiet());
-    assert!(world.gateway.carry_out(Order::Acknowledge(Some(48)), Asker::Console).is_err());
+    assert!(world.gateway.carry_out(Order::Acknowledge(Some(48)), Requester::Console).is_err());
 }
 
 #[test]
@@ -92,11 +92,11 @@ fn other_settings_of_the_slot_do_not_end_what_latches_and_another_sensor_does() 
     world.skip(3_000_000);
     let config = *world.gateway.config(0).unwrap();
     let retries = SlotConfig { retries: 5, ..config };
-    world.gateway.carry_out(Order::Slot { slot: 0, config: retries }, Asker::Console).unwrap();
+    world.gateway.carry_out(Order::Slot { slot: 0, config: retries }, Requester::Console).unwrap();
     assert_eq!(world.gateway.reading(0).unwrap().alarms.state(Alarm::High), AlarmState::Active);
     // Another limit ends it, and what latches waits; if the angle is beyond the new one, it is active again at once.
     let lower = SlotConfig { alarm: AlarmConfig { high: 9_000, ..config.alarm }, ..config };
-    world.gateway.carry_out(Order::Slot { slot: 0, config: lower }, Asker::Console).unwrap();
+    world.gateway.carry_out(Order::Slot { slot: 0, config: lower }, Requester::Console).unwrap();
     assert_eq!(world.gateway.reading(0).unwrap().alarms.state(Alarm::High), AlarmState::Unacknowledged);
     world.skip(3_500_000);
     assert_eq!(world.gateway.reading(0).unwrap().alarms.state(Alarm::High), AlarmState::Active);
@@ -104,7 +104,7 @@ fn other_settings_of_the_slot_do_not_end_what_latches_and_another_sensor_does() 
         SlotConfig { source: t7_slot(2, T7_PERIOD).source, ..config },
         SlotConfig { enabled: false, ..config },
     ] {
-        world.gateway.carry_out(Order::Slot { slot: 0, config: other }, Asker::Console).unwrap();
+        world.gateway.carry_out(Order::Slot { slot: 0, config: other }, Requester::Console).unwrap();
         assert!(world.gateway.reading(0).unwrap().alarms.is_quiet());
     }
 }
@@ -114,10 +114,10 @@ fn a_slot_that_never_had_a_value_raises_no_value_too() {
     // The slot is set while its node is silent.
     let alarm = AlarmConfig { no_value: 20, ..AlarmConfig::OFF };
     let mut world = world(alarm);
-    world.gateway.carry_out(Order::Slot { slot: 0, config: SlotConfig::OFF }, Asker::Console).unwrap();
+    world.gateway.carry_out(Order::Slot { slot: 0, config: SlotConfig::OFF }, Requester::Console).unwrap();
     world.skip(6_100_000);
     let slot = SlotConfig { alarm, ..t7_slot(7, T7_PERIOD) };
-    world.gateway.carry_out(Order::Slot { slot: 0, config: slot }, Asker::Console).unwrap();
+    world.gateway.carry_out(Order::Slot { slot: 0, config: slot }, Requester::Console).unwrap();
     let mut raised = None;
     world.run(8_900_000, |_, reading, now| {
         if reading.alarms.state(Alarm::NoValue) == AlarmState::Active {
@@ -142,13 +142,13 @@ fn extremes_are_those_of_the_published_angle_and_are_forgotten_by_order() {
     // A name changes nothing; a zero does.
     let config = *world.gateway.config(0).unwrap();
     let named = SlotConfig { name: crate::config::Name::new("pier").unwrap(), ..config };
-    world.gateway.carry_out(Order::Slot { slot: 0, config: named }, Asker::Console).unwrap();
+    world.gateway.carry_out(Order::Slot { slot: 0, config: named }, Requester::Console).unwrap();
     assert_eq!(angles(&world), (Some(5_000), Some(15_000)));
-    world.gateway.carry_out(Order::ClearExtremes(None), Asker::Console).unwrap();
+    world.gateway.carry_out(Order::ClearExtremes(None), Requester::Console).unwrap();
     assert_eq!(angles(&world), (None, None));
     world.skip(5_500_000);
     assert_eq!(angles(&world), (Some(5_000), Some(5_000)));
     let zeroed = SlotConfig { soft_zero: clino_codec::angle::Angle::from_udeg(1_000_000), ..config };
-    world.gateway.carry_out(Order::Slot { slot: 0, config: zeroed }, Asker::Console).unwrap();
+    world.gateway.carry_out(Order::Slot { slot: 0, config: zeroed }, Requester::Console).unwrap();
     assert_eq!(angles(&world), (None, None));
 }

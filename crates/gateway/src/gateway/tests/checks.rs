@@ -146,7 +146,7 @@ fn a_slot_that_is_set_during_an_exchange_does_not_get_its_answer() {
         let config = t7_slot(address, Duration::ZERO);
         world
             .gateway
-            .carry_out(crate::order::Order::Slot { slot: 0, config }, crate::Asker::Console)
+            .carry_out(crate::order::Order::Slot { slot: 0, config }, crate::Requester::Console)
             .unwrap();
         assert_eq!(world.status(0), Status::NeverRead);
         assert_eq!(world.gateway.slot_counters(0).unwrap().requests, 0);

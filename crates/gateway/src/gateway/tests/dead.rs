@@ -117,7 +117,7 @@ fn one_living_node_of_32_keeps_nine_tenths_of_its_rate() {
         for index in (0..NODES).filter(|&index| index != 6) {
             let (slot, config) = (index, SlotConfig::OFF);
             solo.gateway
-                .carry_out(crate::order::Order::Slot { slot, config }, crate::Asker::Console)
+                .carry_out(crate::order::Order::Slot { slot, config }, crate::Requester::Console)
                 .expect("a slot takes anything");
         }
         solo.run(10_000_000);

@@ -137,7 +137,7 @@ fn a_bus_without_slots_is_not_faulty() {
     assert_eq!(world.gateway.health(Bus::T7).fault, Some(BusFault::Mute));
     for slot in 0..T7S {
         let order = crate::order::Order::Slot { slot, config: SlotConfig::OFF };
-        world.gateway.carry_out(order, crate::Asker::Console).expect("a slot takes anything");
+        world.gateway.carry_out(order, crate::Requester::Console).expect("a slot takes anything");
     }
     assert_eq!(world.gateway.health(Bus::T7).fault, None);
 }

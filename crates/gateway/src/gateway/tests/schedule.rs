@@ -126,12 +126,12 @@ fn a_task_and_the_polling_take_turns() {
     while world.now < until {
         if world.gateway.progress(Bus::T7).is_none() {
             let order = Order::T7(task::t7::Task::Identify(device));
-            match world.gateway.carry_out(order, Asker::Console) {
+            match world.gateway.carry_out(order, Requester::Console) {
                 Ok(()) => tasks += 1,
                 Err(_) => waits += 1,
             }
         }
-        _ = world.gateway.news(Asker::Console);
+        _ = world.gateway.task_event(Requester::Console);
         let now = world.now;
         world.skip(now + 1_000);
     }
