@@ -43,7 +43,7 @@ fuzz_target!(|input: &[u8]| {
         }
         meanwhile(&board, bench.now, &mut publisher);
         bench.host.poll();
-        if board.wishes.borrow_mut().pop().is_some() {
+        if board.deferred.borrow_mut().pop().is_some() {
             bench.host.done(true);
         }
     }

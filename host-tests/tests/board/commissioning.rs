@@ -5,7 +5,7 @@ use clino_host_tests::{Ran, run};
 const MS: u64 = 1_000_000;
 
 /// The console lines that tell of tasks.
-fn task_event(ran: &Ran) -> Vec<&str> {
+fn news(ran: &Ran) -> Vec<&str> {
     let texts = ran.lines.iter().map(|line| line.text.as_str());
     texts.filter(|text| text.starts_with(r#"{"what":"#)).collect()
 }
