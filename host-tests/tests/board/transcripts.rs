@@ -51,7 +51,7 @@ const NEW: &str = "t7 = [{ address = 127, motion.constant = 12.345 }]\n";
 /// A T7 at address 5 that was set to another bit rate.
 const SLOW: &str = "t7 = [{ address = 5, baud = 9600, motion.constant = 12.345 }]\n";
 
-static TRANSCRIPTS: [Transcript; 9] = [
+static TRANSCRIPTS: [Transcript; 11] = [
     Transcript {
         name: "readme-stream",
         document: "README.md",
@@ -149,6 +149,30 @@ static TRANSCRIPTS: [Transcript; 9] = [
         shown: Shown::Lines("{\"error\"", 1),
     },
     Transcript {
+        name: "alarms",
+        document: "docs/alarms.md",
+        sensors: USUAL,
+        typed: &[
+            (1_500, ""),
+            (1_700, "set 0 alarm both high 10 hysteresis 0.5 latch on"),
+            (1_900, "set 0 -- low -2.5"),
+            (2_100, "set 0 delay 0.2 no_value 5"),
+            (2_400, "alarms"),
+            (2_900, "acknowledge 0"),
+            (3_200, "alarms"),
+        ],
+        duration: "3500ms",
+        shown: Shown::Session,
+    },
+    Transcript {
+        name: "alarm-line",
+        document: "docs/alarms.md",
+        sensors: USUAL,
+        typed: &[(1_500, "set 0 alarm high high 10")],
+        duration: "2500ms",
+        shown: Shown::Lines("{\"alarm\"", 1),
+    },
+    Transcript {
         name: "new-t7",
         document: "docs/quick-start.md",
         sensors: NEW,
@@ -205,6 +229,16 @@ fn program() {
 #[test]
 fn damaged() {
     compare("damaged");
+}
+
+#[test]
+fn alarms() {
+    compare("alarms");
+}
+
+#[test]
+fn alarm_line() {
+    compare("alarm-line");
 }
 
 #[test]
