@@ -20,7 +20,7 @@ use crate::{clock, shared, uart};
 
 /// Characters that can wait to be sent: more than the longest line on top of the low-water mark.
 pub const OUTGOING: usize = 256;
-const _: () = assert!(OUTGOING > clino_gateway::json::MAX_LINE + CONSOLE_LOW_WATER);
+const _: () = assert!(OUTGOING > clino_console::MAX_LINE + CONSOLE_LOW_WATER);
 
 /// Characters that can wait to be read: two lines pasted at once.
 pub const INCOMING: usize = 192;

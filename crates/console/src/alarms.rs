@@ -1,9 +1,10 @@
 //! Alarms: which there are, and their acknowledgement.
 
 use clino_gateway::order::Order;
-use clino_gateway::{Alarm, AlarmDetail, MAX_SLOTS, Reading, json};
+use clino_gateway::{Alarm, AlarmDetail, MAX_SLOTS, Reading};
 
 use crate::job::{Job, Outcome};
+use crate::json;
 use crate::slots::LAST_SLOT;
 use crate::value::{DECIMALS, Value};
 

@@ -1,8 +1,8 @@
 //! The interface from the console to the gateway.
 
+use clino_bus::DriverEnable;
 use clino_bus::{BusCounters, Instant};
 use clino_commissioning::TaskProgress;
-use clino_gateway::json::DriverEnable;
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;

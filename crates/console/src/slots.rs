@@ -4,10 +4,11 @@ use clino_gateway::config::{Kind, Name};
 use clino_gateway::order::Order;
 use clino_gateway::settings::slot::{NAMES, SETTINGS, id, setting};
 use clino_gateway::settings::{self, Form, Given};
-use clino_gateway::{Bus, Health, MAX_SLOTS, Published, SlotConfig, Status, json};
+use clino_gateway::{Bus, Health, MAX_SLOTS, Published, SlotConfig, Status};
 
 use crate::error::Error;
 use crate::job::{Job, Outcome, Reported};
+use crate::json;
 use crate::pending::Next;
 use crate::settings::{Change, entries};
 use crate::typed::Opt;

@@ -4,9 +4,11 @@
 //! the cursor stands below it.
 
 use clino_bus::{Duration, Instant};
-use clino_gateway::json::{self, Topic};
 use clino_gateway::summary::Signals;
-use clino_gateway::{MAX_SLOTS, Reading, Reporter, Source};
+use clino_gateway::{MAX_SLOTS, Reading, Source};
+
+use crate::json::{self, Topic};
+use crate::reporter::Reporter;
 
 use crate::host::Host;
 use crate::meter::BUSES;

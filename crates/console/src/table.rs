@@ -2,13 +2,13 @@
 
 use core::fmt::{self, Write};
 
-use clino_bus::{BusCounters, Instant};
+use clino_bus::{BusCounters, DriverEnable, Instant};
 use clino_gateway::config::Name;
-use clino_gateway::json::{self, DriverEnable, Topic};
 use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusFault, Reading, Source};
 
 use crate::host::{BusState, Host};
+use crate::json::{self, Topic};
 use crate::reply::Reply;
 use crate::value::{DECIMALS, Label, Value};
 

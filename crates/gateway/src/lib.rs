@@ -1,8 +1,7 @@
 //! Gateway core: which sensor is read when, what its last value is worth, and how that is published.
 //!
 //! Sans-IO. [`Gateway`] takes line events, timer captures and `now`; it hands out frames to send and
-//! [`Reading`]s to publish, and says with `poll_at` when it wants to be called again. [`Reporter`] chooses
-//! which reading is printed next; [`json`] prints it.
+//! [`Reading`]s to publish, and says with `poll_at` when it wants to be called again.
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -30,12 +29,10 @@ mod degraded;
 mod event;
 mod gateway;
 mod health;
-pub mod json;
 pub mod lint;
 pub mod order;
 mod pwm;
 mod refusal;
-mod reporter;
 mod schedule;
 pub mod settings;
 mod slot;
@@ -54,7 +51,6 @@ pub use degraded::{DegradedMode, INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM};
 pub use event::{Action, Capture, Requester};
 pub use gateway::Gateway;
 pub use health::Health;
-pub use reporter::{Reporter, StreamEntry};
 pub use schedule::Detail;
 pub use schedule::outage::{BusFault, BusHealth};
 pub use settings::{BusChange, BusSettings, Configuration, Settings};

@@ -185,8 +185,10 @@ pub struct ReadingBrief {
     pub sequence: u32,
     /// The state of its alarms.
     pub alarms: Alarms,
-    pub(crate) period: Duration,
-    pub(crate) report_every: Duration,
+    /// From one reading to the next, at most.
+    pub period: Duration,
+    /// Least time between two printed lines while the status stays.
+    pub report_every: Duration,
 }
 
 impl Reading {

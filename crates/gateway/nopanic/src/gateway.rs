@@ -7,7 +7,7 @@ use clino_gateway::settings::{bus, console, port, slot};
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::{Entry as Exchange, Purpose, Trace, Verdict};
 use clino_gateway::{
-    Action, Bus, BusChange, BusSettings, Configuration, Gateway, ReadingBrief, Health, Reading, StreamEntry, Reporter, Settings, SlotConfig, SlotCounters,
+    Action, Bus, BusChange, BusSettings, Configuration, Gateway, ReadingBrief, Health, Reading, Settings, SlotConfig, SlotCounters,
     Snapshot, Source, Status, Value, View,
 };
 
@@ -75,7 +75,6 @@ pub static ENTRIES: &[Entry] = &entries![
     port::changed,
     console::changed,
     BusSettings::usual,
-    next,
     BusSettings::new,
     Settings::new,
     Snapshot::new,
@@ -118,10 +117,6 @@ fn health_names(health: Health) -> usize {
 
 fn findings(lint: Lint<'_>, found: fn(Finding)) {
     lint.findings(&mut |finding| found(finding));
-}
-
-fn next(reporter: &mut Reporter, look: fn(usize) -> Option<ReadingBrief>, now: Instant) -> Option<StreamEntry> {
-    reporter.next(look, now)
 }
 
 fn read(snapshot: &Snapshot, look: fn(&View<'_>) -> Option<Value>) -> Option<Value> {

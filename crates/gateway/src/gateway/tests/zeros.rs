@@ -1,5 +1,5 @@
 //! A setting of zero has one meaning, never stricter or wider than its neighbour's. A rate of zero is in
-//! `slot/plausibility/tests.rs`, a reporting interval of zero in `reporter/tests.rs`.
+//! `slot/plausibility/tests.rs`, a reporting interval of zero in `crates/console`, `reporter/tests.rs`.
 
 use super::world::{Chance, Fate, Sensors, World, isu_slot, t7_slot};
 use super::*;

@@ -7,9 +7,7 @@
 
 use clino_bus::Instant;
 
-use crate::alarm::{Alarm, Alarms};
-use crate::config::MAX_SLOTS;
-use crate::value::{ReadingBrief, Status};
+use clino_gateway::{Alarm, Alarms, MAX_SLOTS, ReadingBrief, Status};
 
 #[derive(Clone, Copy, Default)]
 struct Printed {
@@ -48,11 +46,11 @@ impl Reporter {
     ) -> Option<StreamEntry> {
         let mut most_urgent: Option<(Instant, usize, ReadingBrief)> = None;
         for (slot, printed) in self.printed.iter().enumerate() {
-            let Some(glance) = look(slot) else { break };
-            if let Some(deadline) = deadline(&glance, printed, now)
+            let Some(brief) = look(slot) else { break };
+            if let Some(deadline) = deadline(&brief, printed, now)
                 && most_urgent.is_none_or(|(earliest, ..)| deadline < earliest)
             {
-                most_urgent = Some((deadline, slot, glance));
+                most_urgent = Some((deadline, slot, brief));
             }
         }
         let (_, slot, ReadingBrief { sequence, status, alarms, .. }) = most_urgent?;
@@ -74,11 +72,11 @@ impl Default for Reporter {
 
 /// By when the reading should be printed, if it should: at once when its status has changed, else within one more
 /// interval after its interval has passed.
-fn deadline(glance: &ReadingBrief, printed: &Printed, now: Instant) -> Option<Instant> {
-    if glance.alarms != printed.alarms {
+fn deadline(brief: &ReadingBrief, printed: &Printed, now: Instant) -> Option<Instant> {
+    if brief.alarms != printed.alarms {
         return Some(Instant::ZERO);
     }
-    let status = glance.status;
+    let status = brief.status;
     if printed.status != Some(status) {
         let says_nothing = match status {
             Status::Disabled => true,
@@ -88,9 +86,9 @@ fn deadline(glance: &ReadingBrief, printed: &Printed, now: Instant) -> Option<In
         };
         return (!says_nothing).then_some(Instant::ZERO);
     }
-    let due = printed.at + glance.report_every;
-    let interval = glance.report_every.max(glance.period);
-    (glance.sequence != printed.sequence && now >= due).then(|| printed.at + interval + interval)
+    let due = printed.at + brief.report_every;
+    let interval = brief.report_every.max(brief.period);
+    (brief.sequence != printed.sequence && now >= due).then(|| printed.at + interval + interval)
 }
 
 #[cfg(test)]

@@ -17,14 +17,9 @@
 
 use core::fmt::{self, Write};
 
-pub use clino_bus::DriverEnable;
-use clino_bus::line::{self, EchoMode};
-use clino_bus::{BusCounters, Instant};
-
-use crate::alarm::{Alarm, AlarmDetail, AlarmState};
-use crate::config::{Bus, Kind, PwmInput, Source};
-use crate::schedule::outage::{BusFault, BusHealth};
-use crate::value::Reading;
+use clino_bus::{BusCounters, DriverEnable, Instant};
+use clino_gateway::config::{Bus, Kind, PwmInput, Source};
+use clino_gateway::{Alarm, AlarmDetail, AlarmState, BusFault, BusHealth, Reading};
 
 /// Longest line of the stream, line end (CR LF on the wire) included: the summary with every signal. A reading with every
 /// signal and the highest age has 168 characters.
@@ -161,25 +156,6 @@ pub fn statistics(
                 health.in_vain,
             )
         }
-    }
-}
-
-/// Writes how a bus is set.
-pub fn bus(out: &mut dyn Write, bus: Bus, line: &line::LineSettings) -> fmt::Result {
-    let (name, baud, guard) = (bus.name(), line.serial.baud, line.guard.as_micros());
-    let (pre, post, echo) = (line.pre_delay.as_micros(), line.post_delay.as_micros(), echo_name(line.echo));
-    writeln!(
-        out,
-        "{{\"bus\":\"{name}\",\"baud\":{baud},\"guard_us\":{guard},\"pre_us\":{pre},\"post_us\":{post},\"echo\":\"{echo}\"}}"
-    )
-}
-
-/// An echo mode in every text interface.
-pub const fn echo_name(echo: EchoMode) -> &'static str {
-    match echo {
-        EchoMode::Off => "off",
-        EchoMode::Expected => "expected",
-        EchoMode::Detect => "detect",
     }
 }
 

@@ -1,38 +1,45 @@
 //! Which slot is printed when.
 
 use super::*;
-use crate::Reading;
-use crate::alarm::Alarms;
-use crate::config::{PwmInput, Source};
-use crate::health::Health;
 use clino_bus::Duration;
-use clino_codec::angle::Angle;
 use std::vec::Vec;
 
-/// A reading that was ok at `measured`.
-fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Reading {
-    Reading {
+/// A slot whose value was ok at `measured` and is stale a second later.
+#[derive(Clone, Copy)]
+struct Row {
+    slot: u8,
+    sequence: u32,
+    status: Status,
+    alarms: Alarms,
+    measured: Instant,
+    report_every: Duration,
+}
+
+fn reading(slot: u8, sequence: u32, measured: u64, report_every_ms: u32) -> Row {
+    Row {
         slot,
-        source: Source::Pwm { input: PwmInput::Pwm1 },
         sequence,
         status: Status::Ok,
-        enabled: true,
-        health: Health::WELL,
         alarms: Alarms::QUIET,
-        fresh: true,
-        raw: Angle::ZERO,
-        angle: crate::Published::default(),
-        rate: 0,
-        turns: 0,
-        temperature: None,
-        measured: Some(Instant::from_micros(measured)),
-        stale_after: Duration::from_millis(1_000),
-        period: Duration::from_millis(33),
+        measured: Instant::from_micros(measured),
         report_every: Duration::from_millis(report_every_ms),
     }
 }
 
-fn next(reporter: &mut Reporter, readings: &[Reading], now_ms: u32) -> Option<u8> {
+impl Row {
+    fn brief(&self, now: Instant) -> ReadingBrief {
+        let stale = now > self.measured + Duration::from_millis(1_000);
+        ReadingBrief {
+            status: if self.status == Status::Ok && stale { Status::Stale } else { self.status },
+            sequence: self.sequence,
+            alarms: self.alarms,
+            period: Duration::from_millis(33),
+            report_every: self.report_every,
+        }
+    }
+}
+
+fn next(reporter: &mut Reporter, readings: &[Row], now_ms: u32) -> Option<u8> {
     let now = Instant::from_millis(now_ms);
     let next = reporter.next(|slot| readings.get(slot).map(|reading| reading.brief(now)), now);
     next.and_then(|report| readings.get(report.slot)).map(|reading| reading.slot)
@@ -49,7 +56,7 @@ fn a_reading_is_printed_once() {
 
 #[test]
 fn a_slot_that_was_never_read_is_not_printed() {
-    let never = Reading { status: Status::NeverRead, measured: None, ..reading(0, 0, 0, 0) };
+    let never = Row { status: Status::NeverRead, ..reading(0, 0, 0, 0) };
     assert_eq!(next(&mut Reporter::new(), &[never], 1), None);
 }
 
@@ -58,7 +65,7 @@ fn a_slot_that_was_never_read_is_not_printed() {
 fn a_value_that_was_printed_is_taken_back() {
     let mut reporter = Reporter::new();
     assert_eq!(next(&mut reporter, &[reading(0, 1, 0, 1_000)], 1), Some(0));
-    let never = Reading { status: Status::NeverRead, ..reading(0, 2, 0, 1_000) };
+    let never = Row { status: Status::NeverRead, ..reading(0, 2, 0, 1_000) };
     assert_eq!(next(&mut reporter, &[never], 2), Some(0), "at once");
     assert_eq!(next(&mut reporter, &[never], 5_000), None, "once");
 }
@@ -77,7 +84,7 @@ fn a_change_of_status_does_not_wait() {
     let ok = [reading(0, 1, 0, 0), reading(1, 1, 0, 1_000)];
     assert_eq!(next(&mut reporter, &ok, 0), Some(0));
     assert_eq!(next(&mut reporter, &ok, 0), Some(1));
-    let lost = Reading { status: Status::NoAnswer, ..reading(1, 2, 0, 1_000) };
+    let lost = Row { status: Status::NoAnswer, ..reading(1, 2, 0, 1_000) };
     assert_eq!(next(&mut reporter, &[reading(0, 2, 0, 0), lost], 1), Some(1));
 }
 
@@ -119,7 +126,7 @@ fn the_slot_wanted_more_often_goes_first_and_none_starves() {
 fn each_alarm_that_changes_is_printed_once_and_first() {
     let mut reporter = Reporter::new();
     let mut readings = [reading(0, 1, 0, 1_000), reading(1, 1, 0, 1_000)];
-    let mut look = |readings: &[Reading], now_ms| {
+    let mut look = |readings: &[Row], now_ms| {
         let now = Instant::from_millis(now_ms);
         let report = reporter.next(|slot| readings.get(slot).map(|reading| reading.brief(now)), now);
         report.map(|report| (report.slot, report.alarm))
