@@ -254,7 +254,7 @@ fn a_change_of_bit_rate_says_who_falls_silent_before_it_is_done() {
     assert!(refused[1].ends_with(r#""slot":1}}"#), "{refused:?}");
     let asked: Vec<_> = ran.lines.iter().filter(|line| line.text.contains("Go on? y/N n")).collect();
     assert_eq!(asked.len(), 1);
-    for told in ["runs at 57600 bit/s", "only if saved", "2 other nodes of the bus stay"] {
+    for told in ["changes to 57600 bit/s", "only save keeps that", "2 other nodes of the bus stay"] {
         assert!(asked[0].text.contains(told), "{}", asked[0].text);
     }
     let hints: Vec<_> = said(&ran, r#"{"hint""#);

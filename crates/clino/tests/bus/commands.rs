@@ -196,7 +196,7 @@ fn an_isu_with_a_wrong_checksum_is_told_of_and_repaired() {
         (1, "failed: why hard_error, writes 0, repair no\n"),
         "{run:?}"
     );
-    assert!(run.stderr.contains("isu repair brings its memory back"), "{run:?}");
+    assert!(run.stderr.contains("isu repair restores its memory"), "{run:?}");
     let (status, objects) = json(&port, "isu repair 3 --yes");
     assert_eq!((status, &objects[0]["what"], &objects[0]["address"]), (0, &json!("repaired"), &json!(3)));
     assert!(objects[0]["writes"].as_u64().unwrap() > 0, "{objects:?}");
