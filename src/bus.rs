@@ -68,10 +68,10 @@ pub fn run(local: &mut LocalResources<'_>, shared: &mut SharedResources<'_>) -> 
             port.poll(pwm_now);
             port.poll_at()
         });
-        for (bus, duty) in [(Bus::T7, MonitoredTask::T7Bus), (Bus::Isu, MonitoredTask::IsuBus)] {
+        for (bus, task) in [(Bus::T7, MonitoredTask::T7Bus), (Bus::Isu, MonitoredTask::IsuBus)] {
             // A bus that still wants something of the past has not gone on.
             if gateway.poll_at(bus).is_none_or(|at| at > now) {
-                watchdog::check_in(duty);
+                watchdog::check_in(task);
             }
         }
         if gateway.publish(local.snapshot) || gateway.has_task_event(Requester::Console) {

@@ -12,9 +12,7 @@ use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
-use clino_gateway::{
-    Alarm, AlarmDetail, Bus, Detail, Extremes, Reading, ReadingBrief, Requester, SlotConfig,
-};
+use clino_gateway::{Alarm, AlarmDetail, Bus, Detail, Reading, ReadingBrief, Requester, SlotConfig};
 use clino_modbus::binding::DeferredRequest;
 use clino_modbus::{Counters, Settings};
 use clino_recovery::{Mode, MonitoredTask, Start};
@@ -208,10 +206,6 @@ impl Host for Gateway<'_> {
     fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail> {
         let now = clock::now();
         self.look(|gateway| gateway.alarm(slot, alarm, now))
-    }
-
-    fn extremes(&self, slot: usize) -> Option<Extremes> {
-        self.look(|gateway| gateway.extremes(slot))
     }
 
     fn trace(&self, age: usize) -> Option<Entry> {

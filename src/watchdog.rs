@@ -112,9 +112,9 @@ fn wait_for_update(iwdg: &Watchdog) {
     }
 }
 
-/// From here on every duty that this mode has is expected to check in.
+/// From here on every monitored task of this mode is expected to check in.
 pub fn begin(core: cortex_m::Peripherals, mode: Mode) {
-    let duties: &[MonitoredTask] = match mode {
+    let tasks: &[MonitoredTask] = match mode {
         Mode::Normal => &[
             MonitoredTask::T7Bus,
             MonitoredTask::IsuBus,
@@ -124,7 +124,7 @@ pub fn begin(core: cortex_m::Peripherals, mode: Mode) {
         ],
         Mode::Safe | Mode::Bare => &[MonitoredTask::Modbus, MonitoredTask::Console],
     };
-    duties.iter().for_each(|duty| check_in(*duty));
+    tasks.iter().for_each(|task| check_in(*task));
     board::start_tick(core, TICK_CYCLES);
 }
 

@@ -31,7 +31,7 @@ pub fn run(arguments: &Arguments) -> Result<DecodeVerdict, Failure> {
         if say.is_for_programs() {
             values.push(("problem", word(problem.as_ref().map(port::PortError::kind))));
         } else {
-            // A person reads what there is.
+            // A person does not need the names of missing values.
             values.retain(|(_, value)| *value != Item::None);
         }
         say.line("port", &values)?;

@@ -1,7 +1,7 @@
 //! The lowest and the highest angle of each slot since they were cleared.
 
 use clino_gateway::order::Order;
-use clino_gateway::{ExtremeAngle, Source};
+use clino_gateway::{Detail, ExtremeAngle, Source};
 
 use crate::job::{Job, Outcome, Reported};
 use crate::slots::LAST_SLOT;
@@ -38,7 +38,9 @@ fn which(job: &mut Job<'_, '_>, word: Option<&str>) -> Result<Option<u8>, Report
 #[inline(never)]
 fn show(job: &mut Job<'_, '_>, slot: u8, named: bool) {
     let used = job.host.reading(slot.into()).is_some_and(|reading| reading.source != Source::Off);
-    let Some(extremes) = job.host.extremes(slot.into()).filter(|_| used || named) else { return };
+    let Some(Detail { extremes, .. }) = job.host.detail(slot.into()).filter(|_| used || named) else {
+        return;
+    };
     let now = job.now;
     let (low, high) = (extremes.lowest(now), extremes.highest(now));
     let angle = |extreme: Option<ExtremeAngle>| extreme.map(|e| Value::Thousandths(e.mdeg.into())).into();

@@ -10,7 +10,7 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
 use clino_gateway::{
-    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Detail, Extremes, Reading, ReadingBrief, SlotConfig,
+    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Detail, Reading, ReadingBrief, SlotConfig,
 };
 use clino_modbus::{Counters as PortCounters, Settings};
 use clino_recovery::Start;
@@ -41,9 +41,6 @@ pub trait Host {
 
     /// State of an alarm of a slot; `None` while it is quiet.
     fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail>;
-
-    /// The lowest and the highest angle of a slot; `None` beyond the last slot.
-    fn extremes(&self, slot: usize) -> Option<Extremes>;
 
     /// One of the last transactions; 0 is the newest. `None` beyond the oldest that is kept.
     fn trace(&self, age: usize) -> Option<Entry>;

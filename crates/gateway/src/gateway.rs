@@ -18,7 +18,6 @@ use crate::schedule::outage::BusHealth;
 use crate::schedule::{Detail, Polled};
 use crate::settings::console::ConsoleSettings;
 use crate::settings::{self, BusSettings};
-use crate::slot::Extremes;
 use crate::snapshot::Publisher;
 use crate::summary::BusPart;
 use crate::task::{self, TaskEvent};
@@ -168,11 +167,6 @@ impl Gateway {
         self.slots.iter_mut().enumerate().filter(move |(index, _)| is_meant(*index))
     }
 
-    /// The lowest and the highest angle of a slot since they were cleared; `None` beyond the last one.
-    pub fn extremes(&self, slot: usize) -> Option<Extremes> {
-        self.slots.get(slot).map(|polled| polled.slot.extremes())
-    }
-
     /// What is known of an alarm of a slot at `now`; `None` while it is quiet, and beyond the last slot.
     pub fn alarm(&self, slot: usize, alarm: Alarm, now: Instant) -> Option<AlarmDetail> {
         self.slots.get(slot)?.slot.alarm(alarm, now)
@@ -282,7 +276,7 @@ impl Gateway {
 
     /// When [`Gateway::poll`] has something to do on `bus`, if ever.
     pub fn poll_at(&self, bus: Bus) -> Option<Instant> {
-        let watch = (bus == Bus::T7 && !self.watched.is_empty()).then_some(self.watch_at);
+        let watch = (!self.watched.is_empty()).then_some(self.watch_at);
         earliest(on!(self, bus, task => task.poll_at()), watch)
     }
 

@@ -145,11 +145,8 @@ impl Slot {
     /// From now on the slot means this: nothing was read yet. What was counted goes on, unless it was another sensor's.
     pub fn set(&mut self, config: SlotConfig) {
         let same = config.source == self.config.source;
-        let (counters, mut alarm) = match same {
-            true if config.enabled => (self.counters, self.alarm),
-            true => (self.counters, Watch::default()),
-            false => (SlotCounters::default(), Watch::default()),
-        };
+        let counters = if same { self.counters } else { SlotCounters::default() };
+        let mut alarm = if same && config.enabled { self.alarm } else { Watch::default() };
         alarm.change(&self.config.alarm, &config.alarm);
         let extremes = if means_the_same(&self.config, &config) {
             self.extremes

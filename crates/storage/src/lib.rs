@@ -1,4 +1,5 @@
-//! The gateway's configuration in flash. After a power cut it is the old one or the new one, never a mix, never none.
+//! What the gateway keeps in flash: its configuration ([`Store`]), and how often power came ([`Tally`]). After a power cut
+//! the configuration is the old one or the new one, never a mix, never none.
 //!
 //! [`Store`] keeps one [`record`] with everything that is configured: 48 slots, both buses, the Modbus port, the console.
 //! The record is one item of a `sequential-storage` map: written behind the last one, found again by being the newest that

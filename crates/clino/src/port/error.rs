@@ -94,7 +94,7 @@ impl PortError {
     /// What to do next.
     pub fn next(&self) -> String {
         match &self.problem {
-            Problem::Missing => "plug the adapter in; clino ports lists what there is".to_owned(),
+            Problem::Missing => "plug the adapter in; clino ports lists the ports".to_owned(),
             Problem::Busy => format!("end the other program; on Linux fuser -v {} names it", self.port),
             Problem::NotPermitted { group: Some(group) } => {
                 format!("sudo usermod -aG {group} $USER, then log out and in again")
@@ -113,7 +113,7 @@ impl PortError {
             }
             Problem::NoRts => "leave --rts-de out".to_owned(),
             Problem::Vanished => {
-                "check the plug and the cable of the adapter; clino ports lists what there is".to_owned()
+                "check the plug and the cable of the adapter; clino ports lists the ports".to_owned()
             }
             Problem::NoServer(_) => {
                 "check that the server runs, its address, and a firewall between".to_owned()

@@ -106,10 +106,6 @@ impl Host for Notes {
         self.rest.alarm(slot, alarm)
     }
 
-    fn extremes(&self, slot: usize) -> Option<clino_gateway::Extremes> {
-        self.rest.extremes(slot)
-    }
-
     fn trace(&self, _: usize) -> Option<Entry> {
         None
     }

@@ -96,10 +96,6 @@ impl Host for Rest {
         self.gateway.alarm(slot, alarm, self.now)
     }
 
-    fn extremes(&self, slot: usize) -> Option<clino_gateway::Extremes> {
-        self.gateway.extremes(slot)
-    }
-
     fn trace(&self, age: usize) -> Option<Entry> {
         self.gateway.trace().iter().nth(age).copied()
     }

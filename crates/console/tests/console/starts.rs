@@ -1,4 +1,4 @@
-//! What the next start tells, and what is refused in times like these.
+//! What the next start tells, and the operations refused in degraded modes.
 
 use clino_gateway::DegradedMode;
 use clino_recovery::{Clock, Crash, FaultStatus, Mode, MonitoredTask, Registers, Start, Uid};

@@ -510,7 +510,7 @@ impl Fields {
         object: &Value,
     ) {
         let (how, name) = place.rsplit_once(' ').unwrap_or(("", place));
-        // What there is no value of has no extreme.
+        // The alarm no_value has no extreme.
         if place.starts_with('*') || name.ends_with("_no_value_extreme") && value.is_null() {
             return;
         }

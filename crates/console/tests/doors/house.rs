@@ -18,8 +18,8 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
 use clino_gateway::{
-    Action, Alarm, AlarmDetail, Bus, Capture, DegradedMode, Detail, Extremes, Gateway, Publisher, PwmInput,
-    Reading, Requester, Settings, SlotConfig, Snapshot, Source,
+    Action, Alarm, AlarmDetail, Bus, Capture, DegradedMode, Detail, Gateway, Publisher, PwmInput, Reading,
+    Requester, Settings, SlotConfig, Snapshot, Source,
 };
 use clino_modbus::binding::{Binding, DeferredRequest, Site};
 use clino_modbus::{Counters, Identification, Server};
@@ -137,10 +137,6 @@ impl Host for Doors {
 
     fn alarm(&self, slot: usize, alarm: Alarm) -> Option<AlarmDetail> {
         self.0.gateway.borrow().alarm(slot, alarm, self.0.now.get())
-    }
-
-    fn extremes(&self, slot: usize) -> Option<Extremes> {
-        self.0.gateway.borrow().extremes(slot)
     }
 
     fn trace(&self, age: usize) -> Option<Entry> {

@@ -5,7 +5,7 @@ use clino_bus::{Duration, Instant};
 use super::refresh::RefreshTracker;
 use crate::config::SlotConfig;
 use crate::counters::SlotCounters;
-use crate::slot::Slot;
+use crate::slot::{Extremes, Slot};
 use crate::trace::Purpose;
 use crate::value::Status;
 
@@ -69,6 +69,8 @@ pub struct Detail {
     pub is_dead: bool,
     /// A value has come that a second one has to confirm.
     pub awaits_confirmation: bool,
+    /// Its lowest and its highest angle since they were cleared.
+    pub extremes: Extremes,
 }
 
 impl Polled {
@@ -120,6 +122,7 @@ impl Polled {
             last_error: self.slot.last_error(),
             is_dead: self.turn.dead,
             awaits_confirmation: self.slot.is_to_confirm(),
+            extremes: self.slot.extremes(),
         }
     }
 }

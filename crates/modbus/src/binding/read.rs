@@ -102,6 +102,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
     }
 
     fn gateway(&mut self, item: GatewayItem, index: usize) -> Option<u32> {
+        let bits = |set: u64| (set >> (index & 63)) as u32;
         Some(match item {
             GatewayItem::Magic => MAGIC,
             GatewayItem::MapVersion => u32::from(VERSION),
@@ -117,31 +118,21 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             GatewayItem::Patch => u32::from(self.binding.site.version().2),
             GatewayItem::Uptime => seconds(self.binding.now.millis_since(Instant::ZERO)),
             GatewayItem::Sequence => u32::from(self.binding.view.generation() as u16),
-            GatewayItem::Status
-            | GatewayItem::Online
-            | GatewayItem::Valid
-            | GatewayItem::Alarms
-            | GatewayItem::Enabled
-            | GatewayItem::Good
-            | GatewayItem::OldestAge => return self.summed_up(item, index),
+            GatewayItem::Status => u32::from(self.summary().signals.bits()),
+            GatewayItem::Online => bits(self.summary().online),
+            GatewayItem::Valid => bits(self.summary().valid),
+            GatewayItem::Alarms => bits(self.summary().alarms),
+            GatewayItem::Enabled => u32::from(self.summary().enabled),
+            GatewayItem::Good => self.summary().good(),
+            GatewayItem::OldestAge => return age(Some(self.summary().oldest_ms)),
         })
     }
 
-    /// Of the summary.
+    /// Made once for a request.
     #[inline(never)]
-    fn summed_up(&mut self, item: GatewayItem, index: usize) -> Option<u32> {
+    fn summary(&mut self) -> &Summary {
         let binding = self.binding;
-        let summary = self.summary.get_or_insert_with(|| binding.summary());
-        let bits = |set: u64| (set >> (index & 63)) as u32;
-        Some(match item {
-            GatewayItem::Online => bits(summary.online),
-            GatewayItem::Valid => bits(summary.valid),
-            GatewayItem::Alarms => bits(summary.alarms),
-            GatewayItem::Enabled => u32::from(summary.enabled),
-            GatewayItem::Good => summary.good(),
-            GatewayItem::OldestAge => return age(Some(summary.oldest_ms)),
-            _ => u32::from(summary.signals.bits()),
-        })
+        self.summary.get_or_insert_with(|| binding.summary())
     }
 
     fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
@@ -156,10 +147,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
         let now = self.binding.now;
         let counters = &detail.counters;
         let short = |count: u32| u32::from(count as u16);
-        let extremes = || {
-            let look = |gateway: &mut clino_gateway::Gateway| gateway.extremes(slot);
-            self.binding.site.gateway(look).flatten()
-        };
+        let extremes = &detail.extremes;
         let alarm = |alarm| {
             let look = |gateway: &mut clino_gateway::Gateway| gateway.alarm(slot, alarm, now);
             self.binding.site.gateway(look).flatten()
@@ -174,10 +162,10 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             DetailItem::Alarms => reading.alarms.bits().into(),
             DetailItem::AlarmAge(of) => return alarm(of).map(|alarm| seconds(alarm.age_ms)),
             DetailItem::AlarmExtreme(of) => return alarm(of)?.extreme.map(i32::cast_unsigned),
-            DetailItem::Lowest => return Some(extremes()?.lowest(now)?.mdeg.cast_unsigned()),
-            DetailItem::Highest => return Some(extremes()?.highest(now)?.mdeg.cast_unsigned()),
-            DetailItem::LowestAge => return Some(seconds(extremes()?.lowest(now)?.age_ms)),
-            DetailItem::HighestAge => return Some(seconds(extremes()?.highest(now)?.age_ms)),
+            DetailItem::Lowest => return Some(extremes.lowest(now)?.mdeg.cast_unsigned()),
+            DetailItem::Highest => return Some(extremes.highest(now)?.mdeg.cast_unsigned()),
+            DetailItem::LowestAge => return Some(seconds(extremes.lowest(now)?.age_ms)),
+            DetailItem::HighestAge => return Some(seconds(extremes.highest(now)?.age_ms)),
             DetailItem::Kind => reading.source.kind() as u32,
             DetailItem::Address => reading.source.address().into(),
             DetailItem::Requests => counters.requests,
@@ -291,7 +279,7 @@ fn angle(value: &Value) -> Option<i32> {
     value.angle.filter(|_| value.status == Status::Ok).map(|angle| angle.mdeg())
 }
 
-/// An age as it is told; `None` if that does not fit.
+/// An age as its register has it; `None` if that does not fit.
 fn age(ms: Option<u64>) -> Option<u32> {
     u32::try_from(ms?).ok().filter(|&ms| ms < LONGEST_AGE_MS)
 }

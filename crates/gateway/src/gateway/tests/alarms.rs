@@ -133,11 +133,11 @@ fn extremes_are_those_of_the_published_angle_and_are_forgotten_by_order() {
     world.skip(5_000_000);
     let now = Instant::from_micros(world.now);
     let angles = |world: &World<Bridge>| {
-        let extremes = world.gateway.extremes(0).unwrap();
+        let extremes = world.gateway.detail(0).unwrap().extremes;
         (extremes.lowest(now).map(|low| low.mdeg), extremes.highest(now).map(|high| high.mdeg))
     };
     assert_eq!(angles(&world), (Some(5_000), Some(15_000)));
-    let highest = world.gateway.extremes(0).unwrap().highest(now).unwrap();
+    let highest = world.gateway.detail(0).unwrap().extremes.highest(now).unwrap();
     assert!((900..=1_100).contains(&highest.age_ms), "{highest:?}");
     // A name changes nothing; a zero does.
     let config = *world.gateway.config(0).unwrap();
