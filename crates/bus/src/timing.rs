@@ -94,7 +94,7 @@ impl Timing {
     /// // A FIFO of 32 characters that interrupts at 28, or after four characters of silence.
     /// let serial = Serial::T7_DEFAULT;
     /// let timing = Timing::t7(serial).handed_over_within(serial.characters(32));
-    /// assert_eq!(timing.gap, serial.characters(36));
+    /// assert_eq!(timing.gap, serial.characters(4) + serial.characters(32));
     /// ```
     #[must_use]
     pub const fn handed_over_within(self, delay: Duration) -> Timing {

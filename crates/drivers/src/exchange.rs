@@ -22,7 +22,7 @@ use clino_bus::{Duration, ExchangeOutcome, Fault, Instant, Isu, Master, Protocol
 
 use crate::{Port, Suspect};
 use phases::{Exchange, Step};
-use witness::{AsciiWatch, BurstWatch, Heard};
+use witness::{Heard, History};
 
 /// What a driver has to know besides the protocol.
 pub trait Sensor: Protocol {
@@ -74,8 +74,7 @@ pub struct Exchanges<S: Sensor> {
     heard: u32,
     /// What was heard since.
     witness: Heard,
-    ascii: AsciiWatch,
-    bursts: BurstWatch,
+    history: History,
     /// The last frame did not get out whole.
     half_sent: bool,
     /// There is one sensor on the line, and no other.
@@ -89,15 +88,14 @@ impl<S: Sensor> Exchanges<S> {
     /// For a port that says when a character came.
     pub fn new(timing: Timing, single: bool) -> Self {
         let (now, released) = (Instant::ZERO, Instant::ZERO);
-        let (witness, ascii, bursts) = (Heard::default(), AsciiWatch::default(), BurstWatch::default());
+        let (witness, history) = (Heard::default(), History::default());
         Self {
             master: Master::new(timing),
             now,
             released,
             heard: 0,
             witness,
-            ascii,
-            bursts,
+            history,
             half_sent: false,
             single,
             piece: None,

@@ -69,7 +69,14 @@ where
 }
 
 /// An operation that leaves the bit rate of the line as it is: `run` takes it. [`t7::Sweep`] and [`t7::ChangeBaud`] do
-/// not, and need `run_at_rates`.
+/// not, and need `run_at_rates`:
+///
+/// ```compile_fail
+/// # use clino_drivers::{Port, UsDigitalT7, commissioning::t7::ChangeBaud};
+/// fn lost_on_the_way<P: Port>(t7: &mut UsDigitalT7<P>, change: ChangeBaud) {
+///     let _ = t7.run(change);
+/// }
+/// ```
 pub trait AtOneRate {}
 
 impl AtOneRate for t7::Identify {}

@@ -19,10 +19,10 @@ pub enum Suspect {
     OwnEcho,
     /// Answers come after their deadline.
     LateAnswers,
-    /// Characters have no stop bit: something sends at another bit rate.
+    /// Most characters have no stop bit: something sends at another bit rate.
     BitRate,
-    /// The line is low where it should be high.
-    Polarity,
+    /// The line is low for whole characters: it is upside down, or something sends at a lower bit rate.
+    LineLow,
     /// Answers come, and none was good yet.
     Collision,
     /// Some answers are good, this one was not.
@@ -55,8 +55,9 @@ impl fmt::Display for Suspect {
                 "characters have no stop bit: something sends at another bit rate; set UART, `PortSettings` and \
                  `Timing` to the sensor's"
             }
-            Self::Polarity => {
-                "the line is low where it should be high; swap A and B, or give the line a bias"
+            Self::LineLow => {
+                "the line is low for whole characters: swap A and B, give it a bias, or look for something that sends \
+                 at a lower bit rate"
             }
             Self::Collision => {
                 "answers come, and no good one yet: two sensors have one address, or the line is bad; connect one \

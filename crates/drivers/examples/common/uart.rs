@@ -201,6 +201,15 @@ impl Uart {
         self.0.call(|world| world.uart.jammed = jammed);
     }
 
+    /// Another bit rate.
+    pub fn set_baud(&self, baud: u32) {
+        self.0.call(|world| {
+            world.uart.bit_ps = PS_PER_S / u64::from(baud);
+            let format = world.uart.format();
+            world.segment.set_receiver(world.now, Some(format));
+        });
+    }
+
     fn block<T>(&self, mut attempt: impl FnMut(&mut World) -> Option<T>) -> T {
         loop {
             if let Some(done) = self.0.call(&mut attempt) {

@@ -155,10 +155,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     pub fn heard(&mut self, character: Character, after: Duration) -> ControlFlow<()> {
         let all = &mut *self.all;
         all.witness.take(character);
-        all.bursts.take(all.now + after, all.piece.is_none());
-        if S::PRINTS_LINES {
-            all.ascii.take(character);
-        }
+        all.history.take(character, all.now + after, all.piece.is_none());
         all.heard = all.heard.saturating_add(1);
         if all.heard > MOST_COUNTED {
             all.heard = all.heard.saturating_sub(MOST_COUNTED);
@@ -233,10 +230,10 @@ impl<'a, S: Sensor> Exchange<'a, S> {
 
     /// Why there is no answer, and what to suspect.
     pub fn failure<E>(&self, fault: Fault<S::DecodeError>) -> Failure<S, E> {
-        let Exchanges { master, released, now, witness, ascii, bursts, .. } = &*self.all;
+        let Exchanges { master, released, now, witness, history, .. } = &*self.all;
         let frame = S::encode(self.address, self.request);
         let sent = frame.as_ref().ok().map(AsRef::as_ref);
-        let suspect = suspect::<S>(&fault, sent, witness, ascii, bursts, master.counters());
+        let suspect = suspect::<S>(&fault, sent, witness, history, master.counters());
         let fault = match suspect {
             // Whatever the decoder made of our own characters: the sensor said nothing.
             Suspect::OwnEcho => Fault::NoAnswer { waited: now.since(*released) },

@@ -39,35 +39,29 @@ const BURST: u8 = 4;
 /// four characters (ISU: ten).
 const BURST_ASYNC: u8 = 16;
 
-/// Looks for characters that come faster than a line can carry them.
+/// What was heard since the driver was made.
 #[derive(Clone, Copy, Default)]
-pub struct BurstWatch {
-    at: Instant,
-    count: u8,
-    seen: bool,
-}
-
-impl BurstWatch {
-    /// A character came at this time, as far as the port knows; `exact` if it looks often.
-    pub fn take(&mut self, at: Instant, exact: bool) {
-        self.count = if at == self.at { self.count.saturating_add(1) } else { 1 };
-        self.at = at;
-        self.seen |= self.count >= if exact { BURST } else { BURST_ASYNC };
-    }
-}
-
-/// Looks for the end of an ISU's ASCII line: two digits, CR, LF. Source: AN #201 section 4, ASCII Output Mode.
-#[derive(Clone, Copy, Default)]
-pub struct AsciiWatch {
+pub struct History {
+    characters: u32,
+    /// The last four: an ISU's ASCII line ends with two digits, CR, LF. Source: AN #201 section 4, ASCII Output Mode.
     last: [u8; 4],
-    seen: bool,
+    ascii: bool,
+    /// Characters came faster than a line can carry them: a receiver has kept them.
+    bursts: bool,
+    at: Instant,
+    at_once: u8,
 }
 
-impl AsciiWatch {
-    pub fn take(&mut self, Character { byte, .. }: Character) {
+impl History {
+    /// A character came at this time, as far as the port knows; `exact` if it looks often.
+    pub fn take(&mut self, Character { byte, .. }: Character, at: Instant, exact: bool) {
+        self.characters = self.characters.saturating_add(1);
         let [_, b, c, d] = self.last;
         self.last = [b, c, d, byte];
-        self.seen |= matches!(self.last, [b'0'..=b'9', b'0'..=b'9', b'\r', b'\n']);
+        self.ascii |= matches!(self.last, [b'0'..=b'9', b'0'..=b'9', b'\r', b'\n']);
+        self.at_once = if at == self.at { self.at_once.saturating_add(1) } else { 1 };
+        self.at = at;
+        self.bursts |= self.at_once >= if exact { BURST } else { BURST_ASYNC };
     }
 }
 
@@ -76,11 +70,10 @@ pub fn suspect<S: Sensor>(
     fault: &Fault<S::DecodeError>,
     sent: Option<&[u8]>,
     heard: &Heard,
-    ascii: &AsciiWatch,
-    bursts: &BurstWatch,
+    history: &History,
     counters: &BusCounters,
 ) -> Suspect {
-    if S::PRINTS_LINES && ascii.seen {
+    if S::PRINTS_LINES && history.ascii {
         return Suspect::AsciiOutput;
     }
     if sent.is_some_and(|frame| heard.is(frame)) {
@@ -92,18 +85,16 @@ pub fn suspect<S: Sensor>(
         _ => Some(Check::LineErrors),
     };
     let never = counters.good == 0;
+    let most = |count: u32| count.saturating_mul(2) > history.characters;
     match check {
-        _ if never && (counters.late > 0 || bursts.seen) => Suspect::LateAnswers,
+        _ if never && (counters.late > 0 || history.bursts) => Suspect::LateAnswers,
         None if counters.late > 0 => Suspect::LateAnswers,
         None if never => Suspect::NeverAnswered,
         None => Suspect::Silent,
         Some(Check::Address | Check::Command) => Suspect::Foreign,
         Some(_) if !never => Suspect::Noise,
-        // A line that idles low looks like zeros without a stop bit.
-        Some(_) if counters.breaks > 0 && counters.breaks.saturating_mul(2) >= counters.framing => {
-            Suspect::Polarity
-        }
-        Some(_) if counters.framing > 0 => Suspect::BitRate,
+        Some(_) if most(counters.breaks) => Suspect::LineLow,
+        Some(_) if most(counters.framing) => Suspect::BitRate,
         Some(_) => Suspect::Collision,
     }
 }

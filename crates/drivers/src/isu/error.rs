@@ -85,7 +85,10 @@ impl<E: Display> Display for Error<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Request(error) => write!(f, "not sent: {error}"),
-            Self::NotSingleDevice => write!(f, "not sent: all ISUs of the line would answer at once"),
+            Self::NotSingleDevice => write!(
+                f,
+                "not sent: all ISUs of the line would answer at once; make the driver with `single` if there is one"
+            ),
             Self::Port(error) => write!(f, "not sent whole: {error}"),
             Self::LineBusy => write!(
                 f,
