@@ -7,7 +7,7 @@ use clino_commissioning::isu::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, TaskRunner, Tasks};
+use super::{Claim, Reported, TaskRunner, Tasks, run};
 use crate::config::{Bus, Source};
 
 /// The tasks that can be ordered.
@@ -44,11 +44,11 @@ pub enum TaskEvent {
 
 /// A task under way.
 pub(crate) enum Work {
-    Identify(Runner<Identify>),
-    Reset(Runner<Reset>),
-    ResetNull(Runner<ResetNull>),
-    Program(Runner<Program>),
-    Repair(Runner<Repair>),
+    Identify(Runner<Reported<Identify>>),
+    Reset(Runner<Reported<Reset>>),
+    ResetNull(Runner<Reported<ResetNull>>),
+    Program(Runner<Reported<Program>>),
+    Repair(Runner<Reported<Repair>>),
 }
 
 impl Work {
@@ -59,11 +59,11 @@ impl Work {
     #[inline(never)]
     pub fn begin(task: &Task, place: &mut Option<Work>) -> Result<(), Cause> {
         *place = Some(match *task {
-            Task::Identify(module) => Work::Identify(Runner::new(Identify::new(module))),
-            Task::Reset(module) => Work::Reset(Runner::new(Reset::new(module))),
-            Task::ResetNull(module) => Work::ResetNull(Runner::new(ResetNull::new(module))),
-            Task::Program(module, change) => Work::Program(Runner::new(Program::new(module, change)?)),
-            Task::Repair(module) => Work::Repair(Runner::new(Repair::new(module))),
+            Task::Identify(module) => Work::Identify(run(Identify::new(module))),
+            Task::Reset(module) => Work::Reset(run(Reset::new(module))),
+            Task::ResetNull(module) => Work::ResetNull(run(ResetNull::new(module))),
+            Task::Program(module, change) => Work::Program(run(Program::new(module, change)?)),
+            Task::Repair(module) => Work::Repair(run(Repair::new(module))),
         });
         Ok(())
     }
@@ -97,7 +97,7 @@ impl Tasks for Isu {
         }
     }
 
-    fn runner(work: &mut Work) -> &mut dyn TaskRunner<Isu> {
+    fn runner(work: &mut Work) -> &mut TaskRunner<Isu> {
         match work {
             Work::Identify(runner) => runner,
             Work::Reset(runner) => runner,
@@ -107,7 +107,7 @@ impl Tasks for Isu {
         }
     }
 
-    fn runner_ref(work: &Work) -> &dyn TaskRunner<Isu> {
+    fn runner_ref(work: &Work) -> &TaskRunner<Isu> {
         match work {
             Work::Identify(runner) => runner,
             Work::Reset(runner) => runner,
