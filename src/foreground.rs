@@ -22,7 +22,7 @@ use rtic::Mutex;
 
 use crate::app::idle::{LocalResources, SharedResources};
 use crate::app::{bus_level, modbus_level};
-use crate::config_store::{self, ConfigStore, Kept, Quiet};
+use crate::config_store::{self, ConfigStore, Kept, Quiet, Work};
 use crate::{board, bus, clock, params, ports, shared, start, watchdog};
 
 /// Runs for ever. The console is on its stack for good: 1.4 KB.
@@ -90,17 +90,20 @@ impl<'a> Common<'a> {
 }
 
 impl Quiet for &Common<'_> {
-    fn while_silent<R>(&mut self, work: impl FnOnce(&clino_gateway::Gateway, &Settings) -> R) -> Option<R> {
+    fn while_silent(&mut self, work: Work<'_>) -> bool {
         self.with(|shared| {
             let SharedResources { gateway, settings, t7, isu, uplink, .. } = shared;
             gateway.lock(|gateway| {
                 let driving = t7.lock(|port| port.is_driving())
                     || isu.lock(|port| port.is_driving())
                     || uplink.lock(|port| port.is_driving());
-                (!driving).then(|| settings.lock(|settings| work(gateway, settings)))
+                if !driving {
+                    settings.lock(|settings| work(gateway, settings));
+                }
+                !driving
             })
         })
-        .flatten()
+        .unwrap_or(false)
     }
 
     fn note(&mut self, kept: Kept) {
