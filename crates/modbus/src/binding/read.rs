@@ -136,24 +136,25 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
     }
 
     fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
-        let known = match self.detail {
-            Some((known, detail)) if known == slot => detail,
-            _ => self.detail.insert((slot, self.binding.detail(slot))).1,
+        let binding = self.binding;
+        let known = match &mut self.detail {
+            Some((known, detail)) if *known == slot => detail,
+            place => &mut place.insert((slot, binding.detail(slot))).1,
         };
         let Some((reading, detail)) = known else {
             // A slot without details has no counters.
             return (!item.is_optional()).then_some(0);
         };
-        let now = self.binding.now;
+        let now = binding.now;
         let counters = &detail.counters;
         let short = |count: u32| u32::from(count as u16);
         let extremes = &detail.extremes;
         let alarm = |alarm| {
             let look = |gateway: &mut clino_gateway::Gateway| gateway.alarm(slot, alarm, now);
-            self.binding.site.gateway(look).flatten()
+            binding.site.gateway(look).flatten()
         };
         Some(match item {
-            DetailItem::Flags => u32::from(flags(&reading, &detail, now)),
+            DetailItem::Flags => u32::from(flags(reading, detail, now)),
             DetailItem::Temperature => return reading.temperature().map(|value| value as u16 as u32),
             DetailItem::Sequence => short(reading.sequence),
             DetailItem::Raw => return reading.raw(now).map(|raw| Published::of_sensor(raw).mdeg() as u32),
@@ -193,22 +194,23 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
     }
 
     fn slot_setting(&mut self, id: u8, slot: usize, scale: u16) -> u32 {
-        let config = match self.config {
-            Some((known, config)) if known == slot => config,
-            _ => self.config.insert((slot, self.binding.config(slot))).1,
+        let binding = self.binding;
+        let config = match &mut self.config {
+            Some((known, config)) if *known == slot => config,
+            place => &mut place.insert((slot, binding.config(slot))).1,
         };
-        setting(&slot::SETTINGS, id, &config, scale)
+        setting(&slot::SETTINGS, id, config, scale)
     }
 
     fn bus(&mut self, item: BusItem, bus: Bus) -> u32 {
-        let (_, counters, health, driver) = match self.bus {
+        let site = &self.binding.site;
+        let (_, counters, health, driver) = match &mut self.bus {
             Some(known) if known.0 == bus => known,
-            _ => {
-                let site = &self.binding.site;
+            place => {
                 let look =
                     |gateway: &mut clino_gateway::Gateway| (*gateway.counters(bus), gateway.health(bus));
                 let (counters, health) = site.gateway(look).unwrap_or_default();
-                *self.bus.insert((bus, counters, health, site.driver_enable(bus)))
+                place.insert((bus, counters, health, site.driver_enable(bus)))
             }
         };
         match item {
