@@ -32,7 +32,7 @@ mod tests;
 
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::console::ConsoleSettings;
-use clino_gateway::settings::{self, Setting};
+use clino_gateway::settings::{self, Shown, Tabled};
 use clino_gateway::{Bus, BusSettings, Configuration, MAX_SLOTS, SlotConfig};
 
 use bytes::Reader;
@@ -161,8 +161,8 @@ fn slot_order(slot: u8, config: &SlotConfig) -> Result<(), Reject> {
 }
 
 /// Writes what differs from the usual.
-fn plain<T>(table: &[Setting<T>], of: &T, usual: &T, writer: &mut Writer<'_>) {
-    differences::encode(table, of, |setting| (setting.get)(of) != (setting.get)(usual), writer);
+fn plain(of: &dyn Shown, usual: &dyn Shown, writer: &mut Writer<'_>) {
+    differences::encode(of, &|place, _| of.value(place) != usual.value(place), writer);
 }
 
 /// Writes the record. What [`check`] finds nothing wrong with can be read again.
@@ -175,23 +175,21 @@ pub(crate) fn encode(content: Content<'_>, sink: &mut dyn Sink) {
             writer.byte(CONFIGURATION);
             for bus in BUSES {
                 let settings = &configuration.bus(bus);
-                let usual = BusSettings::usual(bus, settings.timing.serial.baud);
+                let first = &BusSettings::first(bus);
+                let usual = &BusSettings::usual(bus, settings.timing.serial.baud);
                 // The bit rate is a difference from the first one; the rest from what is usual at the bit rate.
-                let from = |setting: &Setting<BusSettings>| match setting.id {
-                    settings::bus::id::BAUD => BusSettings::first(bus),
-                    _ => usual,
+                let by_table = |settings| Tabled::new(settings::bus::settings(bus), settings);
+                let (of, first, usual) = (by_table(settings), by_table(first), by_table(usual));
+                let differs = |place, id| {
+                    let from = if id == settings::bus::id::BAUD { &first } else { &usual };
+                    of.value(place) != from.value(place)
                 };
-                let differs =
-                    |setting: &Setting<BusSettings>| (setting.get)(settings) != (setting.get)(&from(setting));
-                differences::encode(settings::bus::settings(bus), settings, differs, &mut writer);
+                differences::encode(&of, &differs, &mut writer);
             }
-            plain(&settings::port::SETTINGS, modbus, &clino_modbus::Settings::DEFAULT, &mut writer);
-            plain(
-                &settings::console::SETTINGS,
-                &configuration.console(),
-                &ConsoleSettings::DEFAULT,
-                &mut writer,
-            );
+            let port = |settings| Tabled::new(&settings::port::SETTINGS, settings);
+            plain(&port(modbus), &port(&clino_modbus::Settings::DEFAULT), &mut writer);
+            let console = |settings| Tabled::new(&settings::console::SETTINGS, settings);
+            plain(&console(&configuration.console()), &console(&ConsoleSettings::DEFAULT), &mut writer);
             writer.byte(MAX_SLOTS as u8);
             slots(configuration).for_each(|config| slot::encode(config, &mut writer));
         }
@@ -234,7 +232,7 @@ fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -
             true => old::bus(bus, reader)?,
             false => {
                 let mut settings = BusSettings::first(bus);
-                differences::decode(settings::bus::settings(bus), &mut settings, reader)?;
+                differences::decode(&mut Tabled::new(settings::bus::settings(bus), &mut settings), reader)?;
                 settings
             }
         };
@@ -246,13 +244,13 @@ fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -
         // Before it was a setting, the port ran like this.
         WITHOUT_MODBUS => {}
         WITHOUT_TABLES => modbus = old::port(reader)?,
-        _ => differences::decode(&settings::port::SETTINGS, &mut modbus, reader)?,
+        _ => differences::decode(&mut Tabled::new(&settings::port::SETTINGS, &mut modbus), reader)?,
     }
     settings::port::check(&modbus).map_err(Reject::Refused)?;
     take(Part::Modbus(modbus));
     let mut console = ConsoleSettings::DEFAULT;
     if !is_old {
-        differences::decode(&settings::console::SETTINGS, &mut console, reader)?;
+        differences::decode(&mut Tabled::new(&settings::console::SETTINGS, &mut console), reader)?;
     }
     take(Part::Console(console));
     let count = reader.byte()?;

@@ -1,7 +1,7 @@
 //! Values of the registers of the map.
 
 use clino_bus::{BusCounters, DriverEnable, Duration, Instant};
-use clino_gateway::settings::{self, Setting, console, port, slot};
+use clino_gateway::settings::{self, Shown, Tabled, console, port, slot};
 use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusHealth, Detail, Health, Published, Reading, SlotConfig, Status, Value};
 
@@ -87,13 +87,13 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             Item::SlotSetting(id) => Some(self.slot_setting(id, index, number.scale)),
             Item::BusSetting(id) => {
                 let table = settings::bus::settings(number.bus());
-                let look = |settings: &_| setting(table, id, settings, number.scale);
+                let look = |settings: &_| setting(&Tabled::new(table, settings), id, number.scale);
                 self.binding.site.gateway(|gateway| look(gateway.bus_settings(number.bus())))
             }
-            Item::Port(id) => Some(setting(&port::SETTINGS, id, self.port, number.scale)),
+            Item::Port(id) => Some(setting(&Tabled::new(&port::SETTINGS, self.port), id, number.scale)),
             Item::Console(id) => {
                 let settings = self.binding.site.gateway(|gateway| gateway.console_settings())?;
-                Some(setting(&console::SETTINGS, id, &settings, number.scale))
+                Some(setting(&Tabled::new(&console::SETTINGS, &settings), id, number.scale))
             }
             Item::Command(item) => Some(self.command(item)),
             Item::Result(item) => self.binding.results.number(item, index),
@@ -199,7 +199,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             Some((known, config)) if *known == slot => config,
             place => &mut place.insert((slot, binding.config(slot))).1,
         };
-        setting(&slot::SETTINGS, id, config, scale)
+        setting(&Tabled::new(&slot::SETTINGS, &*config), id, scale)
     }
 
     fn bus(&mut self, item: BusItem, bus: Bus) -> u32 {
@@ -299,14 +299,9 @@ fn flags(reading: &Reading, detail: &Detail, now: Instant) -> u16 {
 }
 
 /// A setting in steps of `scale`.
-fn setting<T>(table: &[Setting<T>], id: u8, of: &T, scale: u16) -> u32 {
-    let setting = table.iter().find(|setting| setting.id == id);
-    in_steps(setting.map_or(0, |setting| (setting.get)(of)), scale)
-}
-
 #[inline(never)]
-fn in_steps(value: i64, scale: u16) -> u32 {
-    value.checked_div(scale.into()).unwrap_or(0) as u32
+fn setting(of: &dyn Shown, id: u8, scale: u16) -> u32 {
+    of.find(id).map_or(0, |(place, _)| of.scaled(place, scale.into())) as u32
 }
 
 #[inline(never)]

@@ -3,7 +3,7 @@
 //! A slot as usual takes three bytes, one that is off two. An address of 255 was never set.
 
 use clino_gateway::config::{Kind, SINGLE_AXIS};
-use clino_gateway::settings::Setting;
+use clino_gateway::settings::Tabled;
 use clino_gateway::settings::slot::{self, id};
 use clino_gateway::{SlotConfig, Source};
 
@@ -27,8 +27,10 @@ pub(crate) fn encode(config: &SlotConfig, writer: &mut Writer<'_>) {
         Source::Incomplete { address: 0, .. } => writer.byte(NO_ADDRESS),
         source => writer.byte(source.address()),
     }
-    let differs = |setting: &Setting<SlotConfig>| slot::differs(setting, config, &base);
-    differences::encode(&slot::SETTINGS, config, differs, writer);
+    let differs = |place: usize, _| {
+        slot::SETTINGS.get(place).is_some_and(|setting| slot::differs(setting, config, &base))
+    };
+    differences::encode(&Tabled::new(&slot::SETTINGS, config), &differs, writer);
 }
 
 pub(crate) fn decode(reader: &mut Reader<'_>) -> Result<SlotConfig, Reject> {
@@ -42,7 +44,7 @@ pub(crate) fn decode(reader: &mut Reader<'_>) -> Result<SlotConfig, Reject> {
         },
     };
     let mut config = base(source);
-    differences::decode(&slot::SETTINGS, &mut config, reader)?;
+    differences::decode(&mut Tabled::new(&slot::SETTINGS, &mut config), reader)?;
     // Its difference would be another way to write the same.
     if config.source.kind() != kind {
         return Err(Reject::Code { what: "kind", code: id::KIND });
