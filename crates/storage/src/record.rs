@@ -139,12 +139,16 @@ pub(crate) fn check(
     configuration: &dyn Configuration,
     modbus: &clino_modbus::Settings,
 ) -> Result<(), Reject> {
+    checked(configuration, modbus).map_err(Reject::Refused)
+}
+
+fn checked(configuration: &dyn Configuration, modbus: &clino_modbus::Settings) -> Result<(), Refusal> {
     for bus in BUSES {
         bus_order(bus, &configuration.bus(bus))?;
     }
-    settings::port::check(modbus).map_err(Reject::Refused)?;
-    settings::console::check(&configuration.console()).map_err(Reject::Refused)?;
-    slots(configuration).zip(0..).try_for_each(|(config, slot)| slot_order(slot, config))
+    settings::port::check(modbus)?;
+    settings::console::check(&configuration.console())?;
+    slots(configuration).try_for_each(settings::slot::check)
 }
 
 /// All slots of a record.
@@ -152,12 +156,8 @@ fn slots(configuration: &dyn Configuration) -> impl Iterator<Item = &SlotConfig>
     (0..MAX_SLOTS).map(|slot| configuration.slot(slot).unwrap_or(&SlotConfig::OFF))
 }
 
-fn bus_order(bus: Bus, settings: &BusSettings) -> Result<(), Reject> {
-    Order::Bus { bus, change: settings.into() }.check().map_err(Reject::Refused)
-}
-
-fn slot_order(slot: u8, config: &SlotConfig) -> Result<(), Reject> {
-    Order::Slot { slot, config: *config }.check().map_err(Reject::Refused)
+fn bus_order(bus: Bus, settings: &BusSettings) -> Result<(), Refusal> {
+    Order::Bus { bus, change: settings.into() }.check()
 }
 
 /// Writes what differs from the usual.
@@ -206,12 +206,16 @@ pub(crate) fn decode(record: &[u8], take: &mut dyn FnMut(Part<'_>)) -> Result<Ki
         return Err(Reject::Checksum { stored, computed });
     }
     let reader = &mut Reader::new(bytes);
+    content(reader, take).ok_or_else(|| reader.reject())
+}
+
+fn content(reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -> Option<Kind> {
     let version = reader.byte()?;
     if version > VERSION {
-        return Err(Reject::Newer { version });
+        return reader.refuse(Reject::Newer { version });
     }
     if version < WITHOUT_MODBUS {
-        return Err(Reject::Code { what: "version", code: version });
+        return reader.refuse(Reject::Code { what: "version", code: version });
     }
     let kind = match reader.byte()? {
         CONFIGURATION => {
@@ -219,13 +223,13 @@ pub(crate) fn decode(record: &[u8], take: &mut dyn FnMut(Part<'_>)) -> Result<Ki
             Kind::Configuration(version)
         }
         FACTORY => Kind::Factory,
-        code => return Err(Reject::Code { what: "kind", code }),
+        code => return reader.refuse(Reject::Code { what: "kind", code }),
     };
     reader.end()?;
-    Ok(kind)
+    Some(kind)
 }
 
-fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -> Result<(), Reject> {
+fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -> Option<()> {
     let is_old = version <= WITHOUT_TABLES;
     for bus in BUSES {
         let settings = match is_old {
@@ -236,7 +240,7 @@ fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -
                 settings
             }
         };
-        bus_order(bus, &settings)?;
+        reader.accepted(bus_order(bus, &settings))?;
         take(Part::Bus(bus, &settings));
     }
     let mut modbus = clino_modbus::Settings::DEFAULT;
@@ -246,7 +250,7 @@ fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -
         WITHOUT_TABLES => modbus = old::port(reader)?,
         _ => differences::decode(&mut Tabled::new(&settings::port::SETTINGS, &mut modbus), reader)?,
     }
-    settings::port::check(&modbus).map_err(Reject::Refused)?;
+    reader.accepted(settings::port::check(&modbus))?;
     take(Part::Modbus(modbus));
     let mut console = ConsoleSettings::DEFAULT;
     if !is_old {
@@ -255,7 +259,7 @@ fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -
     take(Part::Console(console));
     let count = reader.byte()?;
     if usize::from(count) > MAX_SLOTS {
-        return Err(Reject::Code { what: "slots", code: count });
+        return reader.refuse(Reject::Code { what: "slots", code: count });
     }
     for slot in 0..MAX_SLOTS as u8 {
         // A record of a gateway with fewer slots says nothing of the others.
@@ -264,8 +268,8 @@ fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -
             (true, true) => old::slot(reader)?,
             (true, false) => slot::decode(reader)?,
         };
-        slot_order(slot, &config)?;
+        reader.accepted(settings::slot::check(&config))?;
         take(Part::Slot(slot, &config));
     }
-    Ok(())
+    Some(())
 }

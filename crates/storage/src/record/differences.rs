@@ -85,7 +85,7 @@ pub(crate) fn encode(of: &dyn Shown, differs: &dyn Fn(usize, u8) -> bool, writer
 }
 
 /// Reads what differs into the usual. Nothing is believed: each value is checked.
-pub(crate) fn decode(of: &mut dyn Settable, reader: &mut Reader<'_>) -> Result<(), Reject> {
+pub(crate) fn decode(of: &mut dyn Settable, reader: &mut Reader<'_>) -> Option<()> {
     let mut mask = reader.wide("differences")?;
     for id in 1..=MOST {
         let is_different = mask & 1 != 0;
@@ -94,7 +94,9 @@ pub(crate) fn decode(of: &mut dyn Settable, reader: &mut Reader<'_>) -> Result<(
             continue;
         }
         let shown: &dyn Shown = of;
-        let (place, definition) = shown.find(id).ok_or(Reject::Number { what: "differences" })?;
+        let Some((place, definition)) = shown.find(id) else {
+            return reader.refuse(Reject::Number { what: "differences" });
+        };
         let value = match is_switch(&definition.form) {
             true => i64::from(of.value(place) == 0),
             false => {
@@ -106,8 +108,8 @@ pub(crate) fn decode(of: &mut dyn Settable, reader: &mut Reader<'_>) -> Result<(
                 }
             }
         };
-        definition.check(value).map_err(Reject::Refused)?;
+        reader.accepted(definition.check(value))?;
         of.set(place, value);
     }
-    Ok(())
+    Some(())
 }

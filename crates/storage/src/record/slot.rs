@@ -33,9 +33,9 @@ pub(crate) fn encode(config: &SlotConfig, writer: &mut Writer<'_>) {
     differences::encode(&Tabled::new(&slot::SETTINGS, config), &differs, writer);
 }
 
-pub(crate) fn decode(reader: &mut Reader<'_>) -> Result<SlotConfig, Reject> {
+pub(crate) fn decode(reader: &mut Reader<'_>) -> Option<SlotConfig> {
     let code = reader.byte()?;
-    let kind = Kind::from_code(code).ok_or(Reject::Code { what: "kind", code })?;
+    let Some(kind) = Kind::from_code(code) else { return reader.refuse(Reject::Code { what: "kind", code }) };
     let source = match kind {
         Kind::Off => Source::Off,
         _ => match reader.byte()? {
@@ -47,9 +47,9 @@ pub(crate) fn decode(reader: &mut Reader<'_>) -> Result<SlotConfig, Reject> {
     differences::decode(&mut Tabled::new(&slot::SETTINGS, &mut config), reader)?;
     // Its difference would be another way to write the same.
     if config.source.kind() != kind {
-        return Err(Reject::Code { what: "kind", code: id::KIND });
+        return reader.refuse(Reject::Code { what: "kind", code: id::KIND });
     }
-    Ok(config)
+    Some(config)
 }
 
 /// The source that the differences are counted from: an unused slot may hold an address, a T7 have another axis.
