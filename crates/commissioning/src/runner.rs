@@ -125,7 +125,7 @@ where
                 // Not before a late answer can be distinguished from its own.
                 master.ask_at(*address, request).filter(|&at| at > now)
             }
-            Step::Serial(_) | Step::Done(_) => None,
+            Step::Serial(_) | Step::Done => None,
         };
         if self.wait.is_some() {
             return RunnerAction::Idle;
@@ -145,7 +145,9 @@ where
             }
             Step::Wait { .. } => return RunnerAction::Idle,
             Step::Serial(serial) => return RunnerAction::Serial(serial),
-            Step::Done(result) => return RunnerAction::Done(result),
+            Step::Done => {
+                return self.operation.result().map_or(RunnerAction::Idle, RunnerAction::Done);
+            }
         };
         match begun {
             Ok(frame) => RunnerAction::Send(frame),

@@ -11,7 +11,7 @@ mod reason;
 pub mod t7;
 
 use clino_bus::{ExchangeOutcome, Instant, Serial};
-use clino_commissioning::{Commissionable, Operation, Runner, Step, StepOf, TaskProgress};
+use clino_commissioning::{Commissionable, Operation, Runner, StepOf, TaskProgress};
 
 pub(crate) use claim::Claim;
 pub(crate) use follow::followed;
@@ -50,6 +50,14 @@ pub(crate) trait Tasks: Commissionable {
     fn runner_ref(work: &Self::Work) -> &TaskRunner<Self>;
 }
 
+/// Begins an operation in its place. A function for each operation: put together from one that chooses, they would all be on
+/// the stack, field by field.
+#[inline(never)]
+pub(crate) fn put<W, E>(place: &mut Option<W>, make: impl FnOnce() -> Result<W, E>) -> Result<(), E> {
+    *place = Some(make()?);
+    Ok(())
+}
+
 /// An operation whose events, report and error are events of a task.
 pub(crate) struct Reported<O>(O);
 
@@ -70,13 +78,11 @@ where
     type Error = TaskEvent;
 
     fn next(&mut self, now: Instant) -> StepOf<Self> {
-        match self.0.next(now) {
-            Step::Ask { address, request, tries } => Step::Ask { address, request, tries },
-            Step::Collect { address, request, window } => Step::Collect { address, request, window },
-            Step::Wait { until } => Step::Wait { until },
-            Step::Serial(serial) => Step::Serial(serial),
-            Step::Done(result) => Step::Done(result.map(Into::into).map_err(Into::into)),
-        }
+        self.0.next(now)
+    }
+
+    fn result(&self) -> Option<Result<TaskEvent, TaskEvent>> {
+        Some(self.0.result()?.map(Into::into).map_err(Into::into))
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<O::Protocol>) -> Option<TaskEvent> {

@@ -174,7 +174,14 @@ impl Operation for ResetNull {
                 Step::Ask { address, request: Request::READ_ANGLE, tries: READ_TRIES }
             }
             State::Write => Step::Ask { address, request: Request::ResetNullPosition, tries: 1 },
-            State::Ended(result) => Step::Done(result),
+            State::Ended(_) => Step::Done,
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
         }
     }
 

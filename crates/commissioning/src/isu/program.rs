@@ -192,7 +192,7 @@ impl Operation for Program {
         match &self.state {
             State::Probe { at, .. } => Step::Ask { address: *at, request: Request::READ_ANGLE, tries: 1 },
             State::Boot(boot) => boot.next(&self.talk, now),
-            State::Ended(result) => Step::Done(*result),
+            State::Ended(_) => Step::Done,
             state => {
                 let (request, tries) = match state {
                     State::Write(writer) => writer.request(),
@@ -202,6 +202,13 @@ impl Operation for Program {
                 .unwrap_or((read_back(self.wanted), READ_TRIES));
                 self.talk.ask(request, tries)
             }
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
         }
     }
 

@@ -126,7 +126,14 @@ impl Operation for RawWrite {
         match self.state {
             State::Write => Step::Ask { address, request: self.request, tries: 1 },
             State::Read => Step::Ask { address, request: self.read_back(), tries: READ_TRIES },
-            State::Ended(result) => Step::Done(result),
+            State::Ended(_) => Step::Done,
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
         }
     }
 

@@ -271,7 +271,7 @@ impl Operation for Repair {
         }
         match &self.state {
             State::Boot(boot, _) => boot.next(&self.talk, now),
-            State::Ended(result) => Step::Done(*result),
+            State::Ended(_) => Step::Done,
             state => {
                 let (request, tries) = match state {
                     State::Write(writer, _) => writer.request(),
@@ -281,6 +281,13 @@ impl Operation for Repair {
                 .unwrap_or((Request::READ_ANGLE, READ_TRIES));
                 self.talk.ask(request, tries)
             }
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
         }
     }
 

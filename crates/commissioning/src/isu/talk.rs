@@ -53,7 +53,7 @@ impl Talk {
     }
 
     /// The step that asks `request`, or what has to come first.
-    pub const fn ask<R, E>(&self, request: Request, tries: u8) -> Step<Address, Request, R, E> {
+    pub const fn ask(&self, request: Request, tries: u8) -> Step<Address, Request> {
         match self.softening {
             true => Step::Ask { address: self.at, request: Request::GoToSoftErrorState, tries: READ_TRIES },
             false => Step::Ask { address: self.at, request, tries },

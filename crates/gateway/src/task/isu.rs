@@ -7,7 +7,7 @@ use clino_commissioning::isu::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, Reported, TaskRunner, Tasks, run};
+use super::{Claim, Reported, TaskRunner, Tasks, put, run};
 use crate::config::{Bus, Source};
 
 /// The tasks that can be ordered.
@@ -58,14 +58,13 @@ impl Work {
     /// An address that no single module can have.
     #[inline(never)]
     pub fn begin(task: &Task, place: &mut Option<Work>) -> Result<(), Cause> {
-        *place = Some(match *task {
-            Task::Identify(module) => Work::Identify(run(Identify::new(module))),
-            Task::Reset(module) => Work::Reset(run(Reset::new(module))),
-            Task::ResetNull(module) => Work::ResetNull(run(ResetNull::new(module))),
-            Task::Program(module, change) => Work::Program(run(Program::new(module, change)?)),
-            Task::Repair(module) => Work::Repair(run(Repair::new(module))),
-        });
-        Ok(())
+        match *task {
+            Task::Identify(module) => put(place, || Ok(Work::Identify(run(Identify::new(module))))),
+            Task::Reset(module) => put(place, || Ok(Work::Reset(run(Reset::new(module))))),
+            Task::ResetNull(module) => put(place, || Ok(Work::ResetNull(run(ResetNull::new(module))))),
+            Task::Program(module, change) => put(place, || Ok(Work::Program(run(Program::new(module, change)?)))),
+            Task::Repair(module) => put(place, || Ok(Work::Repair(run(Repair::new(module))))),
+        }
     }
 
     /// Whether it can begin.

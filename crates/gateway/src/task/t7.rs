@@ -10,7 +10,7 @@ use clino_commissioning::t7::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, Reported, TaskRunner, Tasks, run};
+use super::{Claim, Reported, TaskRunner, Tasks, put, run};
 use crate::config::{Bus, Source};
 
 /// The tasks that can be ordered.
@@ -75,15 +75,14 @@ impl Work {
     pub fn begin(task: &Task, serial: Serial, place: &mut Option<Work>) -> Result<(), EncodeError> {
         // The line has no other rate than those of a T7: orders for others are refused.
         let line = BaudRate::from_bits_per_second(serial.baud).unwrap_or(BaudRate::B115200);
-        *place = Some(match *task {
-            Task::Identify(device) => Work::Identify(run(Identify::new(device)?)),
-            Task::Sweep(rates) => Work::Sweep(run(Sweep::new(serial, rates))),
-            Task::Zero(device, axis) => Work::Zero(run(SetZero::new(device, axis))),
-            Task::Set(device, setting) => Work::Set(run(Set::new(device, setting)?)),
-            Task::Address { from, to } => Work::Address(run(ChangeAddress::new(from, to)?)),
-            Task::Baud(device, rate) => Work::Baud(run(ChangeBaud::new(device, line, rate)?)),
-        });
-        Ok(())
+        match *task {
+            Task::Identify(device) => put(place, || Ok(Work::Identify(run(Identify::new(device)?)))),
+            Task::Sweep(rates) => put(place, || Ok(Work::Sweep(run(Sweep::new(serial, rates))))),
+            Task::Zero(device, axis) => put(place, || Ok(Work::Zero(run(SetZero::new(device, axis))))),
+            Task::Set(device, setting) => put(place, || Ok(Work::Set(run(Set::new(device, setting)?)))),
+            Task::Address { from, to } => put(place, || Ok(Work::Address(run(ChangeAddress::new(from, to)?)))),
+            Task::Baud(device, rate) => put(place, || Ok(Work::Baud(run(ChangeBaud::new(device, line, rate)?)))),
+        }
     }
 
     /// Whether it can begin.
