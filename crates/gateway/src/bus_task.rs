@@ -413,7 +413,7 @@ impl<P: Serve> BusTask<P> {
                     self.disturbed = Some(now);
                     self.run(serial, now, slots, port);
                 }
-                RunnerAction::Done(Ok(news) | Err(news)) => {
+                RunnerAction::Done(Ok(news)) => {
                     self.work = None;
                     self.news = Some(news);
                     self.stay();

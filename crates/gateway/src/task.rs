@@ -10,6 +10,8 @@ pub mod isu;
 mod reason;
 pub mod t7;
 
+use core::convert::Infallible;
+
 use clino_bus::{ExchangeOutcome, Instant, Serial};
 use clino_commissioning::{Commissionable, Operation, Runner, StepOf, TaskProgress};
 
@@ -35,7 +37,7 @@ impl TaskEvent {
 
 /// Runs one task, whatever its operation is: in the image once for each bus.
 pub(crate) type TaskRunner<P> = Runner<
-    dyn Operation<Protocol = P, Event = TaskEvent, Report = TaskEvent, Error = TaskEvent>,
+    dyn Operation<Protocol = P, Event = TaskEvent, Report = TaskEvent, Error = Infallible>,
 >;
 
 /// A protocol with tasks of its own.
@@ -58,7 +60,7 @@ pub(crate) fn put<W, E>(place: &mut Option<W>, make: impl FnOnce() -> Result<W, 
     Ok(())
 }
 
-/// An operation whose events, report and error are events of a task.
+/// An operation whose events, report and error are events of a task, the last ones its report.
 pub(crate) struct Reported<O>(O);
 
 /// An operation as a task.
@@ -75,14 +77,17 @@ where
     type Protocol = O::Protocol;
     type Event = TaskEvent;
     type Report = TaskEvent;
-    type Error = TaskEvent;
+    type Error = Infallible;
 
     fn next(&mut self, now: Instant) -> StepOf<Self> {
         self.0.next(now)
     }
 
-    fn result(&self) -> Option<Result<TaskEvent, TaskEvent>> {
-        Some(self.0.result()?.map(Into::into).map_err(Into::into))
+    fn result(&self) -> Option<Result<TaskEvent, Infallible>> {
+        Some(Ok(match self.0.result()? {
+            Ok(report) => report.into(),
+            Err(error) => error.into(),
+        }))
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<O::Protocol>) -> Option<TaskEvent> {

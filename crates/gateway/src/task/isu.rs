@@ -120,6 +120,7 @@ impl Tasks for Isu {
 macro_rules! news {
     ($($from:ty => $variant:ident),* $(,)?) => {$(
         impl From<$from> for super::TaskEvent {
+            #[inline(never)]
             fn from(news: $from) -> Self {
                 super::TaskEvent::Isu(TaskEvent::$variant(news))
             }

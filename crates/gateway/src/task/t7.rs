@@ -143,6 +143,7 @@ impl From<Infallible> for super::TaskEvent {
 macro_rules! news {
     ($($from:ty => $variant:ident),* $(,)?) => {$(
         impl From<$from> for super::TaskEvent {
+            #[inline(never)]
             fn from(news: $from) -> Self {
                 super::TaskEvent::T7(TaskEvent::$variant(news))
             }
