@@ -77,8 +77,8 @@ impl Operation for Identify {
 
     fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
         let function = self.request()?.function();
-        match response(function, self.address, outcome.result) {
-            Ok(Response::ReadEeprom { start, words }) => self.reader.take(start, &words),
+        match response(function, self.address, &outcome.result) {
+            Ok(Response::ReadEeprom { start, words }) => self.reader.take(*start, words),
             Ok(response) => self.angle = self.angle.or(response.angle_word().map(Angle::from_turn16)),
             Err(cause) => self.failed = Some(cause),
         }

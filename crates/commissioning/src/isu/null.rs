@@ -196,8 +196,8 @@ impl Operation for ResetNull {
             }
             State::Ended(_) => return None,
         };
-        match (response(function, self.address, outcome.result), self.state) {
-            (Ok(Response::ReadEeprom { start, words }), State::Audit) => self.reader.take(start, &words),
+        match (response(function, self.address, &outcome.result), self.state) {
+            (Ok(Response::ReadEeprom { start, words }), State::Audit) => self.reader.take(*start, words),
             (Ok(response), State::Watch { from }) => {
                 response.angle_word().into_iter().for_each(|seen| self.on_watch(seen, from, outcome.at));
             }

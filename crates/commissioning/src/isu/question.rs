@@ -59,8 +59,8 @@ impl<T: Copy> Operation for Question<T> {
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
-        let result = match response(self.request.function(), self.address, outcome.result) {
-            Ok(response) => Ok((self.take)(&response)?),
+        let result = match response(self.request.function(), self.address, &outcome.result) {
+            Ok(response) => Ok((self.take)(response)?),
             Err(cause) => Err(cause),
         };
         self.ended = Some(result);

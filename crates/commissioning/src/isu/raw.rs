@@ -140,8 +140,8 @@ impl Operation for RawWrite {
     fn on(&mut self, outcome: &ExchangeOutcome<UnprotectedIsu>) -> Option<Self::Event> {
         match self.state {
             State::Write => self.state = State::Read,
-            State::Read => match response(self.read_back().function(), self.address, outcome.result) {
-                Ok(seen) => match self.difference(&seen) {
+            State::Read => match response(self.read_back().function(), self.address, &outcome.result) {
+                Ok(seen) => match self.difference(seen) {
                     None => self.state = State::Ended(Ok(())),
                     Some(cause) => self.fail(cause),
                 },
