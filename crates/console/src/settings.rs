@@ -44,7 +44,7 @@ impl Change {
 
 /// The label of a setting.
 pub const fn label<T>(setting: &Setting<T>) -> Label {
-    Label { name: setting.name, unit: setting.unit }
+    Label { name: setting.definition.name, unit: setting.definition.unit }
 }
 
 /// The value of a setting, as it is shown.
