@@ -2,9 +2,6 @@
 
 use clino_gateway::command::Command as Shared;
 
-use crate::reply::Reply;
-use crate::settings;
-
 /// The verb of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verb {
@@ -39,10 +36,10 @@ pub enum Verb {
 /// A command.
 pub struct Command {
     pub verb: Verb,
-    name: &'static str,
+    pub name: &'static str,
     /// What follows the name. Each line is a form of its own.
-    usage: &'static str,
-    help: &'static str,
+    pub usage: &'static str,
+    pub help: &'static str,
 }
 
 const fn command(verb: Verb, name: &'static str, usage: &'static str, help: &'static str) -> Command {
@@ -121,42 +118,19 @@ static COMMANDS: [Command; 26] = [
     command(Verb::Help, "help", "[COMMAND]", "list the commands, or show how to use one"),
 ];
 
+/// The name of a command, by its place in the list.
+pub fn name_at(place: usize) -> Option<&'static str> {
+    COMMANDS.get(place).map(|command| command.name)
+}
+
 impl Command {
     /// The command of this name.
     pub fn named(name: &str) -> Option<&'static Command> {
         COMMANDS.iter().find(|command| command.name == name)
     }
 
-    /// The name of a command, by its place in the list.
-    pub fn name_at(place: usize) -> Option<&'static str> {
-        COMMANDS.get(place).map(|command| command.name)
-    }
-
-    /// Writes its usage, and the settings that it can change.
-    #[inline(never)]
-    pub fn describe(&self, reply: &mut Reply<'_>) {
-        self.usage(reply);
-        if matches!(self.verb, Verb::Set | Verb::Modbus) {
-            settings::describe(reply, self.verb == Verb::Set);
-        }
-    }
-
-    fn usage(&self, reply: &mut Reply<'_>) {
-        if reply.is_for_people() {
-            _ = writeln!(reply.out, "{} {}\n{}", self.name, self.usage, self.help);
-        } else {
-            reply.list("command", self.name.into(), "usage help", &[self.usage.into(), self.help.into()]);
-        }
-    }
-}
-
-/// Lists all commands.
-pub fn describe_all(reply: &mut Reply<'_>) {
-    for command in &COMMANDS {
-        if reply.is_for_people() {
-            _ = writeln!(reply.out, "  {:<14} {}", command.name, command.help);
-        } else {
-            command.usage(reply);
-        }
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = &'static Command> {
+        COMMANDS.iter()
     }
 }

@@ -5,6 +5,7 @@ use clino_recovery::Mode;
 
 use crate::host::Host;
 use crate::reply::Reply;
+use crate::split::split_before;
 use crate::value::Value;
 
 /// The greeting of a person, before the first prompt.
@@ -22,7 +23,8 @@ pub const fn greeting(mode: Mode) -> &'static str {
 pub fn introduce(reply: &mut Reply<'_>, host: &dyn Host) {
     identify(host, &mut |values| {
         reply.begin_list("stream", "started".into());
-        reply.members(IDENTITY, values);
+        let (_, names) = split_before(IDENTITY, b' ');
+        reply.members(names, values);
         reply.members("prompt", &[HOW_TO_GET_A_PROMPT.into()]);
         reply.end_list();
     });
@@ -31,8 +33,8 @@ pub fn introduce(reply: &mut Reply<'_>, host: &dyn Host) {
 /// What ends the stream, as its first line says.
 pub const HOW_TO_GET_A_PROMPT: &str = "Enter or Ctrl-C";
 
-/// Names of the values of [`identify`].
-pub const IDENTITY: &str = "version uptime_ms mode clock power_ups boots uid";
+/// What answers `version`, and names of the values of [`identify`].
+pub const IDENTITY: &str = "clino version uptime_ms mode clock power_ups boots uid";
 
 /// Hands out version, time since reset and start of the gateway.
 pub fn identify(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
@@ -44,7 +46,7 @@ pub fn identify(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
         start.clock.name().into(),
         start.power_ups.into(),
         start.boots.into(),
-        Value::Words(&start.uid),
+        Value::Uid(&start.uid),
     ];
     tell(&values);
 }

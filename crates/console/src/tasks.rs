@@ -11,15 +11,17 @@ use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::bus::T7_BIT_RATES;
 use clino_gateway::{Bus, Consequence, task};
 
-use crate::error::Error;
+use crate::choice::Choice;
+use crate::error::{ADDRESS, WORD, one};
 use crate::job::{Job, Outcome, Reported};
 use crate::meter::BUSES;
 use crate::pending::{Pending, is_at_work};
 use crate::typed::Opt;
+use crate::value::Value;
 use crate::words::{IsuVerb, T7Verb};
 
 /// Axis of a T7.
-const AXIS: Opt = Opt(Some('a'), "axis");
+const AXIS: Opt = Opt(Some(b'a'), "axis");
 
 /// `t7 VERB ADDRESS VALUE`
 pub fn t7(job: &mut Job<'_, '_>) -> Outcome {
@@ -120,7 +122,10 @@ fn consequence(job: &Job<'_, '_>, order: &Order) -> Consequence {
 fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Reported> {
     match job.typed.next() {
         Some("all") => Ok(Rates::ALL),
-        Some(value) => Err(job.refuse(&Error::Word { value, expected: &["all", "nothing"] })),
+        Some(value) => {
+            let expected = Value::OneOf(Choice::Words(&["all", "nothing"]));
+            Err(job.refuse(WORD, &[value.into(), expected]))
+        }
         None => {
             let state = job.host.bus(Bus::T7);
             let serial = state.map_or(Serial::T7_DEFAULT, |state| state.settings.timing.serial);
@@ -155,14 +160,20 @@ pub fn axis(job: &mut Job<'_, '_>) -> Result<Axis, Reported> {
 }
 
 fn no_t7(job: &mut Job<'_, '_>, value: u8) -> Reported {
-    job.refuse(&Error::NotOne { kind: Kind::T7, value })
+    not_one(job, Kind::T7, value)
+}
+
+/// An address that no single sensor of this kind has.
+#[inline(never)]
+fn not_one(job: &mut Job<'_, '_>, kind: Kind, value: u8) -> Reported {
+    job.refuse(ADDRESS, &["address".into(), value.into(), one(kind).into()])
 }
 
 fn no_isu(job: &mut Job<'_, '_>, value: u8) -> Reported {
-    job.refuse(&Error::NotOne { kind: Kind::Isu, value })
+    not_one(job, Kind::Isu, value)
 }
 
 fn bit_rate(job: &mut Job<'_, '_>, value: u32) -> Result<BaudRate, Reported> {
     let refusal = Refusal::BitRate { value, allowed: T7_BIT_RATES };
-    BaudRate::from_bits_per_second(value).ok_or_else(|| job.refuse(&Error::Refused(refusal)))
+    BaudRate::from_bits_per_second(value).ok_or_else(|| job.refused(&refusal))
 }
