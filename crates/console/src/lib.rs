@@ -12,7 +12,7 @@
 //!
 //! Only lines that were typed, whole, are carried out: see `line.rs`.
 //!
-//! Sans-IO: [`Shell`] takes characters and is polled; text goes to an `embedded_io::Write`; the gateway is a [`Host`]. What can
+//! Sans-IO: [`Shell`] takes characters and is polled; text goes to an [`Out`], such as any `embedded_io::Write` as a [`Port`]; the gateway is a [`Host`]. What can
 //! be typed is a table (`command.rs`).
 //!
 //! Irreversible commands ask for confirmation: people answer `y`, a program adds `--yes` to the command.
@@ -83,5 +83,6 @@ pub use host::{BusState, Host, Saved, StorageError};
 pub use json::MAX_LINE;
 pub use line::LONGEST_LINE;
 pub use news::write_outcome;
+pub use out::{Out, Port};
 pub use received::Received;
 pub use shell::Shell;

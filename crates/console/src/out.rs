@@ -14,17 +14,17 @@ pub trait Out {
 }
 
 /// A port: a line feed goes out as carriage return and line feed.
-pub struct Port<'a, W>(pub &'a mut W);
+pub struct Port<W>(pub W);
 
-impl<W: Write<Error = Infallible>> Out for Port<'_, W> {
+impl<W: Write<Error = Infallible>> Out for Port<W> {
     fn put(&mut self, text: &[u8]) {
         for line in text.split_inclusive(|&byte| byte == b'\n') {
             match line.strip_suffix(b"\n") {
                 Some(line) => {
-                    write(self.0, line);
-                    write(self.0, b"\r\n");
+                    write(&mut self.0, line);
+                    write(&mut self.0, b"\r\n");
                 }
-                None => write(self.0, line),
+                None => write(&mut self.0, line),
             }
         }
     }

@@ -16,14 +16,11 @@
 //! one, but belongs to a text that was pasted: it, and all that comes until the port is silent for [`SILENCE`], is dropped and
 //! counted. So a pasted script neither answers the question in its middle nor runs on behind it.
 
-use core::convert::Infallible;
-
 use clino_bus::{Duration, Instant};
 use clino_commissioning::TaskProgress;
 use clino_gateway::Bus;
 use clino_gateway::order::Order;
 use clino_gateway::summary::Signals;
-use embedded_io::Write;
 
 use crate::audience::Audience;
 use crate::consequences;
@@ -35,7 +32,7 @@ use crate::identity;
 use crate::line::{Check, Damage, Reason, Verdict};
 use crate::meter::{BUSES, Meter};
 use crate::news;
-use crate::out::Port;
+use crate::out::Out;
 use crate::pending::{Next, Pending};
 use crate::presence::Presence;
 use crate::received::Received;
@@ -112,10 +109,10 @@ impl Resumed {
     }
 }
 
-/// The console. `W` is a handle to the port; its clones write to the same port.
-pub struct Shell<W: Write<Error = Infallible> + Clone> {
+/// The console.
+pub struct Shell<'o> {
     editor: Editor,
-    out: W,
+    out: &'o mut dyn Out,
     mode: Mode,
     stream: Stream,
     meter: Meter,
@@ -124,11 +121,11 @@ pub struct Shell<W: Write<Error = Infallible> + Clone> {
     check: Check,
 }
 
-impl<W: Write<Error = Infallible> + Clone> Shell<W> {
+impl<'o> Shell<'o> {
     /// A console that streams JSON lines, as it does after power-up: a logger needs to type nothing. A prompt at which nothing
     /// is typed for the idle time of the settings gives way to the stream.
     #[inline(never)]
-    pub fn new(out: W) -> Shell<W> {
+    pub fn new(out: &'o mut dyn Out) -> Shell<'o> {
         Shell {
             editor: Editor::new(),
             out,
@@ -164,7 +161,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         if received.errors.is_none() {
             self.presence.is_here(now);
         }
-        match self.editor.take(received, manner, &mut Port(&mut self.out)) {
+        match self.editor.take(received, manner, self.out) {
             None => {}
             Some(Event::Line) => self.line(host),
             Some(Event::Interrupt) => self.interrupt(host),
@@ -270,8 +267,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     #[inline(never)]
     fn run(&mut self, audience: Audience, host: &mut dyn Host) {
         let mut next = Next::Stay;
-        let mut out = Port(&mut self.out);
-        let reply = Reply { audience, out: &mut out };
+        let reply = Reply { audience, out: self.out };
         let required = if audience == Audience::Programs { self.check } else { Check::None };
         let damage = match self.editor.line.judge() {
             Verdict::Whole(text, proven) if proven >= required => {
@@ -294,7 +290,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         match next {
             Next::CarryOut(pending) => {
                 // No question was asked.
-                let mut reply = Reply { audience, out: &mut Port(&mut self.out) };
+                let mut reply = Reply { audience, out: self.out };
                 consequences::warn(&mut reply, pending.consequence());
                 self.carry_out(pending, audience, host);
             }
@@ -311,7 +307,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     }
 
     fn reply(&mut self, audience: Audience, write: impl FnOnce(&mut Reply<'_>)) {
-        write(&mut Reply { audience, out: &mut Port(&mut self.out) });
+        write(&mut Reply { audience, out: self.out });
     }
 
     /// Writes the next line that the gateway prints unasked: news of a task, its progress, a line of a stream. Call it when
@@ -324,7 +320,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             if at_prompt {
                 self.say("\n");
             }
-            news::write(&mut Reply { audience: self.mode.audience(), out: &mut Port(&mut self.out) }, &news);
+            news::write(&mut Reply { audience: self.mode.audience(), out: self.out }, &news);
             if at_prompt || matches!(self.mode, Mode::Task(_)) && news.is_end() {
                 self.speak(Audience::People, host);
             }
@@ -335,7 +331,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         match self.mode {
             Mode::Stream { audience, .. } => {
-                self.stream.next(host, &mut Reply { audience, out: &mut Port(&mut self.out) })
+                self.stream.next(host, &mut Reply { audience, out: self.out })
             }
             Mode::Question { until, .. } if host.now() >= until => {
                 let line = &mut self.editor.line;
@@ -369,7 +365,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     #[inline(never)]
     fn progress(&mut self, host: &dyn Host) -> bool {
         let audience = self.mode.audience();
-        let mut reply = Reply { audience, out: &mut Port(&mut self.out) };
+        let mut reply = Reply { audience, out: self.out };
         let mut said = false;
         for bus in BUSES {
             let Some(TaskProgress { done, of }) = host.bus(bus).and_then(|state| state.progress) else {
@@ -444,7 +440,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
 
     #[inline(never)]
     fn carry_out(&mut self, pending: Pending, audience: Audience, host: &mut dyn Host) {
-        let mut reply = Reply { audience, out: &mut Port(&mut self.out) };
+        let mut reply = Reply { audience, out: self.out };
         match pending.carry_out(host, &mut reply) {
             Next::Stay if audience == Audience::People => self.speak(audience, host),
             next => self.follow(next, audience, host),
@@ -470,7 +466,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         self.check = Check::None;
         self.mode = Mode::Stream { audience: Audience::Programs, back: Audience::People };
-        let mut reply = Reply { audience: Audience::Programs, out: &mut Port(&mut self.out) };
+        let mut reply = Reply { audience: Audience::Programs, out: self.out };
         reply.say("\n");
         let values = [why.name().into(), identity::HOW_TO_GET_A_PROMPT.into()];
         reply.list("stream why prompt", "resumed".into(), &values);
@@ -482,12 +478,12 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         self.mode = Mode::Commands(audience);
         if audience == Audience::People {
             self.editor.is_unsaved = host.summary().signals.has(Signals::UNSAVED);
-            self.editor.draw(&mut Port(&mut self.out));
+            self.editor.draw(self.out);
         }
     }
 
     #[inline(never)]
     fn say(&mut self, text: &str) {
-        Reply { audience: Audience::People, out: &mut Port(&mut self.out) }.say(text);
+        Reply { audience: Audience::People, out: self.out }.say(text);
     }
 }
