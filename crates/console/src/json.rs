@@ -31,17 +31,17 @@ pub const MAX_LINE: usize = 216;
 #[inline(never)]
 pub fn reading(reply: &mut Reply<'_>, reading: &Reading, now: Instant) {
     let (kind, bus, address) = name(&reading.source);
-    let values = [
-        kind.into(),
-        bus.into(),
-        address.into(),
-        reading.status(now).name().into(),
-        reading.angle(now).into(),
-        reading.age_ms(now).into(),
-        Value::Health(reading.health),
-        reading.sequence.into(),
-    ];
-    reply.list("slot kind bus address status angle_deg age_ms health seq", reading.slot.into(), &values);
+    let row = "slot kind bus address status angle_deg age_ms health seq";
+    let mut list = reply.open_list(row, reading.slot.into());
+    list.text(kind);
+    list.text(bus);
+    list.count(address.into());
+    list.text(reading.status(now).name());
+    list.next(reading.angle(now).into());
+    list.next(reading.age_ms(now).into());
+    list.next(Value::Health(reading.health));
+    list.count(reading.sequence);
+    list.end();
 }
 
 /// Writes the state of an alarm of a slot, which reads this. `detail` is `None` while the alarm is quiet.
@@ -58,15 +58,15 @@ pub fn alarm(
         Alarm::Rate => Some("deg/s"),
         Alarm::NoValue => None,
     };
-    let values = [
-        alarm.name().into(),
-        detail.map_or(AlarmState::Quiet, |detail| detail.state).name().into(),
-        detail.map(|detail| detail.age_ms).into(),
-        detail.and_then(|detail| detail.extreme).map(Value::Thousandths).unwrap_or(Value::None),
-        unit.into(),
-        reading.angle(now).into(),
-    ];
-    reply.list("alarm name state age_ms extreme unit angle_deg", reading.slot.into(), &values);
+    let row = "alarm name state age_ms extreme unit angle_deg";
+    let mut list = reply.open_list(row, reading.slot.into());
+    list.text(alarm.name());
+    list.text(detail.map_or(AlarmState::Quiet, |detail| detail.state).name());
+    list.next(detail.map(|detail| detail.age_ms).into());
+    list.next(detail.and_then(|detail| detail.extreme).map_or(Value::None, Value::Thousandths));
+    list.next(unit.into());
+    list.next(reading.angle(now).into());
+    list.end();
 }
 
 /// Which of a bus's statistics lines. Several short lines, so that a reading never waits for a long one.

@@ -77,31 +77,25 @@ fn t7(reply: &mut Reply<'_>, news: &t7::TaskEvent) {
                 t7_commissioning::Cause::Moving { mdeg_per_s } => Some(mdeg_per_s),
                 _ => None,
             };
-            failed(reply, "why writes", &values, rate);
+            failed(reply, "failed why writes rate_deg_s", &values, rate);
         }
     }
 }
 
 #[inline(never)]
 fn t7_identity(reply: &mut Reply<'_>, identity: &Identity) {
-    let Identity { information, directions: [d0, d1, d2], damping_ms, range, offsets: [o0, o1, o2] } =
-        *identity;
-    let row = "identity product serial firmware damping_ms range direction_0 direction_1 direction_2 \
-               offset_0_mdeg offset_1_mdeg offset_2_mdeg";
-    let values = [
-        text(&information.product),
-        information.serial.into(),
-        text(&information.firmware),
-        damping_ms.into(),
-        range.name().into(),
-        d0.name().into(),
-        d1.name().into(),
-        d2.name().into(),
-        o0.0.into(),
-        o1.0.into(),
-        o2.0.into(),
-    ];
-    reply.line(row, &values);
+    let mut line = reply.open_line(
+        "identity product serial firmware damping_ms range direction_0 direction_1 direction_2 \
+         offset_0_mdeg offset_1_mdeg offset_2_mdeg",
+    );
+    line.next(text(&identity.information.product));
+    line.count(identity.information.serial);
+    line.next(text(&identity.information.firmware));
+    line.count(identity.damping_ms.into());
+    line.text(identity.range.name());
+    identity.directions.iter().for_each(|direction| line.text(direction.name()));
+    identity.offsets.iter().for_each(|offset| line.next(offset.0.into()));
+    line.end();
 }
 
 #[inline(never)]
@@ -137,19 +131,20 @@ fn isu(reply: &mut Reply<'_>, news: &isu::TaskEvent) {
                 isu_commissioning::Cause::Moving { mdeg_per_s } => Some(mdeg_per_s),
                 _ => None,
             };
-            failed(reply, "why writes repair", &values, rate);
+            failed(reply, "failed why writes repair rate_deg_s", &values, rate);
         }
     }
 }
 
 /// A task has failed; because the sensor moved at this rate, in 0.001°/s.
 #[inline(never)]
-fn failed(reply: &mut Reply<'_>, names: &'static str, values: &[Value<'_>], mdeg_per_s: Option<u32>) {
-    reply.begin("failed");
-    reply.members(names, values);
-    let rate = mdeg_per_s.map(thousandths);
-    reply.more("rate_deg_s", rate.as_slice());
-    reply.end();
+fn failed(reply: &mut Reply<'_>, row: &'static str, values: &[Value<'_>], mdeg_per_s: Option<u32>) {
+    let mut line = reply.open_line(row);
+    values.iter().for_each(|value| line.next(*value));
+    if let Some(rate) = mdeg_per_s {
+        line.next(thousandths(rate));
+    }
+    line.end();
 }
 
 /// `changed: x …, from …, writes …` or `unchanged: x …, writes …`.
@@ -175,7 +170,7 @@ fn change(
 ) {
     let what = if from.is_some() { "changed" } else { "unchanged" };
     reply.begin(what);
-    reply.members(name, &[to]);
+    reply.rest_of_line(name).next(to);
     reply.more("from", from.as_slice());
     reply.more("writes", &[writes]);
     reply.end();

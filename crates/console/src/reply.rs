@@ -15,7 +15,7 @@ pub struct Reply<'o> {
     pub out: &'o mut dyn Out,
 }
 
-impl Reply<'_> {
+impl<'o> Reply<'o> {
     /// Whether a person reads it.
     pub fn is_for_people(&self) -> bool {
         self.audience == Audience::People
@@ -42,10 +42,17 @@ impl Reply<'_> {
     /// Writes one answer, a line: `what: name value, name value`, or `{"what":…,"name":value,…}`. `row`: what, and the names.
     #[inline(never)]
     pub fn line(&mut self, row: &'static str, values: &[Value<'_>]) {
+        let mut line = self.open_line(row);
+        values.iter().for_each(|value| line.next(*value));
+        line.end();
+    }
+
+    /// The same, of which the values follow one by one.
+    #[inline(never)]
+    pub fn open_line<'r>(&'r mut self, row: &'static str) -> Members<'r, 'o> {
         let (what, names) = split_before(row, b' ');
         self.begin(what);
-        self.members(names, values);
-        self.end();
+        Members { reply: self, names, before: Some(": ") }
     }
 
     /// Begins a line.
@@ -65,12 +72,17 @@ impl Reply<'_> {
     /// the names.
     #[inline(never)]
     pub fn list(&mut self, row: &'static str, of: Value<'_>, values: &[Value<'_>]) {
+        let mut list = self.open_list(row, of);
+        values.iter().for_each(|value| list.next(*value));
+        list.end();
+    }
+
+    /// The same, of which the values follow one by one.
+    #[inline(never)]
+    pub fn open_list<'r>(&'r mut self, row: &'static str, of: Value<'_>) -> Members<'r, 'o> {
         let (what, names) = split_before(row, b' ');
         self.begin_list(what, of);
-        for (name, value) in words(names).zip(values) {
-            self.entry(&Label::plain(name), *value);
-        }
-        self.end_list();
+        Members { reply: self, names, before: None }
     }
 
     /// Writes one answer that is about `of` and has only numbers.
@@ -106,9 +118,8 @@ impl Reply<'_> {
     /// Writes counts of a list.
     #[inline(never)]
     pub fn counts(&mut self, names: &'static str, counts: &[u32]) {
-        for (name, count) in words(names).zip(counts) {
-            self.entry(&Label::plain(name), Value::Count(*count));
-        }
+        let mut list = Members { reply: self, names, before: None };
+        counts.iter().for_each(|count| list.count(*count));
     }
 
     /// Ends a list.
@@ -117,14 +128,16 @@ impl Reply<'_> {
         self.either("", "}\n");
     }
 
-    /// Writes the first names and values of a line that has begun.
-    pub fn members(&mut self, names: &'static str, values: &[Value<'_>]) {
-        self.write(": ", names, values);
+    /// The values of a line that has begun, after what it is.
+    pub fn rest_of_line<'r>(&'r mut self, names: &'static str) -> Members<'r, 'o> {
+        Members { reply: self, names, before: Some(": ") }
     }
 
-    /// Writes further names and values.
+    /// Writes further names and values of a line.
+    #[inline(never)]
     pub fn more(&mut self, names: &'static str, values: &[Value<'_>]) {
-        self.write(", ", names, values);
+        let mut line = Members { reply: self, names, before: Some(", ") };
+        values.iter().for_each(|value| line.next(*value));
     }
 
     /// Writes one name and value of a line, with this before it for people.
@@ -133,14 +146,6 @@ impl Reply<'_> {
         let template = if self.is_for_people() { "{1}{0} " } else { ",\"{0}\":" };
         self.print(template, &[Value::Label(label), before.into()]);
         value.write(self.out, self.audience);
-    }
-
-    #[inline(never)]
-    fn write(&mut self, mut before: &str, names: &'static str, values: &[Value<'_>]) {
-        for (name, value) in words(names).zip(values) {
-            self.member(before, &Label::plain(name), *value);
-            before = ", ";
-        }
     }
 
     /// Adds a note to the answer: a sentence for people, `{"hint":{"kind":…,"why":…}}` for programs. `row`: its kind, and
@@ -201,6 +206,53 @@ impl Reply<'_> {
     #[inline(never)]
     pub fn done(&mut self) {
         self.either("done\n", "{\"done\":true}\n");
+    }
+}
+
+/// An answer of which the names are known, and the values follow one by one: a list of all of them would stand on the stack.
+pub struct Members<'r, 'o> {
+    reply: &'r mut Reply<'o>,
+    names: &'static str,
+    /// What stands before the next value of a line, for people; `None` in a list.
+    before: Option<&'static str>,
+}
+
+impl Members<'_, '_> {
+    /// Writes the next value. Without a name for it nothing is written.
+    #[inline(never)]
+    pub fn next(&mut self, value: Value<'_>) {
+        let (name, rest) = split_before(self.names.trim_ascii_start(), b' ');
+        self.names = rest;
+        let label = &Label::plain(name);
+        match self.before {
+            _ if name.is_empty() => {}
+            None => self.reply.entry(label, value),
+            Some(before) => {
+                self.reply.member(before, label, value);
+                self.before = Some(", ");
+            }
+        }
+    }
+
+    /// Writes a number.
+    #[inline(never)]
+    pub fn count(&mut self, count: u32) {
+        self.next(Value::Count(count));
+    }
+
+    /// Writes a word, or a few.
+    #[inline(never)]
+    pub fn text(&mut self, text: &str) {
+        self.next(Value::Text(text));
+    }
+
+    /// Ends the answer.
+    #[inline(never)]
+    pub fn end(self) {
+        match self.before {
+            None => self.reply.end_list(),
+            Some(_) => self.reply.end(),
+        }
     }
 }
 

@@ -57,25 +57,24 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     // The first ones are those of the stream.
     let row = "slot kind bus address status angle_deg age_ms health \
                raw_deg rate_deg_s turns temperature_c fresh sequence last_error unconfirmed quarantine";
-    let values = [
-        kind.into(),
-        bus.into(),
-        address.into(),
-        status.name().into(),
-        reading.angle(now).into(),
-        reading.age_ms(now).into(),
-        health,
-        reading.raw(now).map(Published::of_sensor).into(),
-        reading.rate(now).map(thousandths).into(),
-        known(reading.turns().into()),
-        known(reading.temperature().map(|c| thousandths(i64::from(c).saturating_mul(10))).into()),
-        known(Value::Flag(reading.is_fresh())),
-        reading.sequence.into(),
-        detail.last_error.map(Status::name).into(),
-        Value::Flag(detail.awaits_confirmation),
-        Value::Flag(detail.is_dead),
-    ];
-    job.reply.list(row, slot.into(), &values);
+    let mut list = job.reply.open_list(row, slot.into());
+    list.text(kind);
+    list.text(bus);
+    list.count(address.into());
+    list.text(status.name());
+    list.next(reading.angle(now).into());
+    list.next(reading.age_ms(now).into());
+    list.next(health);
+    list.next(reading.raw(now).map(Published::of_sensor).into());
+    list.next(reading.rate(now).map(thousandths).into());
+    list.next(known(reading.turns().into()));
+    list.next(known(reading.temperature().map(|c| thousandths(i64::from(c).saturating_mul(10))).into()));
+    list.next(known(Value::Flag(reading.is_fresh())));
+    list.count(reading.sequence);
+    list.next(detail.last_error.map(Status::name).into());
+    list.next(Value::Flag(detail.awaits_confirmation));
+    list.next(Value::Flag(detail.is_dead));
+    list.end();
     Ok(())
 }
 

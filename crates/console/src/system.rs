@@ -5,7 +5,7 @@ use clino_gateway::settings::{console, port};
 use clino_recovery::{Crash, MonitoredTask};
 
 use crate::error::ABSENT;
-use crate::identity::{IDENTITY, identify};
+use crate::identity;
 use crate::job::{Job, Outcome};
 use crate::pending::{Next, Pending};
 use crate::reply::Reply;
@@ -16,7 +16,7 @@ use crate::value::Value;
 /// `version`
 pub fn version(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    identify(job.host, &mut |values| job.reply.line(IDENTITY, values));
+    identity::version(&mut job.reply, job.host);
     Ok(())
 }
 
@@ -24,14 +24,13 @@ pub fn version(job: &mut Job<'_, '_>) -> Outcome {
 pub fn reset_cause(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let start = job.host.start();
-    let values = [
-        start.cause.name().into(),
-        start.boots.into(),
-        start.crashes.into(),
-        start.mode.name().into(),
-        start.clock.name().into(),
-    ];
-    job.reply.line("start cause boots crashes mode clock", &values);
+    let mut line = job.reply.open_line("start cause boots crashes mode clock");
+    line.text(start.cause.name());
+    line.count(start.boots);
+    line.count(start.crashes);
+    line.text(start.mode.name());
+    line.text(start.clock.name());
+    line.end();
     if let Some(crash) = &start.crash {
         write_crash(&mut job.reply, crash);
     }
@@ -44,23 +43,22 @@ fn write_crash(reply: &mut Reply<'_>, crash: &Crash) {
     let hex = |bits: Option<u32>| bits.map_or(Value::None, Value::Hex);
     let registers = crash.registers;
     let fault = Some(crash.fault).filter(|fault| fault.is_fault());
-    let values = [
-        crash.cause.name().into(),
-        crash.boot.into(),
-        crash.uptime_ms.into(),
-        crash.task().map(MonitoredTask::name).into(),
-        crash.file().into(),
-        crash.line().into(),
-        hex(registers.map(|at| at.pc)),
-        hex(registers.map(|at| at.lr)),
-        hex(registers.map(|at| at.sp)),
-        registers.map(|at| at.exception).into(),
-        hex(fault.map(|fault| fault.cfsr)),
-        hex(fault.map(|fault| fault.hfsr)),
-        hex(fault.and_then(|fault| fault.known_address())),
-    ];
-    let row = "crash cause boot uptime_ms duty file line pc lr sp exception cfsr hfsr address";
-    reply.line(row, &values);
+    let mut line =
+        reply.open_line("crash cause boot uptime_ms duty file line pc lr sp exception cfsr hfsr address");
+    line.text(crash.cause.name());
+    line.count(crash.boot);
+    line.next(crash.uptime_ms.into());
+    line.next(crash.task().map(MonitoredTask::name).into());
+    line.next(crash.file().into());
+    line.next(crash.line().into());
+    for address in [registers.map(|at| at.pc), registers.map(|at| at.lr), registers.map(|at| at.sp)] {
+        line.next(hex(address));
+    }
+    line.next(registers.map(|at| at.exception).into());
+    line.next(hex(fault.map(|fault| fault.cfsr)));
+    line.next(hex(fault.map(|fault| fault.hfsr)));
+    line.next(hex(fault.and_then(|fault| fault.known_address())));
+    line.end();
 }
 
 /// `save`; asks for confirmation if it replaces settings that this start has not read.
