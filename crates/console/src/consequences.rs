@@ -4,35 +4,34 @@ use clino_codec::isu::eeprom;
 use clino_commissioning::t7::DeviceSetting;
 use clino_commissioning::{Report, SettingChange};
 use clino_gateway::Consequence;
-use clino_gateway::order::Order;
 use clino_gateway::task::{TaskEvent, isu, t7};
 
 use crate::causes;
 use crate::error::{UNCONFIRMED, UNCONFIRMED_SHARED, UNCONFIRMED_SILENCED};
 use crate::reply::Reply;
+use crate::sensor_task::SensorTask;
 use crate::split::split_before;
 use crate::value::Value;
 
 /// Tells a person the effects of a task on the sensor, its slots and other nodes.
 #[inline(never)]
-pub fn tell(order: &Order, consequence: Consequence, reply: &mut Reply<'_>) {
+pub fn tell(task: &SensorTask, consequence: Consequence, reply: &mut Reply<'_>) {
     reply.say("this writes to the sensor's memory");
-    let rate = match order {
-        Order::T7(t7::Task::Baud(_, rate)) => rate.bits_per_second(),
+    let rate = match task {
+        SensorTask::T7(t7::Task::Baud(_, rate)) => rate.bits_per_second(),
         _ => 0,
     };
-    reply.print(effect(order), &[rate.into()]);
+    reply.print(effect(task), &[rate.into()]);
     if let Some(Effect { row, values, .. }) = Effect::of(consequence) {
         reply.say("; ");
         reply.print(sentence(row), &values);
     }
 }
 
-const fn effect(order: &Order) -> &'static str {
-    match order {
-        Order::T7(task) => of_t7(task),
-        Order::Isu(task) => of_isu(task),
-        _ => "",
+const fn effect(task: &SensorTask) -> &'static str {
+    match task {
+        SensorTask::T7(task) => of_t7(task),
+        SensorTask::Isu(task) => of_isu(task),
     }
 }
 

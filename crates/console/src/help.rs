@@ -22,7 +22,8 @@ pub fn describe_all(reply: &mut Reply<'_>) {
 /// Writes a command: for people as the template says.
 #[inline(never)]
 fn usage(reply: &mut Reply<'_>, command: &Command, template: &str) {
-    let values = [command.name.into(), command.usage.into(), command.help.into()];
+    let (name, usage) = command.parts();
+    let values = [name.into(), usage.trim_ascii_start().into(), command.help.into()];
     if reply.is_for_people() {
         reply.print(template, &values);
     } else {

@@ -65,6 +65,7 @@ mod received;
 mod reply;
 mod reporter;
 mod rows;
+mod sensor_task;
 mod settings;
 mod shell;
 mod slots;

@@ -1,6 +1,6 @@
 //! The result of a command; irreversible actions wait here for their confirmation.
 
-use clino_gateway::order::{Order, Refusal};
+use clino_gateway::order::Refusal;
 use clino_gateway::{Bus, Consequence};
 
 use crate::audience::Audience;
@@ -9,6 +9,7 @@ use crate::error;
 use crate::host::Host;
 use crate::meter::BUSES;
 use crate::reply::Reply;
+use crate::sensor_task::SensorTask;
 
 /// The next step after a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,8 +31,8 @@ pub enum Next {
 /// An irreversible action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pending {
-    /// A task that writes to the memory of a sensor on this bus. It wears, and the sensor keeps it.
-    Task(Bus, Order, Consequence),
+    /// A task that writes to the memory of a sensor. It wears, and the sensor keeps it.
+    Task(SensorTask, Consequence),
     /// All settings are kept, in place of some that were not taken over at this start.
     Save,
     /// The saved settings are discarded.
@@ -45,7 +46,7 @@ impl Pending {
     #[inline(never)]
     pub fn ask(&self, reply: &mut Reply<'_>) {
         match self {
-            Pending::Task(_, order, consequence) => consequences::tell(order, *consequence, reply),
+            Pending::Task(task, consequence) => consequences::tell(task, *consequence, reply),
             Pending::Save => reply.say("this replaces saved settings that were not read at this start"),
             Pending::FactoryReset => reply.say("this discards the saved settings"),
             Pending::Reboot => reply.say("unsaved settings are lost"),
@@ -56,7 +57,7 @@ impl Pending {
     /// Its effect on other nodes and slots.
     pub const fn consequence(&self) -> Consequence {
         match self {
-            Pending::Task(_, _, consequence) => *consequence,
+            Pending::Task(_, consequence) => *consequence,
             Pending::Save | Pending::FactoryReset | Pending::Reboot => Consequence::NONE,
         }
     }
@@ -65,8 +66,8 @@ impl Pending {
     #[inline(never)]
     pub fn carry_out(self, host: &mut dyn Host, reply: &mut Reply<'_>) -> Next {
         let stored = match self {
-            Pending::Task(bus, order, _) => match host.order(order) {
-                Ok(()) => return Next::Task(bus),
+            Pending::Task(task, _) => match host.order(task.order()) {
+                Ok(()) => return Next::Task(task.bus()),
                 Err(refusal) => {
                     error::refused(reply, &refusal);
                     return Next::Stay;

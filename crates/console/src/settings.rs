@@ -21,28 +21,30 @@ const NUMBERS: usize = MOST.saturating_add(3);
 /// The settings that a line names.
 #[derive(Default)]
 pub struct Change {
-    values: [Option<(u8, i64)>; NUMBERS],
+    /// No setting has the number 0.
+    ids: [u8; NUMBERS],
+    values: [i64; NUMBERS],
 }
 
 impl Change {
     /// Names a setting.
     #[inline(never)]
     pub fn name(&mut self, id: u8, value: i64) {
-        if let Some(place) = self.values.iter_mut().find(|place| place.is_none()) {
-            *place = Some((id, value));
+        if let Some((place, stored)) = self.ids.iter_mut().zip(&mut self.values).find(|(id, _)| **id == 0) {
+            (*place, *stored) = (id, value);
         }
     }
 
     /// The value of a setting, if the line names it.
     #[inline(never)]
     pub fn of(&self, id: u8) -> Option<Given> {
-        let found = self.values.iter().flatten().find(|(other, _)| *other == id);
-        found.map(|&(_, value)| Given::exactly(value))
+        let found = self.ids.iter().zip(&self.values).find(|(other, _)| **other == id);
+        found.map(|(_, &value)| Given::exactly(value))
     }
 
     /// Whether as many settings are named as can be.
     pub fn is_full(&self) -> bool {
-        self.values.iter().flatten().count() >= MOST
+        self.ids.iter().filter(|&&id| id != 0).count() >= MOST
     }
 }
 

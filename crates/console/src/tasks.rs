@@ -16,6 +16,7 @@ use crate::error::{ADDRESS, WORD, one};
 use crate::job::{Job, Outcome, Reported};
 use crate::meter::BUSES;
 use crate::pending::{Pending, is_at_work};
+use crate::sensor_task::SensorTask;
 use crate::typed::Opt;
 use crate::value::Value;
 use crate::words::{IsuVerb, T7Verb};
@@ -30,7 +31,7 @@ pub fn t7(job: &mut Job<'_, '_>) -> Outcome {
     let verb = job.one_of("verb")?;
     if verb == T7Verb::Scan {
         let rates = rates(job)?;
-        return begin(job, Bus::T7, Order::T7(Task::Sweep(rates)), false);
+        return begin(job, SensorTask::T7(Task::Sweep(rates)), false);
     }
     let word = job.word("address")?;
     let address = one_t7(job, word)?;
@@ -59,7 +60,7 @@ pub fn t7(job: &mut Job<'_, '_>) -> Outcome {
             Task::Baud(device, bit_rate(job, baud)?)
         }
     };
-    begin(job, Bus::T7, Order::T7(task), verb != T7Verb::Info)
+    begin(job, SensorTask::T7(task), verb != T7Verb::Info)
 }
 
 /// `isu VERB ADDRESS VALUE`
@@ -84,7 +85,7 @@ pub fn isu(job: &mut Job<'_, '_>) -> Outcome {
         }
         IsuVerb::Repair => Task::Repair(module),
     };
-    begin(job, Bus::Isu, Order::Isu(task), !matches!(verb, IsuVerb::Info | IsuVerb::Reset))
+    begin(job, SensorTask::Isu(task), !matches!(verb, IsuVerb::Info | IsuVerb::Reset))
 }
 
 /// `cancel`
@@ -105,18 +106,20 @@ pub fn cancel(job: &mut Job<'_, '_>) -> Outcome {
 
 /// Begins a task; one that writes to a sensor only when it is meant.
 #[inline(never)]
-fn begin(job: &mut Job<'_, '_>, bus: Bus, order: Order, writes: bool) -> Outcome {
-    job.accepted(order.check())?;
+fn begin(job: &mut Job<'_, '_>, task: SensorTask, writes: bool) -> Outcome {
+    let consequence = checked(job, task)?;
     // There is nothing to be asked about the others.
     job.typed.yes |= !writes;
-    let consequence = consequence(job, &order);
-    job.confirmed(Pending::Task(bus, order, consequence))
+    job.confirmed(Pending::Task(task, consequence))
 }
 
+/// A function of its own, so that the stack of the order is free again at once.
 #[inline(never)]
-fn consequence(job: &Job<'_, '_>, order: &Order) -> Consequence {
+fn checked(job: &mut Job<'_, '_>, task: SensorTask) -> Result<Consequence, Reported> {
+    let order = task.order();
+    job.accepted(order.check())?;
     let baud = job.host.bus(Bus::T7).map_or(0, |state| state.settings.timing.serial.baud);
-    Consequence::of(order, baud, &|slot| job.host.config(slot.into()))
+    Ok(Consequence::of(&order, baud, &|slot| job.host.config(slot.into())))
 }
 
 fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Reported> {

@@ -160,7 +160,7 @@ impl Value<'_> {
         match self {
             Value::Count(number) => decimal(out, number.into(), 0),
             Value::Decimal(number, decimals) => decimal(out, number, decimals),
-            Value::Thousandths(number) => signed(out, number.into(), THOUSANDTHS),
+            Value::Thousandths(number) => digits(out, number.into(), THOUSANDTHS, false),
             Value::Angle(angle) => out.put(angle.text(DECIMALS).as_str().as_bytes()),
             Value::Hex(bits) => {
                 out.put(b"0x");
@@ -199,42 +199,40 @@ fn names(out: &mut dyn Out, programs: bool, names: &mut dyn Iterator<Item = &'st
 /// Digits of the largest 64-bit number.
 const DIGITS: usize = 20;
 /// Decimals after which only zeros are left out: a number in millionths that is one in thousandths.
-const MILLIONTHS: u8 = 6;
+const MILLIONTHS: usize = 6;
 
 /// A number in units of its last decimal. Three decimals are enough, if the others are zeros; none if all are.
-#[inline(never)]
 fn decimal(out: &mut dyn Out, number: i64, decimals: u8) {
-    let unit = |decimals: u8| 10_u64.saturating_pow(decimals.into());
-    let rest = |of: u64, unit: u64| of.checked_rem(unit).unwrap_or(0);
-    let size = number.unsigned_abs();
-    let needless = match decimals {
-        _ if rest(size, unit(decimals)) == 0 => decimals,
-        MILLIONTHS if rest(size, unit(THOUSANDTHS)) == 0 => THOUSANDTHS,
-        _ => 0,
-    };
-    let number = i64::try_from(unit(needless)).ok().and_then(|unit| number.checked_div(unit)).unwrap_or(0);
-    signed(out, number, decimals.saturating_sub(needless));
+    digits(out, number, decimals, true);
 }
 
-/// A number with a point before its last `decimals` digits.
-fn signed(out: &mut dyn Out, number: i64, decimals: u8) {
-    if number < 0 {
-        out.put(b"-");
-    }
-    let (mut number, decimals) = (number.unsigned_abs(), usize::from(decimals));
+/// A number with a point before its last `decimals` digits, or without those that are needless.
+#[inline(never)]
+fn digits(out: &mut dyn Out, number: i64, decimals: u8, short: bool) {
     let mut text = [b'0'; DIGITS];
+    let mut rest = number.unsigned_abs();
     let mut used = 0_usize;
+    let decimals = usize::from(decimals);
     for place in text.iter_mut().rev() {
-        if number == 0 && used > decimals {
+        if rest == 0 && used > decimals {
             break;
         }
-        *place = b'0'.wrapping_add((number % 10) as u8);
-        number /= 10;
+        *place = b'0'.wrapping_add((rest % 10) as u8);
+        rest /= 10;
         used = used.saturating_add(1);
     }
     let text = text.get(DIGITS.saturating_sub(used)..).unwrap_or_default();
-    let (whole, fraction) = text.split_at_checked(used.saturating_sub(decimals)).unwrap_or_default();
+    let (whole, mut fraction) = text.split_at_checked(used.saturating_sub(decimals)).unwrap_or_default();
+    if number < 0 {
+        out.put(b"-");
+    }
     out.put(whole);
+    if short {
+        if decimals == MILLIONTHS {
+            fraction = fraction.strip_suffix(b"000").unwrap_or(fraction);
+        }
+        fraction = if fraction.iter().all(|&digit| digit == b'0') { b"" } else { fraction };
+    }
     if !fraction.is_empty() {
         out.put(b".");
         out.put(fraction);
