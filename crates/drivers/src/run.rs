@@ -30,6 +30,8 @@ use clino_commissioning::{isu, t7};
 pub enum RunError<F, E> {
     /// The address of all sensors, on a line that may have several. Nothing was sent.
     NotSingleDevice,
+    /// The operation has ended without a result: none of `clino-commissioning` does.
+    NoResult,
     /// The operation failed.
     Failed(F),
     /// The port failed, and the operation with it: first the port.
@@ -48,6 +50,7 @@ impl<F: fmt::Display, E: fmt::Display> fmt::Display for RunError<F, E> {
                 f,
                 "not sent: all sensors of the line have this address; make the driver with `single` if there is one"
             ),
+            Self::NoResult => write!(f, "the operation has ended without a result"),
             Self::Failed(failure) => write!(f, "{failure}"),
             Self::Port { error, failure } => write!(f, "{failure}; the port: {error}"),
         }
@@ -61,7 +64,7 @@ where
 {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {
-            Self::NotSingleDevice => None,
+            Self::NotSingleDevice | Self::NoResult => None,
             Self::Failed(failure) => Some(failure),
             Self::Port { error, .. } => Some(error),
         }

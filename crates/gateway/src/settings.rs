@@ -21,7 +21,7 @@ pub mod slot;
 mod tests;
 
 pub use crate::refusal::Number;
-pub use setting::{Form, Given, NO_SLOT, Named, Setting, fingerprint};
+pub use setting::{Definition, Form, Given, NO_SLOT, Named, Settable, Setting, Shown, Tabled, fingerprint};
 
 mod change;
 

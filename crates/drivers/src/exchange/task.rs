@@ -73,10 +73,14 @@ where
             }
             Step::Wait { until } => Todo::Wait(until.since(all.now)),
             Step::Serial(serial) => Todo::Rate(serial),
-            Step::Done(result) => Todo::Done(result.map_err(|failure| match self.port.take() {
-                Some(error) => RunError::Port { error, failure },
-                None => RunError::Failed(failure),
-            })),
+            Step::Done => Todo::Done(match self.operation.result() {
+                Some(Ok(report)) => Ok(report),
+                Some(Err(failure)) => Err(match self.port.take() {
+                    Some(error) => RunError::Port { error, failure },
+                    None => RunError::Failed(failure),
+                }),
+                None => Err(RunError::NoResult),
+            }),
         }
     }
 
