@@ -1,13 +1,15 @@
 #!/bin/sh
 # Flash that a driver takes on an STM32F411 above an empty program, with `opt-level = "s"` and no text. Fails above the goal;
 # `size.sh --ratchet` fails only when a program has grown beyond what it was last accepted at. No 64-bit division in any.
+#
+# What takes it is in `docs/drivers.md`.
 set -eu
 . "$(dirname "$0")/../../codec/checks/common.sh"
 
 # The goals, and what was accepted last, bytes.
-goal_t7=8192 ratchet_t7=@T7@
-goal_isu=8192 ratchet_isu=@ISU@
-goal_both=12288 ratchet_both=@BOTH@
+goal_t7=8192 ratchet_t7=15300
+goal_isu=8192 ratchet_isu=14700
+goal_both=12288 ratchet_both=26600
 
 target=thumbv7em-none-eabihf
 rustup target add "$target" >/dev/null 2>&1 || true

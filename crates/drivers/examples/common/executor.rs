@@ -31,7 +31,7 @@ pub fn block_on_until<T>(board: &Board, until: Ns, future: impl Future<Output = 
     }
 }
 
-/// Runs a future to its end, or drops it after it was polled so many times: at each place where it can wait, if tried
+/// Runs a future to its end, or drops it after this many polls: at each place where it can wait, if tried
 /// with every number.
 pub fn block_on_polls<T>(board: &Board, polls: usize, future: impl Future<Output = T>) -> Option<T> {
     let mut future = pin!(future);

@@ -80,7 +80,7 @@ pub(super) struct Registers {
     shifting: Option<u64>,
     transmit: VecDeque<u8>,
     receive: VecDeque<Result<u8, LineError>>,
-    /// Of these, so many can be read.
+    /// The number of these that can be read.
     handed_over: usize,
     /// When the others can be.
     hand_over_at: Option<Ns>,

@@ -81,7 +81,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         Self { all, address, request, tried: 0, next: Instant::ZERO, window: None, phase: Phase::SETTLING }
     }
 
-    /// The same, after so many tries that failed.
+    /// The same, after this many tries that failed.
     #[cfg(feature = "commissioning")]
     pub fn after(self, tried: u8) -> Self {
         Self { tried, ..self }
