@@ -6,7 +6,10 @@ use std::io::{self, ErrorKind};
 use std::ops::ControlFlow;
 use std::time::{Duration as Time, Instant};
 
-use clino_drivers::codec::{character::Character, t7::{Address, Axis}};
+use clino_drivers::codec::{
+    character::Character,
+    t7::{Address, Axis},
+};
 use clino_drivers::{Duration, Port, Serial, Timing, UsDigitalT7};
 use serial2::SerialPort;
 
@@ -25,18 +28,17 @@ impl Port for Adapter {
         span: Duration,
         mut take: impl FnMut(Character, Duration) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let (begun, span) = (Instant::now(), Time::from_micros(span.as_micros().into()));
+        let begun = Instant::now();
+        let passed = || Duration::from_micros(begun.elapsed().as_micros() as u32);
+        let mut bytes = [0; 64];
         loop {
-            let left = span.saturating_sub(begun.elapsed());
-            let mut bytes = [0; 64];
-            let read = self.0.set_read_timeout(left.max(Time::from_millis(1))).and_then(|()| self.0.read(&mut bytes));
-            let after = Duration::from_micros(begun.elapsed().as_micros() as u32);
-            match read {
-                Ok(count) => bytes[..count].iter().try_for_each(|&byte| take(Character::clean(byte), after))?,
+            // Waits for a millisecond at most.
+            match self.0.read(&mut bytes) {
+                Ok(n) => bytes[..n].iter().try_for_each(|&byte| take(Character::clean(byte), passed()))?,
                 Err(error) if error.kind() == ErrorKind::TimedOut => {}
-                Err(_) => std::thread::sleep(left),
+                Err(_) => std::thread::sleep(Time::from_millis(1)),
             }
-            if begun.elapsed() >= span {
+            if passed() >= span {
                 return ControlFlow::Continue(());
             }
         }
@@ -44,13 +46,14 @@ impl Port for Adapter {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let (Some(path), Some(number)) = (arguments.next(), arguments.next()) else { return Err("PORT ADDRESS".into()) };
+    let arguments: Vec<String> = std::env::args().collect();
+    let [_, path, number] = &arguments[..] else { return Err("PORT ADDRESS".into()) };
     let address = Address::new(number.parse()?).ok_or("an address is 1 to 100, or 127")?;
     let serial = Serial::T7_DEFAULT;
-    let port = Adapter(SerialPort::open(path, serial.baud)?);
+    let mut port = SerialPort::open(path, serial.baud)?;
+    port.set_read_timeout(Time::from_millis(1))?;
     // Most USB adapters hand over what they have every 16 ms at the latest.
     let timing = Timing::t7(serial).handed_over_within(Duration::from_millis(16));
-    println!("{}°", UsDigitalT7::new(port, timing).angle(address, Axis::Two)?);
+    println!("{}°", UsDigitalT7::new(Adapter(port), timing).angle(address, Axis::Two)?);
     Ok(())
 }

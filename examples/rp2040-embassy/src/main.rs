@@ -19,7 +19,7 @@ embassy_rp::bind_interrupts!(struct Interrupts {
 });
 
 #[embassy_executor::main]
-async fn main(_: embassy_executor::Spawner) {
+async fn main(_spawner: embassy_executor::Spawner) {
     let board = embassy_rp::init(Default::default());
     let mut led = Output::new(board.PIN_25, Level::Low);
     let de = Output::new(board.PIN_2, Level::Low);

@@ -35,7 +35,9 @@ impl Port for Script {
         _: Duration,
         mut take: impl FnMut(Character, Duration) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        std::mem::take(&mut self.pending).iter().try_for_each(|&byte| take(Character::clean(byte), Duration::ZERO))
+        std::mem::take(&mut self.pending)
+            .iter()
+            .try_for_each(|&byte| take(Character::clean(byte), Duration::ZERO))
     }
 }
 
