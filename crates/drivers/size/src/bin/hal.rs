@@ -7,7 +7,6 @@ mod board;
 
 use clino_drivers::Serial;
 use embedded_hal::delay::DelayNs;
-use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 use panic_halt as _;
 
