@@ -9,6 +9,8 @@ mod arguments;
 mod bad;
 mod bus;
 mod choice;
+#[cfg(feature = "fleet")]
+mod fleet;
 mod hex;
 mod isu;
 mod number;
@@ -43,6 +45,10 @@ fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
         Tool::Isu(tool) => isu::run(tool),
         Tool::Ports(arguments) => ports::run(&arguments),
         Tool::Pwm(ticks) => pwm::run(ticks),
+        #[cfg(feature = "fleet")]
+        Tool::Serve(arguments) => fleet::serve(arguments),
+        #[cfg(feature = "fleet")]
+        Tool::Bridge(arguments) => fleet::bridge(&arguments),
         #[cfg(target_os = "linux")]
         Tool::Sim(arguments) => sim::run(arguments),
     }
