@@ -38,7 +38,7 @@ use clino_commissioning::{Commissionable, Operation, Runner, RunnerAction, TaskP
 use crate::port::{Port, PortError};
 pub use ask::AskT7;
 pub use clock::Clock;
-pub use diagnosis::{Asked, Diagnosis, Make, Seen, collision, diagnose};
+pub use diagnosis::{Asked, Diagnosis, Make, Seen, collision, diagnose, overheard};
 pub use echo::{Echo, Whose};
 pub use stop::Stop;
 
