@@ -33,8 +33,10 @@ use crate::session::port_failed;
 use file::{File, Rotation};
 use row::{Form, Row};
 
-/// A row is on the disk after this.
+/// A row is on the disk after this, and survives a power failure.
 const SYNC: Duration = Duration::from_secs(1);
+/// A row is the system's after this, and survives the end of this program.
+const HAND_OVER: Duration = Duration::from_millis(250);
 /// Longest time between two rows of a sensor.
 const MAX_EVERY_MS: u64 = 86_400_000;
 /// With `--every`: a value that is older than this many periods is stale, as at the gateway.
@@ -93,10 +95,10 @@ pub fn run(arguments: Arguments) -> Result<DecodeVerdict, Failure> {
     let mut lasts: Vec<Last> = named.iter().map(|_| Last { value: None, status: "never_read" }).collect();
     let interval = every.map(Duration::from_millis);
     let mut tick = interval.map(|interval| Instant::now() + interval);
-    let mut sync = Instant::now() + SYNC;
+    let (mut sync, mut hand_over) = (Instant::now() + SYNC, Instant::now() + HAND_OVER);
     let mut was_open = false;
     loop {
-        let until = tick.map_or(sync, |tick| tick.min(sync));
+        let until = tick.map_or(hand_over, |tick| tick.min(hand_over)).min(sync);
         match feed.recv_timeout(until.saturating_duration_since(Instant::now())) {
             Ok(News::Open) => was_open = true,
             Ok(News::Lost(error)) => {
@@ -144,7 +146,10 @@ pub fn run(arguments: Arguments) -> Result<DecodeVerdict, Failure> {
         }
         if sync <= now {
             file.sync()?;
-            sync = now + SYNC;
+            (sync, hand_over) = (now + SYNC, now + HAND_OVER);
+        } else if hand_over <= now {
+            file.hand_over()?;
+            hand_over = now + HAND_OVER;
         }
     }
     file.sync()?;

@@ -1,8 +1,8 @@
 //! The file of the log: whole rows only, on the disk within a second, a new one by size or day.
 //!
 //! A program that is killed leaves at most one row half written, at the end of the file. That end is cut off when the file is
-//! opened again. Rows reach the system at [`File::sync`] or when there are many of them, whole ones with one write, and the
-//! disk with `fdatasync`.
+//! opened again. Rows reach the system with [`File::hand_over`], whole ones with one write, and the disk with [`File::sync`],
+//! which is `fdatasync`.
 //!
 //! A file that is full is renamed: `log.csv` to `log-2026-11-29T215219Z.csv`, the time of its end.
 
@@ -41,6 +41,8 @@ pub struct File {
     /// The day of its rows; empty if it has none.
     day: String,
     waiting: String,
+    /// What was handed over is on the disk.
+    is_synced: bool,
     /// Bytes cut off when it was opened.
     cut: u64,
 }
@@ -71,6 +73,7 @@ impl File {
             size,
             day,
             waiting: String::new(),
+            is_synced: true,
             cut: before - size,
         };
         log.begin()?;
@@ -115,7 +118,15 @@ impl File {
         if self.waiting.len() >= MOST_WAITING { self.hand_over() } else { Ok(()) }
     }
 
-    fn hand_over(&mut self) -> io::Result<()> {
+    /// All rows are the system's after this.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn hand_over(&mut self) -> io::Result<()> {
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        self.is_synced = false;
         self.file.write_all(self.waiting.as_bytes())?;
         self.size += self.waiting.len() as u64;
         self.waiting.clear();
@@ -127,8 +138,8 @@ impl File {
     /// # Errors
     /// Those of the system.
     pub fn sync(&mut self) -> io::Result<()> {
-        if !self.waiting.is_empty() {
-            self.hand_over()?;
+        self.hand_over()?;
+        if !std::mem::replace(&mut self.is_synced, true) {
             self.file.sync_data()?;
         }
         Ok(())

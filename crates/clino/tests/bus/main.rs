@@ -11,8 +11,10 @@ mod commands;
 #[path = "../common/mod.rs"]
 mod common;
 mod documents;
+mod gateway;
 mod impaired;
 mod killed;
+mod log;
 mod network;
 #[allow(dead_code, reason = "the tests of the simulator use the rest")]
 #[path = "../sim/port.rs"]
@@ -20,7 +22,9 @@ mod port;
 #[allow(dead_code, reason = "the tests of the simulator use the rest")]
 #[path = "../sim/server.rs"]
 mod server;
+mod sniff;
 mod stopped;
+mod watch;
 mod wrong;
 
 use std::time::Duration;
