@@ -3,10 +3,13 @@
 use std::io::{BufRead as _, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use clino_testkit::programs::skipped;
 
 use super::common::clino;
+use super::port::Port;
+use super::server::{PATIENCE, Server};
 
 /// A virtual board, ended with the test.
 struct Board {
@@ -92,10 +95,65 @@ fn a_configuration_is_backed_up_changed_and_brought_back() {
 
 #[test]
 fn a_port_without_a_gateway_is_an_error_with_a_next_step() {
-    let server = super::server::Server::start("--t7 5 --pty");
+    let server = Server::start("--t7 5 --pty");
     let run = clino(&format!("gateway backup --port {}", server.path()));
     assert_eq!((run.status, run.stdout.as_str()), (1, ""), "{run:?}");
     assert!(run.stderr.contains("no gateway answers\n  next: check that this is the console's port"), "{run:?}");
     let run = clino("gateway backup --json --port /dev/there-is-no-such-port");
     assert_eq!((run.status, &run.objects()[0]["error"]["kind"]), (3, &"port_missing".into()), "{run:?}");
+}
+
+/// The object of that name which the console answers to a line.
+fn console_says(console: &mut Port, line: &str, what: &str) -> String {
+    console.send(format!("{line}\r").as_bytes());
+    let begins = format!("{{\"what\":\"{what}\"");
+    let deadline = Instant::now() + PATIENCE;
+    let mut said = String::new();
+    while Instant::now() < deadline {
+        said += &String::from_utf8_lossy(&console.read_within(64, Duration::from_millis(20)));
+        let whole = said.rfind('\n').map_or("", |end| &said[..end]);
+        if let Some(found) = whole.lines().map(str::trim).find(|found| found.starts_with(&begins)) {
+            return found.to_owned();
+        }
+    }
+    panic!("{line}: {said}")
+}
+
+/// The same operation on sensors that are alike has the same JSON, letter by letter.
+#[test]
+fn the_json_of_an_operation_is_that_of_the_gateway() {
+    let Some(board) = Board::start("the_json_of_an_operation_is_that_of_the_gateway") else { return };
+    let server = Server::start("--t7 2,serial=2,angle=-90 --t7 3,serial=3,angle=0.5 --isu 1,angle=90 --pty");
+    let [t7, isu] = [0, 1].map(|_| server.path());
+    let mut console = Port::open(&board.console);
+    console.send(b"\x03json on\r");
+    for (port, line, what) in [
+        (&t7, "t7 info 3", "identity"),
+        (&t7, "t7 damping 3 20 --yes", "changed"),
+        (&t7, "t7 damping 3 20 --yes", "unchanged"),
+        (&t7, "t7 offset 3 1500 --yes", "changed"),
+        (&t7, "t7 direction 3 reversed --yes", "changed"),
+        (&t7, "t7 range 3 unidirectional --yes", "changed"),
+        (&t7, "t7 address 3 9 --yes", "changed"),
+        (&t7, "t7 info 77", "failed"),
+        (&isu, "isu info 1", "identity"),
+        (&isu, "isu null 1 8192 --yes", "changed"),
+        (&isu, "isu address 1 4 --yes", "changed"),
+        (&isu, "isu reset 4", "alive"),
+        (&isu, "isu repair 4 --yes", "repaired"),
+    ] {
+        let gateway = console_says(&mut console, line, what);
+        let run = clino(&format!("{line} --json --latency 80 --port {port}"));
+        let tool = run.stdout.lines().next().unwrap_or_default();
+        // The board's module moves, and each has other contents in the words that the document does not name.
+        let is_alike = |text: &str| if line == "isu info 1" { without_digits(text) } else { text.to_owned() };
+        assert_eq!(is_alike(tool), is_alike(&gateway), "{line}: {run:?}");
+    }
+}
+
+/// Each number as one sign.
+fn without_digits(text: &str) -> String {
+    let mut signs: Vec<char> = text.chars().map(|sign| if sign.is_ascii_digit() { '#' } else { sign }).collect();
+    signs.dedup_by(|later, earlier| *later == '#' && *earlier == '#');
+    signs.into_iter().collect()
 }

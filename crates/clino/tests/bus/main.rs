@@ -16,6 +16,7 @@ mod impaired;
 mod killed;
 mod log;
 mod network;
+mod numbers;
 #[allow(dead_code, reason = "the tests of the simulator use the rest")]
 #[path = "../sim/port.rs"]
 mod port;
