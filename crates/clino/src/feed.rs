@@ -75,11 +75,16 @@ where
     thread::spawn(move || {
         let mut teller = Teller(sender);
         while !stop.is_asked() {
-            let questions = questions.iter().map(|Question { address, request }| Question { address: *address, request: *request });
+            let questions = questions
+                .iter()
+                .map(|Question { address, request }| Question { address: *address, request: *request });
             let ended = match line.open() {
                 Ok(mut bus) => {
                     let poll = Poll::<P>::new(questions, period);
-                    teller.tell(News::Open).map_err(Broken::Output).and_then(|()| bus.run(poll, &stop, &mut teller).map(|_| ()))
+                    teller
+                        .tell(News::Open)
+                        .map_err(Broken::Output)
+                        .and_then(|()| bus.run(poll, &stop, &mut teller).map(|_| ()))
                 }
                 Err(error) => Err(Broken::Port(error)),
             };

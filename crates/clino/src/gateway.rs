@@ -87,7 +87,8 @@ fn backup(Backup { file, console: options }: &Backup) -> Result<DecodeVerdict, F
         }
         None => say.print(&text)?,
         Some(path) => {
-            write_whole(path, &text).map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
+            write_whole(path, &text)
+                .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
             let name = Item::Text(path.display().to_string());
             let count = i64::try_from(lines.len()).unwrap_or(i64::MAX);
             say.line("backup", &[("file", name), ("lines", Item::Number(count))])?;
@@ -100,7 +101,8 @@ fn restore(arguments: &Restore) -> Result<DecodeVerdict, Failure> {
     let Restore { file, no_save, console: options, consent } = arguments;
     let mut say = Say::new(options.json);
     consent.refuse_programs(&mut say)?;
-    let text = read(file).map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", file.display())))?;
+    let text =
+        read(file).map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", file.display())))?;
     let wanted = parts(text.lines()).map_err(Failure::Usage)?;
     if wanted.is_empty() {
         return Err(Failure::Usage(format!("{}: it has no line of a backup", file.display())));
@@ -115,7 +117,11 @@ fn restore(arguments: &Restore) -> Result<DecodeVerdict, Failure> {
     }
     let old = |part: &Part| present.iter().find(|present| present.target == part.target);
     let names: Vec<&str> = differ.iter().map(|part| part.target.as_str()).collect();
-    let question = format!("this changes the gateway: {}{}", names.join(", "), if *no_save { "" } else { ", and saves" });
+    let question = format!(
+        "this changes the gateway: {}{}",
+        names.join(", "),
+        if *no_save { "" } else { ", and saves" }
+    );
     if !consent.yes && !say.ask(&question, &stop)? {
         say.note("nothing was written")?;
         return Err(Failure::STOPPED);
@@ -139,11 +145,19 @@ fn restore(arguments: &Restore) -> Result<DecodeVerdict, Failure> {
     let (written, refused) = written;
     for part in differ.iter().filter(|part| written.contains(&part.target)) {
         let joined = |part: Option<&Part>| part.map_or(Item::None, |part| Item::Text(part.lines.join("; ")));
-        let values = [("target", Item::Text(part.target.clone())), ("to", joined(Some(part))), ("from", joined(old(part)))];
+        let values = [
+            ("target", Item::Text(part.target.clone())),
+            ("to", joined(Some(part))),
+            ("from", joined(old(part))),
+        ];
         say.line("changed", &values)?;
     }
     if let Some((line, error)) = refused {
-        say.failure("refused", &format!("the gateway refuses '{line}': {error}"), "the parts above are changed, and not saved")?;
+        say.failure(
+            "refused",
+            &format!("the gateway refuses '{line}': {error}"),
+            "the parts above are changed, and not saved",
+        )?;
         return Ok(DecodeVerdict::Bad);
     }
     if written.len() < differ.len() {
@@ -184,7 +198,8 @@ fn on_console<T>(
         Ok(done) => Ok(done),
         Err(Broken::Port(error)) => Err(port_failed(say, &error)?),
         Err(Broken::Silent) => {
-            let next = "check that this is the console's port, 115200 bit/s, and that no other program uses it";
+            let next =
+                "check that this is the console's port, 115200 bit/s, and that no other program uses it";
             say.failure("no_console", "no gateway answers", next)?;
             Err(Failure::Reported(1))
         }

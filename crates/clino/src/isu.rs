@@ -20,9 +20,9 @@ use crate::outcome::{DecodeVerdict, Failure};
 use crate::{hex, report, stream};
 use answer::AnswerObject;
 pub use arguments::Tool;
-pub use hunt::Hunt;
 use arguments::{Decode, Encode};
 use command::CommandObject;
+pub use hunt::Hunt;
 
 pub fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
     match tool {

@@ -117,7 +117,9 @@ impl<P: Measures> Poll<P> {
     fn choose(&self, now: Instant) -> Option<usize> {
         let count = self.turns.len();
         let in_turn = (1..=count).map(|step| (self.last + step) % count);
-        in_turn.into_iter().find(|&index| self.turns.get(index).is_some_and(|turn| turn.due.is_none_or(|due| due <= now)))
+        in_turn
+            .into_iter()
+            .find(|&index| self.turns.get(index).is_some_and(|turn| turn.due.is_none_or(|due| due <= now)))
     }
 }
 
@@ -129,7 +131,7 @@ impl<P: Measures> Operation for Poll<P> {
 
     fn next(&mut self, now: Instant) -> StepOf<Self> {
         if self.is_over {
-            return Step::Done(Ok(()));
+            return Step::Done;
         }
         self.current = self.current.or_else(|| self.choose(now));
         match self.current.and_then(|index| self.turns.get(index)) {
@@ -143,6 +145,10 @@ impl<P: Measures> Operation for Poll<P> {
         }
     }
 
+    fn result(&self) -> Option<Result<(), Infallible>> {
+        self.is_over.then_some(Ok(()))
+    }
+
     fn on(&mut self, outcome: &ExchangeOutcome<P>) -> Option<Polled> {
         let sensor = self.current.take()?;
         self.last = sensor;
@@ -151,7 +157,9 @@ impl<P: Measures> Operation for Poll<P> {
             Err(Fault::NoAnswer { .. }) => Err(Status::NoAnswer),
             Err(Fault::Garbled { .. }) => Err(Status::BadAnswer),
             Err(Fault::Bad(error)) => Err(P::refused(error)),
-            Err(Fault::NotSent | Fault::LineBusy | Fault::Contention | Fault::Over { .. }) => Err(Status::NotSent),
+            Err(Fault::NotSent | Fault::LineBusy | Fault::Contention | Fault::Over { .. }) => {
+                Err(Status::NotSent)
+            }
         };
         let turn = self.turns.get_mut(sensor)?;
         turn.silent = if result == Err(Status::NoAnswer) { turn.silent.saturating_add(1) } else { 0 };

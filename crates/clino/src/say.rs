@@ -169,7 +169,8 @@ impl Say {
         let bar = self.bar.get_or_insert_with(|| {
             let bar = ProgressBar::new(progress.of.into());
             // A template that is wrong would leave the usual look.
-            ProgressStyle::with_template(LOOK).map_or(bar.clone(), |style| bar.with_style(style.progress_chars("#-")))
+            ProgressStyle::with_template(LOOK)
+                .map_or(bar.clone(), |style| bar.with_style(style.progress_chars("#-")))
         });
         bar.set_length(progress.of.into());
         bar.set_position(progress.done.into());

@@ -76,7 +76,9 @@ impl Sensor {
     /// As a person names it.
     pub fn name(&self) -> String {
         match self.axis {
-            Some(axis) if axis != Axis::Two.get() => format!("{} {} axis {axis}", self.kind.name(), self.address),
+            Some(axis) if axis != Axis::Two.get() => {
+                format!("{} {} axis {axis}", self.kind.name(), self.address)
+            }
             _ => format!("{} {}", self.kind.name(), self.address),
         }
     }
@@ -102,18 +104,26 @@ impl Sensors {
                 let baud = self.baud.unwrap_or(BaudRate::B115200);
                 let line = Line::t7(self.port.clone(), Serial { baud: baud.bits_per_second() });
                 let named = self.addresses.iter().map(|&address| {
-                    Address::new(address).filter(|address| !address.is_all()).ok_or("a T7 has address 1-100 or 127")
+                    Address::new(address)
+                        .filter(|address| !address.is_all())
+                        .ok_or("a T7 has address 1-100 or 127")
                 });
                 let mut addresses = named.collect::<Result<Vec<_>, _>>().map_err(usage)?;
                 if addresses.is_empty() {
-                    let found = self.find::<T7, _>(&line, Sweep::new(line.serial, Rates::NONE.and(baud)), stop)?;
-                    addresses = found.into_iter().filter_map(|found| match found {
-                        Found::Device { address, .. } => Some(address),
-                        Found::Suspect { .. } => None,
-                    }).collect();
+                    let found =
+                        self.find::<T7, _>(&line, Sweep::new(line.serial, Rates::NONE.and(baud)), stop)?;
+                    addresses = found
+                        .into_iter()
+                        .filter_map(|found| match found {
+                            Found::Device { address, .. } => Some(address),
+                            Found::Suspect { .. } => None,
+                        })
+                        .collect();
                 }
                 let sensors = addresses.iter().map(|address| self.sensor(address.get())).collect();
-                let questions = addresses.iter().map(|&address| Question { address, request: Request::GetAngle(self.axis) });
+                let questions = addresses
+                    .iter()
+                    .map(|&address| Question { address, request: Request::GetAngle(self.axis) });
                 self.is_there(&addresses)?;
                 Ok((sensors, feed::start::<T7>(line, questions.collect(), period, stop.clone())))
             }
@@ -123,7 +133,9 @@ impl Sensors {
                 }
                 let line = Line::isu(self.port.clone());
                 let named = self.addresses.iter().map(|&address| {
-                    IsuAddress::new(address).filter(|_| (1..=14).contains(&address)).ok_or("an ISU has address 1-14")
+                    IsuAddress::new(address)
+                        .filter(|_| (1..=14).contains(&address))
+                        .ok_or("an ISU has address 1-14")
                 });
                 let mut addresses = named.collect::<Result<Vec<_>, _>>().map_err(usage)?;
                 if addresses.is_empty() {
@@ -131,7 +143,8 @@ impl Sensors {
                     addresses = found.into_iter().map(|found| found.address).collect();
                 }
                 let sensors = addresses.iter().map(|address| self.sensor(address.get())).collect();
-                let questions = addresses.iter().map(|&address| Question { address, request: IsuRequest::READ_ANGLE });
+                let questions =
+                    addresses.iter().map(|&address| Question { address, request: IsuRequest::READ_ANGLE });
                 self.is_there(&addresses)?;
                 Ok((sensors, feed::start::<Isu>(line, questions.collect(), period, stop.clone())))
             }
@@ -150,7 +163,10 @@ impl Sensors {
     {
         let mut say = self.port.say();
         let mut collector = Collector::new(&mut say);
-        let ran = line.open::<P>().map_err(crate::bus::Broken::Port).and_then(|mut bus| bus.run(operation, stop, &mut collector));
+        let ran = line
+            .open::<P>()
+            .map_err(crate::bus::Broken::Port)
+            .and_then(|mut bus| bus.run(operation, stop, &mut collector));
         match ran {
             Ok(_) => Ok(collector.into_found()),
             Err(crate::bus::Broken::Port(error)) => Err(port_failed(&mut self.port.say(), &error)?),
@@ -180,4 +196,3 @@ fn address(text: &str) -> Result<u8, String> {
 fn period(text: &str) -> Result<u32, String> {
     within(text, 0..=MAX_PERIOD_MS)
 }
-

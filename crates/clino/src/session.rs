@@ -149,7 +149,10 @@ impl<P: Protocol + Commissionable> Session<P> {
     ///
     /// # Errors
     /// As [`Session::run`].
-    pub fn collect<O>(&mut self, operation: O) -> Result<(Vec<O::Event>, Result<O::Report, O::Error>), Failure>
+    pub fn collect<O>(
+        &mut self,
+        operation: O,
+    ) -> Result<(Vec<O::Event>, Result<O::Report, O::Error>), Failure>
     where
         O: Operation<Protocol = P>,
     {

@@ -80,13 +80,7 @@ struct Pair {
     baud: u32,
 }
 
-fn pair(
-    name: &'static str,
-    baud: u32,
-    sensors: Vec<Station>,
-    chance: Chance,
-    arguments: &Arguments,
-) -> Pair {
+fn pair(name: &'static str, baud: u32, sensors: Vec<Station>, chance: Chance, arguments: &Arguments) -> Pair {
     let noise = Noise { bit_errors: arguments.bit_error_rate, ..Noise::default() };
     let mut notes = io::stderr().lock();
     for sensor in &sensors {

@@ -85,7 +85,8 @@ pub fn run(arguments: Arguments) -> Result<DecodeVerdict, Failure> {
     let mut verdict = DecodeVerdict::Good;
     if let Some(path) = &arguments.from {
         let gap_us = arguments.gap.map_or(gap_us, |ms| ms * 1_000);
-        let settings = capture::Settings { kind: arguments.kind, samplerate: arguments.samplerate, character_us };
+        let settings =
+            capture::Settings { kind: arguments.kind, samplerate: arguments.samplerate, character_us };
         let characters = capture::read(path, &settings).map_err(|why| Failure::Usage(why.to_string()))?;
         let mut frames = Frames::new(arguments.kind, gap_us, character_us);
         let mut items = Vec::new();
@@ -129,7 +130,10 @@ fn listen(
         let at_us = now();
         for character in heard.drain(..) {
             doubts.heard(&character);
-            frames.take(Stamped { at_us, byte: character.byte, is_flawed: !character.errors.is_none() }, &mut items);
+            frames.take(
+                Stamped { at_us, byte: character.byte, is_flawed: !character.errors.is_none() },
+                &mut items,
+            );
         }
         frames.pause(at_us, &mut items);
         for item in items.drain(..) {
@@ -202,4 +206,3 @@ fn gap(text: &str) -> Result<u64, String> {
 fn rate(text: &str) -> Result<u64, String> {
     within(text, 1..=10_000_000_000)
 }
-

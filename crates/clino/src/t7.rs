@@ -18,9 +18,9 @@ use crate::outcome::{DecodeVerdict, Failure};
 use crate::{hex, report, stream};
 use answer::AnswerObject;
 pub use arguments::Tool;
-pub use typed::{axis, baud};
 use arguments::{Decode, Encode};
 use command::CommandObject;
+pub use typed::{axis, baud};
 
 pub fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
     match tool {
@@ -54,7 +54,8 @@ pub fn command_json(frame: &[u8]) -> Result<String, Bad> {
 /// # Errors
 /// It is none.
 pub fn answer_json(frame: &[u8]) -> Result<String, Bad> {
-    let object = AnswerObject(Answer::decode_with(frame, Checks { values: ValueRange::AnyMode, ..Checks::ALL })?);
+    let object =
+        AnswerObject(Answer::decode_with(frame, Checks { values: ValueRange::AnyMode, ..Checks::ALL })?);
     Ok(serde_json::to_string(&object).unwrap_or_default())
 }
 

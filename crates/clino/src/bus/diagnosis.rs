@@ -168,7 +168,8 @@ pub fn overheard(make: Make, asked: Asked, characters: usize, flawed: usize, bre
     let count = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
     // All bits inverted: the idle line is low, and reads as breaks between what is no character.
     if breaks > 0 && 2 * breaks >= flawed && flawed > 0 {
-        let counters = BusCounters { breaks: count(flawed), framing: count(flawed), ..BusCounters::default() };
+        let counters =
+            BusCounters { breaks: count(flawed), framing: count(flawed), ..BusCounters::default() };
         return diagnose(make, asked, &heard, &counters);
     }
     if flawed > 0 {

@@ -139,7 +139,10 @@ impl Console {
             if let Some(end) = self.line.find('\n') {
                 let line: String = self.line.drain(..=end).collect();
                 // A prompt, or an echo, may stand before it.
-                let object = line.find('{').and_then(|start| line.get(start..)).and_then(|text| serde_json::from_str(text.trim()).ok());
+                let object = line
+                    .find('{')
+                    .and_then(|start| line.get(start..))
+                    .and_then(|text| serde_json::from_str(text.trim()).ok());
                 match object {
                     Some(object) => return Ok(Some(object)),
                     None => continue,

@@ -46,11 +46,14 @@ mod tests {
 
     #[test]
     fn lines_belong_to_their_parts_and_other_commands_to_none() {
-        let text = "# mine\nset t7 baud 115200\n\nslot 0 t7 1\nset 0 period 40\nset t7 echo off\nslot 1 off\n";
+        let text =
+            "# mine\nset t7 baud 115200\n\nslot 0 t7 1\nset 0 period 40\nset t7 echo off\nslot 1 off\n";
         let found = parts(text.lines()).unwrap();
         let found: Vec<_> = found.iter().map(|part| (part.target.as_str(), part.lines.len())).collect();
         assert_eq!(found, [("t7", 2), ("slot 0", 2), ("slot 1", 1)]);
-        for line in ["reboot --yes", "factory-reset --yes", "t7 address 1 2 --yes", "set", "slot x off", "save"] {
+        for line in
+            ["reboot --yes", "factory-reset --yes", "t7 address 1 2 --yes", "set", "slot x off", "save"]
+        {
             assert!(parts([line].into_iter()).is_err(), "{line}");
         }
     }

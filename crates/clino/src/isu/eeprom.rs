@@ -57,14 +57,18 @@ impl Operation for ReadEeprom {
     type Error = Failure;
 
     fn next(&mut self, _: Instant) -> StepOf<Self> {
-        if let Some(cause) = self.failed {
-            return Step::Done(Err(Failure { cause, writes: 0, repair: false }));
-        }
-        if self.done >= CHUNKS * READINGS {
-            return Step::Done(Ok(Dumped { image: self.image.clone(), is_agreed: !self.differs }));
+        if self.failed.is_some() || self.done >= CHUNKS * READINGS {
+            return Step::Done;
         }
         let request = Request::ReadEeprom { start: self.start(), count: CHUNK };
         Step::Ask { address: self.address, request, tries: READ_TRIES }
+    }
+
+    fn result(&self) -> Option<Result<Dumped, Failure>> {
+        Some(match self.failed {
+            Some(cause) => Err(Failure { cause, writes: 0, repair: false }),
+            None => Ok(Dumped { image: self.image.clone(), is_agreed: !self.differs }),
+        })
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Infallible> {

@@ -54,8 +54,12 @@ impl Operation for Hunt {
     fn next(&mut self, _: Instant) -> StepOf<Self> {
         match Address::new(self.next).filter(|_| self.next <= LAST && !self.is_cancelled) {
             Some(address) => Step::Ask { address, request: Request::READ_ANGLE, tries: TRIES },
-            None => Step::Done(Ok(Hunted { complete: self.next > LAST, ..self.hunted })),
+            None => Step::Done,
         }
+    }
+
+    fn result(&self) -> Option<Result<Hunted, Infallible>> {
+        Some(Ok(Hunted { complete: self.next > LAST, ..self.hunted }))
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<FoundModule> {

@@ -138,7 +138,9 @@ fn dump(bench: &mut Bench, image: &Image) -> Result<DecodeVerdict, Ended> {
     for (words, start) in image.words().chunks(IN_LINE).zip((0_u32..).step_by(IN_LINE)) {
         if bench.session.say.is_for_programs() {
             let list = words.iter().map(u16::to_string).collect::<Vec<_>>().join(",");
-            let text = format!("{{\"what\":\"eeprom\",\"address\":{address},\"start\":{start},\"words\":[{list}]}}\n");
+            let text = format!(
+                "{{\"what\":\"eeprom\",\"address\":{address},\"start\":{start},\"words\":[{list}]}}\n"
+            );
             bench.session.say.print(&text)?;
         } else {
             let list = words.iter().map(|word| format!("{word:04X}")).collect::<Vec<_>>().join(" ");

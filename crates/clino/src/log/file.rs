@@ -55,7 +55,10 @@ impl File {
     pub fn open(path: &Path, form: Form, rotation: Rotation) -> io::Result<Self> {
         let mut file = fs::File::options().read(true).write(true).create(true).truncate(false).open(path)?;
         if !is_ours(&mut file, form)? {
-            return Err(io::Error::new(ErrorKind::InvalidData, "it is no log of this form: it is left as it is"));
+            return Err(io::Error::new(
+                ErrorKind::InvalidData,
+                "it is no log of this form: it is left as it is",
+            ));
         }
         let before = file.seek(SeekFrom::End(0))?;
         let size = last_end(&mut file, before)?;
@@ -161,7 +164,8 @@ impl File {
         let (stem, extension) = (part(self.path.file_stem()), part(self.path.extension()));
         let extension = if extension.is_empty() { extension } else { format!(".{extension}") };
         let named = |suffix: String| self.path.with_file_name(format!("{stem}-{time}{suffix}{extension}"));
-        let mut names = std::iter::once(named(String::new())).chain((1_u32..).map(|number| named(format!("-{number}"))));
+        let mut names =
+            std::iter::once(named(String::new())).chain((1_u32..).map(|number| named(format!("-{number}"))));
         names.find(|name| !name.exists()).unwrap_or_else(|| named(String::new()))
     }
 }
@@ -216,7 +220,8 @@ pub fn rotation(text: &str) -> Result<Rotation, String> {
             _ => (Some(text), 1),
         },
     };
-    let size = number.and_then(|number| number.parse::<u64>().ok()).and_then(|number| number.checked_mul(scale));
+    let size =
+        number.and_then(|number| number.parse::<u64>().ok()).and_then(|number| number.checked_mul(scale));
     match size {
         Some(size) if size >= LEAST => Ok(Rotation::Size(size)),
         _ => Err("not day, never, or a size of 1k at least, such as 500k, 10M, 1G".to_owned()),
@@ -243,7 +248,10 @@ mod tests {
         }
 
         fn files(&self) -> Vec<String> {
-            let mut files: Vec<_> = fs::read_dir(&self.0).unwrap().map(|file| fs::read_to_string(file.unwrap().path()).unwrap()).collect();
+            let mut files: Vec<_> = fs::read_dir(&self.0)
+                .unwrap()
+                .map(|file| fs::read_to_string(file.unwrap().path()).unwrap())
+                .collect();
             files.sort();
             files
         }

@@ -27,7 +27,13 @@ pub struct Row {
 
 impl Row {
     /// With a value that was received at `time`.
-    pub fn with(time: SystemTime, age: Duration, sensor: &Sensor, value: Measured, status: &'static str) -> Self {
+    pub fn with(
+        time: SystemTime,
+        age: Duration,
+        sensor: &Sensor,
+        value: Measured,
+        status: &'static str,
+    ) -> Self {
         Self { time, sensor: *sensor, value: Some((value, age)), status }
     }
 
@@ -79,6 +85,10 @@ mod tests {
             let names: Vec<&str> = HEADER.trim().split(',').collect();
             assert!(names.iter().all(|name| object.get(name).is_some()), "{object}");
         }
-        assert!(without.text(Form::Jsonl).contains(r#""raw":null,"angle_deg":null,"status":"no_answer","age_ms":null}"#));
+        assert!(
+            without
+                .text(Form::Jsonl)
+                .contains(r#""raw":null,"angle_deg":null,"status":"no_answer","age_ms":null}"#)
+        );
     }
 }

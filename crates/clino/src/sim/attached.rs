@@ -77,9 +77,10 @@ impl Attached {
     pub fn until(mut self, stop: &Stop) -> Result<(), PortError> {
         let mut heard = Vec::new();
         while !stop.is_asked() {
-            let wait = self.adapter.next_event().map_or(LOOK, |at| {
-                Duration::from_nanos(at.saturating_sub(self.now())).min(LOOK)
-            });
+            let wait = self
+                .adapter
+                .next_event()
+                .map_or(LOOK, |at| Duration::from_nanos(at.saturating_sub(self.now())).min(LOOK));
             self.port.receive(wait, &mut heard)?;
             let mut bytes = Vec::new();
             for character in heard.drain(..) {
@@ -88,7 +89,9 @@ impl Attached {
                     Whose::Ours(..) => self.has_echo = Some(true),
                     // A character without a stop bit is none for a sensor either.
                     Whose::Others(others) => {
-                        bytes.extend(others.iter().filter(|other| other.errors.is_none()).map(|other| other.byte));
+                        bytes.extend(
+                            others.iter().filter(|other| other.errors.is_none()).map(|other| other.byte),
+                        );
                     }
                 }
             }

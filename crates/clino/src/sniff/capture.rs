@@ -38,7 +38,8 @@ pub fn read(path: &Path, settings: &Settings) -> io::Result<Vec<Stamped>> {
     if path == Path::new("-") {
         io::stdin().lock().read_to_end(&mut bytes)?;
     } else {
-        bytes = fs::read(path).map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
+        bytes = fs::read(path)
+            .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
     }
     parse(&String::from_utf8_lossy(&bytes), settings)
 }
@@ -46,7 +47,9 @@ pub fn read(path: &Path, settings: &Settings) -> io::Result<Vec<Stamped>> {
 fn parse(text: &str, settings: &Settings) -> io::Result<Vec<Stamped>> {
     let mut characters = Vec::new();
     for (line, number) in text.lines().zip(1_usize..) {
-        let bad = |why: String| io::Error::new(io::ErrorKind::InvalidData, format!("line {number} of the capture: {why}"));
+        let bad = |why: String| {
+            io::Error::new(io::ErrorKind::InvalidData, format!("line {number} of the capture: {why}"))
+        };
         self::line(line, settings, &mut characters).map_err(bad)?;
     }
     // A bus log has characters at their ends.
@@ -62,7 +65,8 @@ fn line(line: &str, settings: &Settings, characters: &mut Vec<Stamped>) -> Resul
     if let Some((start, _)) = first.split_once('-').filter(|(start, _)| is_number(start)) {
         let samplerate = settings.samplerate.ok_or("its times are samples: say --samplerate HZ")?;
         let sample: u64 = start.parse().map_err(|_| "no sample number".to_owned())?;
-        let at_us = u64::try_from(u128::from(sample) * u128::from(US_PER_S) / u128::from(samplerate)).unwrap_or(u64::MAX);
+        let at_us = u64::try_from(u128::from(sample) * u128::from(US_PER_S) / u128::from(samplerate))
+            .unwrap_or(u64::MAX);
         let what = rest.rsplit(':').next().unwrap_or_default().trim();
         // Start bits, stop bits and other annotations of the decoder are no bytes; an error of its is one without a stop bit.
         if let Some(byte) = byte(what) {
@@ -79,7 +83,8 @@ fn line(line: &str, settings: &Settings, characters: &mut Vec<Stamped>) -> Resul
         bus_log(nanoseconds, rest, settings.kind, characters);
         return Ok(());
     }
-    let at_us = seconds(first).ok_or_else(|| format!("'{first}' is no time: seconds with decimals, such as 1.250000"))?;
+    let at_us = seconds(first)
+        .ok_or_else(|| format!("'{first}' is no time: seconds with decimals, such as 1.250000"))?;
     let bytes = hex::parse(rest.as_bytes()).map_err(|bad| bad.message().to_owned())?;
     for (byte, place) in bytes.into_iter().zip(0_u64..) {
         characters.push(Stamped { at_us: at_us + place * settings.character_us, byte, is_flawed: false });
@@ -93,12 +98,20 @@ fn bus_log(nanoseconds: u64, rest: &str, kind: Kind, characters: &mut Vec<Stampe
     let is_character = matches!(words[..], [bus, "char", ..] if bus == kind.name());
     // The name of a sensor may have blanks.
     let end = words.iter().position(|word| word.starts_with("end="));
-    let Some(byte) = end.filter(|_| is_character).and_then(|end| end.checked_sub(1)).and_then(|place| byte(words.get(place)?)) else {
+    let Some(byte) = end
+        .filter(|_| is_character)
+        .and_then(|end| end.checked_sub(1))
+        .and_then(|place| byte(words.get(place)?))
+    else {
         return;
     };
     match words.last() {
         Some(&"undriven") => {}
-        fate => characters.push(Stamped { at_us: nanoseconds / NS_PER_US, byte, is_flawed: fate != Some(&"clean") }),
+        fate => characters.push(Stamped {
+            at_us: nanoseconds / NS_PER_US,
+            byte,
+            is_flawed: fate != Some(&"clean"),
+        }),
     }
 }
 
@@ -145,7 +158,8 @@ mod tests {
                      1250000000 isu char       gateway 99 end=1 baud=9600 clean\n\
                      1250087999 t7 char       t7-1 5 (serial 1) 01 end=1250174804 baud=115200 clean\n";
         assert_eq!(bytes(log), expected);
-        let sigrok = "1250000-1250087 uart-1: 05\n1250000-1250009 uart-1: Start bit\n1250087-1250174 uart-1: 01\n";
+        let sigrok =
+            "1250000-1250087 uart-1: 05\n1250000-1250009 uart-1: Start bit\n1250087-1250174 uart-1: 01\n";
         assert_eq!(bytes(sigrok), expected);
     }
 
@@ -158,7 +172,9 @@ mod tests {
 
     #[test]
     fn lines_that_are_none_are_named() {
-        for (text, part) in [("1.0 05\nabc 05", "line 2"), ("1.0", "line 1"), ("1.0 5", "line 1"), ("-1.0 05", "no time")] {
+        for (text, part) in
+            [("1.0 05\nabc 05", "line 2"), ("1.0", "line 1"), ("1.0 5", "line 1"), ("-1.0 05", "no time")]
+        {
             let error = parse(text, &SETTINGS).unwrap_err().to_string();
             assert!(error.contains(part), "{text}: {error}");
         }

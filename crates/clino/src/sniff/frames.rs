@@ -269,7 +269,10 @@ mod tests {
 
     #[test]
     fn commands_and_answers_are_told_apart() {
-        assert_eq!(told(Kind::T7, &[ASK, SAYS, ASK, SAYS]), ["command 3", "answer 8", "command 3", "answer 8"]);
+        assert_eq!(
+            told(Kind::T7, &[ASK, SAYS, ASK, SAYS]),
+            ["command 3", "answer 8", "command 3", "answer 8"]
+        );
         // Without a pause between.
         assert_eq!(told(Kind::T7, &[&[ASK, SAYS, ASK].concat()]), ["command 3", "answer 8", "command 3"]);
         // Set Angle Output Range to 1, and the status 1: the same bytes.
@@ -282,12 +285,21 @@ mod tests {
     #[test]
     fn what_is_missing_or_wrong_is_told() {
         assert_eq!(told(Kind::T7, &[ASK, ASK, SAYS]), ["command 3", "unanswered", "command 3", "answer 8"]);
-        assert_eq!(told(Kind::T7, &[ASK, &SAYS[..5], ASK, SAYS]), ["command 3", "no_frame 5", "unanswered", "command 3", "answer 8"]);
+        assert_eq!(
+            told(Kind::T7, &[ASK, &SAYS[..5], ASK, SAYS]),
+            ["command 3", "no_frame 5", "unanswered", "command 3", "answer 8"]
+        );
         let mut wrong = SAYS.to_vec();
         wrong[6] ^= 1;
-        assert_eq!(told(Kind::T7, &[ASK, &wrong, ASK, SAYS]), ["command 3", "checksum 8", "unanswered", "command 3", "answer 8"]);
+        assert_eq!(
+            told(Kind::T7, &[ASK, &wrong, ASK, SAYS]),
+            ["command 3", "checksum 8", "unanswered", "command 3", "answer 8"]
+        );
         assert_eq!(told(Kind::T7, &[&[0xFF, 0x00], ASK, SAYS]), ["no_frame 2", "command 3", "answer 8"]);
         // Junk without a pause before a frame.
-        assert_eq!(told(Kind::T7, &[&[&[0xFF, 0x00][..], ASK].concat(), SAYS]), ["no_frame 2", "command 3", "answer 8"]);
+        assert_eq!(
+            told(Kind::T7, &[&[&[0xFF, 0x00][..], ASK].concat(), SAYS]),
+            ["no_frame 2", "command 3", "answer 8"]
+        );
     }
 }

@@ -14,7 +14,9 @@ const BYTES_WIDTH: usize = 26;
 pub fn line(item: &Item) -> String {
     let (mark, text) = match &item.what {
         What::Command { json } => ("->", words(json)),
-        What::Answer { json, after_us: Some(after_us) } => ("<-", format!("{}, after_us {after_us}", words(json))),
+        What::Answer { json, after_us: Some(after_us) } => {
+            ("<-", format!("{}, after_us {after_us}", words(json)))
+        }
         What::Answer { json, after_us: None } => ("<-", words(json)),
         What::Bad { bad } => ("!!", bad.message().to_owned()),
         What::Unanswered => ("!!", "no answer to this command".to_owned()),
@@ -26,12 +28,15 @@ pub fn line(item: &Item) -> String {
 pub fn object(item: &Item) -> String {
     let (direction, rest) = match &item.what {
         What::Command { json } => ("\"command\"", inner(json).to_owned()),
-        What::Answer { json, after_us: Some(after_us) } => ("\"answer\"", format!("{},\"after_us\":{after_us}", inner(json))),
+        What::Answer { json, after_us: Some(after_us) } => {
+            ("\"answer\"", format!("{},\"after_us\":{after_us}", inner(json)))
+        }
         What::Answer { json, after_us: None } => ("\"answer\"", inner(json).to_owned()),
         What::Bad { bad } => ("null", inner(&serde_json::to_string(bad).unwrap_or_default()).to_owned()),
-        What::Unanswered => {
-            ("\"command\"", r#""error":{"kind":"no_answer","message":"no answer to this command"}"#.to_owned())
-        }
+        What::Unanswered => (
+            "\"command\"",
+            r#""error":{"kind":"no_answer","message":"no answer to this command"}"#.to_owned(),
+        ),
     };
     let bytes = hex::show(&item.bytes);
     format!("{{\"at_us\":{},\"direction\":{direction},\"bytes\":\"{bytes}\",{rest}}}\n", item.at_us)

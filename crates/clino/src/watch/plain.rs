@@ -58,7 +58,9 @@ fn lines(say: &mut Say, state: &State) -> Result<(), Failure> {
     let now = Instant::now();
     for watched in &state.sensors {
         let angle = watched.mdeg.map_or("-".to_owned(), |mdeg| thousandths(mdeg).to_string());
-        let age = watched.at.map_or("never".to_owned(), |at| format!("{:.1} s", now.saturating_duration_since(at).as_secs_f64()));
+        let age = watched.at.map_or("never".to_owned(), |at| {
+            format!("{:.1} s", now.saturating_duration_since(at).as_secs_f64())
+        });
         let rate = watched.rate(now, state.age());
         let (name, status) = (watched.sensor.name(), watched.status);
         say.print(&format!("{name:<12} {angle:>10}  {status:<14} {age:>8}  {rate:>6.1}/s\n"))?;

@@ -71,7 +71,9 @@ fn draw_until(
                 KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
                 // The terminal is raw: it makes no signal of it.
                 KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Ok(()),
-                KeyCode::Down | KeyCode::Char('j') => chosen = (chosen + 1).min(state.sensors.len().saturating_sub(1)),
+                KeyCode::Down | KeyCode::Char('j') => {
+                    chosen = (chosen + 1).min(state.sensors.len().saturating_sub(1))
+                }
                 KeyCode::Up | KeyCode::Char('k') => chosen = chosen.saturating_sub(1),
                 _ => continue,
             }
@@ -139,10 +141,21 @@ fn draw_table(frame: &mut Frame<'_>, area: Rect, state: &State, chosen: usize, l
             right(rate),
         ])
     });
-    let widths =
-        [Constraint::Length(15), Constraint::Length(10), Constraint::Length(18), Constraint::Length(10), Constraint::Length(8)];
+    let widths = [
+        Constraint::Length(15),
+        Constraint::Length(10),
+        Constraint::Length(18),
+        Constraint::Length(10),
+        Constraint::Length(8),
+    ];
     let right = |text: &'static str| Cell::from(Line::raw(text).right_aligned());
-    let header = Row::new([Cell::from("  sensor"), right("angle"), Cell::from("status"), right("age"), right("rate/s")]);
+    let header = Row::new([
+        Cell::from("  sensor"),
+        right("angle"),
+        Cell::from("status"),
+        right("age"),
+        right("rate/s"),
+    ]);
     frame.render_widget(Table::new(rows, widths).header(header.add_modifier_underlined()), area);
 }
 
@@ -165,7 +178,8 @@ fn draw_plot(frame: &mut Frame<'_>, area: Rect, watched: &Watched, look: &Look) 
     let bounds = bounds(points.iter().map(|&(_, degrees)| degrees));
     let shown = SHOWN.as_secs_f64();
     let style = if look.has_colour { Style::new().fg(Color::Cyan) } else { Style::new() };
-    let dataset = Dataset::default().marker(look.marker).graph_type(GraphType::Scatter).style(style).data(&points);
+    let dataset =
+        Dataset::default().marker(look.marker).graph_type(GraphType::Scatter).style(style).data(&points);
     let label = |value: f64| format!("{value:9.3}");
     let minutes = SHOWN.as_secs() / 60;
     let chart = Chart::new(vec![dataset])
@@ -177,7 +191,8 @@ fn draw_plot(frame: &mut Frame<'_>, area: Rect, watched: &Watched, look: &Look) 
 
 /// Lowest and highest of the plot.
 fn bounds(degrees: impl Iterator<Item = f64>) -> [f64; 2] {
-    let (low, high) = degrees.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = degrees
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     if low > high {
         return [-1.0, 1.0];
     }

@@ -100,7 +100,9 @@ impl State {
 impl Watched {
     fn forget(&mut self, now: Instant) {
         let is_older = |at: &Instant, span: Duration| now.saturating_duration_since(*at) > span;
-        while self.points.len() > MOST_POINTS || self.points.front().is_some_and(|(at, _)| is_older(at, SHOWN)) {
+        while self.points.len() > MOST_POINTS
+            || self.points.front().is_some_and(|(at, _)| is_older(at, SHOWN))
+        {
             self.points.pop_front();
         }
         while self.recent.front().is_some_and(|at| is_older(at, RATE_OVER)) {

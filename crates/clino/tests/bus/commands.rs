@@ -294,11 +294,16 @@ fn the_memory_of_an_isu_is_read_and_audited() {
     let server = Server::start("--isu 3 --isu 5,hard-error --pty");
     let port = server.path();
     let (status, objects) = json(&port, "isu eeprom audit 3");
-    assert_eq!((status, &objects[0]["what"], &objects[0]["checksum_right"]), (0, &json!("audit"), &json!(true)));
+    assert_eq!(
+        (status, &objects[0]["what"], &objects[0]["checksum_right"]),
+        (0, &json!("audit"), &json!(true))
+    );
     let run = on(&port, "isu eeprom dump 3");
     let words = run.stdout.lines().map(|line| line.split_once(": ").unwrap());
     let words: Vec<u16> = words
-        .flat_map(|(_, words)| words.split(' ').map(|word| u16::from_str_radix(word, 16).unwrap()).collect::<Vec<_>>())
+        .flat_map(|(_, words)| {
+            words.split(' ').map(|word| u16::from_str_radix(word, 16).unwrap()).collect::<Vec<_>>()
+        })
         .collect();
     assert_eq!((run.status, words.len()), (0, 256), "{run:?}");
     // The address, in the low bits of eight words from 48H, most significant pair first, low byte first: b7-b4 are in two words.
@@ -308,10 +313,15 @@ fn the_memory_of_an_isu_is_read_and_audited() {
     let stored = (0..8).fold(0, |sum, place| sum | ((words[0x78 + place] & 3) << bits[place]));
     let total = |words: &[u16]| words.iter().fold(0_u16, |sum, word| sum.wrapping_add(*word));
     let left_out = total(&words).wrapping_sub(total(&words[0x78..0x80]));
-    let counted = left_out.wrapping_add(words[0x78..0x80].iter().fold(0, |sum: u16, word| sum.wrapping_add(word & !3)));
+    let counted =
+        left_out.wrapping_add(words[0x78..0x80].iter().fold(0, |sum: u16, word| sum.wrapping_add(word & !3)));
     assert!([left_out, counted].contains(&stored), "{stored} {left_out} {counted}");
     let (_, objects) = json(&port, "isu eeprom dump 3");
-    let listed: Vec<u64> = objects.iter().flat_map(|object| object["words"].as_array().unwrap().clone()).map(|word| word.as_u64().unwrap()).collect();
+    let listed: Vec<u64> = objects
+        .iter()
+        .flat_map(|object| object["words"].as_array().unwrap().clone())
+        .map(|word| word.as_u64().unwrap())
+        .collect();
     assert_eq!(listed, words.iter().map(|word| u64::from(*word)).collect::<Vec<_>>());
     // One in its Hard Error state says so.
     let (status, objects) = json(&port, "isu eeprom audit 5");
@@ -323,7 +333,10 @@ fn lines_that_a_module_prints_are_read_at_a_port() {
     let server = Server::start("--isu 3,ascii,angle=-32.7 --pty");
     let run = super::clino(&format!("isu ascii --lines 3 --port {}", server.path()));
     assert_eq!((run.status, run.stderr.as_str()), (0, ""), "{run:?}");
-    assert!(run.objects().len() == 3 && run.objects().iter().all(|object| object["angle_cdeg"] == -3_270), "{run:?}");
+    assert!(
+        run.objects().len() == 3 && run.objects().iter().all(|object| object["angle_cdeg"] == -3_270),
+        "{run:?}"
+    );
 }
 
 #[test]

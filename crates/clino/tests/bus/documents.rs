@@ -79,9 +79,14 @@ fn the_lines_of_the_readme_lead_to_live_angles() {
     let address = "clino t7 address 127 5 --port /dev/ttyUSB0";
     assert!(rest.contains(address), "{rest}");
     let line = watch.replace(PORT, &port).replace("clino", CLINO);
-    let output = std::process::Command::new("timeout").args(["-s", "INT", "8"]).args(line.split(' ')).output().unwrap();
+    let output = std::process::Command::new("timeout")
+        .args(["-s", "INT", "8"])
+        .args(line.split(' '))
+        .output()
+        .unwrap();
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.lines().any(|line| line.starts_with("t7 127") && line.contains("12.345  ok")), "{said}");
-    let run = super::clino(&format!("{} --yes", address.replace(PORT, &port).strip_prefix("clino ").unwrap()));
+    let run =
+        super::clino(&format!("{} --yes", address.replace(PORT, &port).strip_prefix("clino ").unwrap()));
     assert!(run.stdout.starts_with("changed: address 5, from 127"), "{run:?}");
 }

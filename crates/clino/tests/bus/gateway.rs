@@ -21,7 +21,10 @@ impl Board {
     fn start(test: &str) -> Option<Self> {
         let [elf, vboard] = ["CLINO_ELF", "CLINO_VBOARD"].map(std::env::var_os);
         let (Some(elf), Some(vboard)) = (elf, vboard) else {
-            skipped(test, "CLINO_ELF and CLINO_VBOARD name no image and no virtual board: run with `cargo xtask test`");
+            skipped(
+                test,
+                "CLINO_ELF and CLINO_VBOARD name no image and no virtual board: run with `cargo xtask test`",
+            );
             return None;
         };
         let mut child = Command::new(vboard)
@@ -34,7 +37,8 @@ impl Board {
             .spawn()
             .unwrap();
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let console = lines.find_map(|line| line.unwrap().strip_prefix("console ").map(str::to_owned)).unwrap();
+        let console =
+            lines.find_map(|line| line.unwrap().strip_prefix("console ").map(str::to_owned)).unwrap();
         // What it says from now on is read by none; it may not block.
         std::thread::spawn(move || lines.for_each(drop));
         Some(Self { child, console })
@@ -52,7 +56,8 @@ impl Drop for Board {
 fn a_configuration_is_backed_up_changed_and_brought_back() {
     let Some(board) = Board::start("a_configuration_is_backed_up_changed_and_brought_back") else { return };
     let port = format!("--port {}", board.console);
-    let file = |name: &str| -> PathBuf { std::env::temp_dir().join(format!("clino-{name}-{}", std::process::id())) };
+    let file =
+        |name: &str| -> PathBuf { std::env::temp_dir().join(format!("clino-{name}-{}", std::process::id())) };
     let [first, other, bad] = ["first", "other", "bad"].map(file);
     let run = clino(&format!("gateway backup {} {port}", first.display()));
     assert_eq!(run.status, 0, "{run:?}");
@@ -64,11 +69,17 @@ fn a_configuration_is_backed_up_changed_and_brought_back() {
     // A program has to say that it means it.
     let run = clino(&format!("gateway restore {} --json {port}", first.display()));
     assert_eq!((run.status, &run.objects()[0]["error"]["kind"]), (2, &"unconfirmed".into()), "{run:?}");
-    let changed = text.replace("set modbus address 1 ", "set modbus address 17 ").replace("slot 6 off\n", "slot 6 t7 9\nset 6 period 500\n");
+    let changed = text
+        .replace("set modbus address 1 ", "set modbus address 17 ")
+        .replace("slot 6 off\n", "slot 6 t7 9\nset 6 period 500\n");
     std::fs::write(&other, &changed).unwrap();
     let run = clino(&format!("gateway restore {} --yes --json {port}", other.display()));
     let objects = run.objects();
-    let targets: Vec<_> = objects.iter().filter(|object| object["what"] == "changed").map(|object| object["target"].clone()).collect();
+    let targets: Vec<_> = objects
+        .iter()
+        .filter(|object| object["what"] == "changed")
+        .map(|object| object["target"].clone())
+        .collect();
     assert_eq!((run.status, targets), (0, vec!["modbus".into(), "slot 6".into()]), "{run:?}");
     assert_eq!(objects[1]["from"], "slot 6 off", "{run:?}");
     let last = objects.last().unwrap();
@@ -79,10 +90,13 @@ fn a_configuration_is_backed_up_changed_and_brought_back() {
     let run = clino(&format!("gateway restore {} --yes --no-save {port}", first.display()));
     assert!(run.status == 0 && run.stdout.ends_with("restored: parts 2, saved no\n"), "{run:?}");
     let run = clino(&format!("gateway backup --json {port}"));
-    let lines: Vec<_> = run.objects().iter().map(|object| object["line"].as_str().unwrap().to_owned()).collect();
+    let lines: Vec<_> =
+        run.objects().iter().map(|object| object["line"].as_str().unwrap().to_owned()).collect();
     assert_eq!(lines, text.lines().collect::<Vec<_>>());
     // What the gateway refuses, and what is no line of a backup.
-    for (line, status, part) in [("slot 3 t7 200", 1, "refuses 'slot 3 t7 200'"), ("reboot --yes", 2, "line 1 is none of a backup")] {
+    for (line, status, part) in
+        [("slot 3 t7 200", 1, "refuses 'slot 3 t7 200'"), ("reboot --yes", 2, "line 1 is none of a backup")]
+    {
         std::fs::write(&bad, format!("{line}\n")).unwrap();
         let run = clino(&format!("gateway restore {} --yes {port}", bad.display()));
         assert_eq!(run.status, status, "{run:?}");
@@ -98,7 +112,10 @@ fn a_port_without_a_gateway_is_an_error_with_a_next_step() {
     let server = Server::start("--t7 5 --pty");
     let run = clino(&format!("gateway backup --port {}", server.path()));
     assert_eq!((run.status, run.stdout.as_str()), (1, ""), "{run:?}");
-    assert!(run.stderr.contains("no gateway answers\n  next: check that this is the console's port"), "{run:?}");
+    assert!(
+        run.stderr.contains("no gateway answers\n  next: check that this is the console's port"),
+        "{run:?}"
+    );
     let run = clino("gateway backup --json --port /dev/there-is-no-such-port");
     assert_eq!((run.status, &run.objects()[0]["error"]["kind"]), (3, &"port_missing".into()), "{run:?}");
 }
@@ -153,7 +170,8 @@ fn the_json_of_an_operation_is_that_of_the_gateway() {
 
 /// Each number as one sign.
 fn without_digits(text: &str) -> String {
-    let mut signs: Vec<char> = text.chars().map(|sign| if sign.is_ascii_digit() { '#' } else { sign }).collect();
+    let mut signs: Vec<char> =
+        text.chars().map(|sign| if sign.is_ascii_digit() { '#' } else { sign }).collect();
     signs.dedup_by(|later, earlier| *later == '#' && *earlier == '#');
     signs.into_iter().collect()
 }

@@ -51,7 +51,8 @@ fn start(line: &str) -> Child {
 fn end(child: Child) -> String {
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     let output = child.wait_with_output().unwrap();
-    let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let said =
+        format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert_eq!(output.status.code(), Some(0), "{said}");
     said
 }
@@ -89,7 +90,9 @@ fn humantime_of(text: &str) -> SystemTime {
     let lengths = [31, if is_leap(year) { 29 } else { 28 }, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
     days += lengths[..month as usize - 1].iter().sum::<i64>() + day - 1;
     let seconds = days * 86_400 + number(11..13) * 3_600 + number(14..16) * 60 + number(17..19);
-    SystemTime::UNIX_EPOCH + Duration::from_secs(seconds as u64) + Duration::from_micros(number(20..26) as u64)
+    SystemTime::UNIX_EPOCH
+        + Duration::from_secs(seconds as u64)
+        + Duration::from_micros(number(20..26) as u64)
 }
 
 #[test]
@@ -112,7 +115,11 @@ fn rows_have_fixed_columns_and_the_time_of_the_reception() {
         match row.sensor.1 {
             5 if row.status == "ok" => {
                 good += 1;
-                assert_eq!((row.raw.as_str(), row.angle.as_str(), row.age.is_empty()), ("-255", "-0.255", false), "{text}");
+                assert_eq!(
+                    (row.raw.as_str(), row.angle.as_str(), row.age.is_empty()),
+                    ("-255", "-0.255", false),
+                    "{text}"
+                );
             }
             _ => assert_eq!((row.raw.as_str(), row.angle.as_str(), row.age.as_str()), ("", "", ""), "{text}"),
         }
@@ -121,18 +128,23 @@ fn rows_have_fixed_columns_and_the_time_of_the_reception() {
     assert!(good > 5 && rows.iter().any(|row| row.sensor.1 == 9 && row.status == "no_answer"), "{text}");
     // An ISU, as JSON, at fixed times: the age counts, and is subtracted from the time.
     let file = folder.0.join("log.jsonl");
-    let child = start(&format!("log isu 3 --every 400 --period 1000 --jsonl {} --port {isu}", file.display()));
+    let child =
+        start(&format!("log isu 3 --every 400 --period 1000 --jsonl {} --port {isu}", file.display()));
     thread::sleep(Duration::from_millis(3_300));
     end(child);
     let text = fs::read_to_string(file).unwrap();
-    let objects: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let objects: Vec<serde_json::Value> =
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let good: Vec<_> = objects.iter().filter(|object| object["status"] == "ok").collect();
     assert!(good.len() >= 5, "{text}");
     assert!(good.iter().all(|object| object["raw"] == 16_384 && object["axis"].is_null()), "{text}");
     assert!(good.iter().any(|object| object["age_ms"].as_u64().unwrap() >= 300), "{text}");
     // Rows with the same value have the same time, however old it was when they were written.
-    let mut times: Vec<_> = good.iter().map(|object| humantime_of(object["time"].as_str().unwrap())).collect();
-    times.dedup_by(|later, earlier| later.duration_since(*earlier).unwrap_or_default() < Duration::from_millis(5));
+    let mut times: Vec<_> =
+        good.iter().map(|object| humantime_of(object["time"].as_str().unwrap())).collect();
+    times.dedup_by(|later, earlier| {
+        later.duration_since(*earlier).unwrap_or_default() < Duration::from_millis(5)
+    });
     assert!(times.len() < good.len(), "{text}");
 }
 
@@ -146,7 +158,8 @@ fn a_port_that_vanishes_is_told_once_and_the_log_goes_on() {
     };
     let server = Server::start("--t7 5,angle=1 --pty");
     lead_to(&server.path());
-    let child = start(&format!("log t7 5 --latency 80 --csv {} --port {}", folder.file().display(), link.display()));
+    let child =
+        start(&format!("log t7 5 --latency 80 --csv {} --port {}", folder.file().display(), link.display()));
     thread::sleep(Duration::from_millis(1_500));
     drop(server);
     thread::sleep(Duration::from_millis(2_000));
@@ -179,7 +192,11 @@ fn what_cannot_be_logged_is_refused() {
         (format!("log isu 15 --csv {file}.new --port {port}"), 2, "1-14"),
         (format!("log isu 3 --baud 9600 --csv {file}.new --port {port}"), 2, "leave --baud out"),
         (format!("log t7 5 --rotate 5 --csv {file}.new --port {port}"), 2, "1k at least"),
-        (format!("log t7 5 --csv {file}.new --port /dev/there-is-no-such-port"), 3, "next: plug the adapter in"),
+        (
+            format!("log t7 5 --csv {file}.new --port /dev/there-is-no-such-port"),
+            3,
+            "next: plug the adapter in",
+        ),
     ] {
         let run = run(&line);
         assert_eq!(run.status, status, "{line}: {run:?}");
@@ -244,6 +261,9 @@ fn killed(seed: u64, kills: usize) {
     assert_eq!(lines.next(), Some(HEADER));
     for line in lines {
         let row = row(line);
-        assert!(matches!((row.status.as_str(), row.angle.as_str()), ("ok", "12.345" | "-7.500") | (_, "")), "{line}");
+        assert!(
+            matches!((row.status.as_str(), row.angle.as_str()), ("ok", "12.345" | "-7.500") | (_, "")),
+            "{line}"
+        );
     }
 }

@@ -39,7 +39,8 @@ impl Figure {
     }
 
     fn tell(&self) {
-        let (sign, verdict) = (if self.is_least { ">=" } else { "<=" }, if self.is_good() { "good" } else { "MISSED" });
+        let (sign, verdict) =
+            (if self.is_least { ">=" } else { "<=" }, if self.is_good() { "good" } else { "MISSED" });
         println!("{:<58} {:>8.2} {:<7} {sign} {:<6} {verdict}", self.name, self.value, self.unit, self.limit);
         if let Some(known) = self.known.filter(|_| !self.is_good()) {
             println!("    {known}");
@@ -62,7 +63,12 @@ fn bus_limit(port: &str) -> f64 {
 /// Readings a second of `clino watch`.
 fn polled(port: &str) -> f64 {
     let line = format!("watch t7 5 --period 0 --json --port {port}");
-    let mut child = Command::new(CLINO).args(line.split_whitespace()).stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut child = Command::new(CLINO)
+        .args(line.split_whitespace())
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     lines.next();
     let (began, mut count) = (Instant::now(), 0);
@@ -93,7 +99,12 @@ fn seconds(line: &str) -> f64 {
 
 /// Part of a core that a process and its threads have used over `SPAN`, in percent.
 fn load(line: &str) -> f64 {
-    let mut child = Command::new(CLINO).args(line.split_whitespace()).stdin(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+    let mut child = Command::new(CLINO)
+        .args(line.split_whitespace())
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
     std::thread::sleep(Duration::from_millis(500));
     // Clock ticks of user and system; a tick is 10 ms on Linux.
     let ticks = || -> f64 {
@@ -135,7 +146,8 @@ fn figures() {
     let rows = std::fs::read_to_string(&file).unwrap().lines().filter(|line| line.contains(",ok,")).count();
     std::fs::remove_file(&file).unwrap();
     assert!(rows > 1_000, "{rows} rows with a value");
-    let figure = |name, value, unit, limit, is_least| Figure { name, value, unit, limit, is_least, known: None };
+    let figure =
+        |name, value, unit, limit, is_least| Figure { name, value, unit, limit, is_least, known: None };
     let figures = [
         figure("T7 polling, of the bus limit", ratio, "%", 90.0, true),
         figure("T7 polling in batches of 16 ms, of 62.5 a second", in_batches, "%", 90.0, true),
@@ -153,6 +165,7 @@ fn figures() {
         figure("start to first angle", first_angle, "ms", 150.0, false),
     ];
     figures.iter().for_each(Figure::tell);
-    let missed: Vec<_> = figures.iter().filter(|figure| !figure.is_good() && figure.known.is_none()).collect();
+    let missed: Vec<_> =
+        figures.iter().filter(|figure| !figure.is_good() && figure.known.is_none()).collect();
     assert!(missed.is_empty(), "{} figures are beyond their limits", missed.len());
 }

@@ -45,19 +45,30 @@ fn set_commands_and_answers_that_look_alike_are_told_apart() {
     // Set Angle Output Range to 1, and the answer with status 1: the same bytes.
     let frame = super::common::t7_frame(&[0x05, 0x03, 0x8D, 0x01]);
     let objects = decoded("t7", &format!("1.0 {frame}\n1.02 {frame}\n1.2 {frame}\n"));
-    let directions: Vec<_> = objects.iter().map(|object| object["direction"].as_str().unwrap_or("none")).collect();
+    let directions: Vec<_> =
+        objects.iter().map(|object| object["direction"].as_str().unwrap_or("none")).collect();
     assert_eq!(directions, ["command", "answer", "command"], "{objects:?}");
 }
 
 #[test]
 fn errors_and_gaps_are_told_and_make_the_status_1() {
-    let run = fed("sniff t7 --from - --json", "1.0 05 01 83\n2.0 05 01 83\n2.1 05 06 83 00 00\n3.0 05 06 83 00 00 30 38 09\n");
+    let run = fed(
+        "sniff t7 --from - --json",
+        "1.0 05 01 83\n2.0 05 01 83\n2.1 05 06 83 00 00\n3.0 05 06 83 00 00 30 38 09\n",
+    );
     assert_eq!(run.status, 1, "{run:?}");
-    let kinds: Vec<String> = run.objects().iter().map(|object| {
-        let direction = object["direction"].as_str().unwrap_or("none");
-        format!("{direction} {}", object["error"]["kind"].as_str().unwrap_or("good"))
-    }).collect();
-    assert_eq!(kinds, ["command good", "command no_answer", "command good", "none no_frame", "none checksum"]);
+    let kinds: Vec<String> = run
+        .objects()
+        .iter()
+        .map(|object| {
+            let direction = object["direction"].as_str().unwrap_or("none");
+            format!("{direction} {}", object["error"]["kind"].as_str().unwrap_or("good"))
+        })
+        .collect();
+    assert_eq!(
+        kinds,
+        ["command good", "command no_answer", "command good", "none no_frame", "none checksum"]
+    );
     for (line, part) in [
         ("sniff t7 --from /no/such/file", "/no/such/file"),
         ("sniff t7", "--from"),
@@ -76,7 +87,10 @@ fn sigroks_export_is_read() {
     let export = "1000000-1000086 uart-1: 05\n1000087-1000173 uart-1: 01\n1000174-1000260 uart-1: 83\n";
     let objects = decoded("t7 --samplerate 1000000", export);
     assert_eq!(objects.len(), 1, "{objects:?}");
-    assert_eq!((objects[0]["at_us"].as_u64(), &objects[0]["command"]), (Some(1_000_000), &"get_angle".into()));
+    assert_eq!(
+        (objects[0]["at_us"].as_u64(), &objects[0]["command"]),
+        (Some(1_000_000), &"get_angle".into())
+    );
 }
 
 #[test]
@@ -165,11 +179,13 @@ fn sent(log: &str, bus: &str, gap_ns: u64) -> Vec<Sent> {
 fn a_bus_log_of_the_virtual_board_is_decoded_as_the_board_recorded_it() {
     let [elf, vboard] = ["CLINO_ELF", "CLINO_VBOARD"].map(std::env::var_os);
     let (Some(elf), Some(vboard)) = (elf, vboard) else {
-        let why = "CLINO_ELF and CLINO_VBOARD name no image and no virtual board: run with `cargo xtask test`";
+        let why =
+            "CLINO_ELF and CLINO_VBOARD name no image and no virtual board: run with `cargo xtask test`";
         return skipped("a_bus_log_of_the_virtual_board_is_decoded_as_the_board_recorded_it", why);
     };
     let log = std::env::temp_dir().join(format!("clino-bus-log-{}", std::process::id()));
-    let output = Command::new(vboard).arg("--elf").arg(elf).args(["--duration", "2s", "--bus-log"]).arg(&log).output();
+    let output =
+        Command::new(vboard).arg("--elf").arg(elf).args(["--duration", "2s", "--bus-log"]).arg(&log).output();
     let output = output.unwrap();
     assert!(output.status.success(), "{output:?}");
     let text = std::fs::read_to_string(&log).unwrap();

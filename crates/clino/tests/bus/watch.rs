@@ -23,7 +23,10 @@ impl Tmux {
     /// `None`, and a loud word, on a computer without tmux.
     fn start(name: &str, width: u16, height: u16, environment: &[&str], line: &str) -> Option<Self> {
         if Command::new("tmux").arg("-V").output().is_err() {
-            skipped(name, "no tmux on this computer: the screen of clino watch is not tested (apt-get install tmux)");
+            skipped(
+                name,
+                "no tmux on this computer: the screen of clino watch is not tested (apt-get install tmux)",
+            );
             return None;
         }
         let tmux = Self { socket: format!("clino-{name}-{}", std::process::id()) };
@@ -35,7 +38,12 @@ impl Tmux {
     }
 
     fn run(&self, arguments: &[&str]) -> String {
-        let output = Command::new("tmux").args(["-L", &self.socket]).args(arguments).stdin(Stdio::null()).output().unwrap();
+        let output = Command::new("tmux")
+            .args(["-L", &self.socket])
+            .args(arguments)
+            .stdin(Stdio::null())
+            .output()
+            .unwrap();
         assert!(output.status.success(), "tmux {arguments:?}: {output:?}");
         String::from_utf8(output.stdout).unwrap()
     }
@@ -76,9 +84,12 @@ fn line<'a>(lines: &[&'a str], begins: &str) -> Option<&'a str> {
 
 /// Whether the table has the two sensors, one of them silent.
 fn has_table(lines: &[&str]) -> bool {
-    let words = |begins: &str| line(lines, begins).map(|line| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>());
+    let words = |begins: &str| {
+        line(lines, begins).map(|line| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>())
+    };
     let header = words("sensor").is_some_and(|words| words == ["sensor", "angle", "status", "age", "rate/s"]);
-    let good = words("> t7 5").is_some_and(|words| words.len() == 8 && words[3] == "12.345" && words[4] == "ok" && words[6] == "s");
+    let good = words("> t7 5")
+        .is_some_and(|words| words.len() == 8 && words[3] == "12.345" && words[4] == "ok" && words[6] == "s");
     let silent = words("t7 9").is_some_and(|words| words == ["t7", "9", "-", "no_answer", "never", "0.0"]);
     header && good && silent
 }
@@ -111,7 +122,9 @@ fn the_screen_at_two_sizes_and_resized() {
         tmux.shows("resized", fits(other.0, other.1));
         // Too small for a plot: the table stays.
         tmux.resize(60, 8);
-        tmux.shows("small", |lines| line(lines, "> t7 5").is_some() && !lines.iter().any(|line| line.contains("degrees")));
+        tmux.shows("small", |lines| {
+            line(lines, "> t7 5").is_some() && !lines.iter().any(|line| line.contains("degrees"))
+        });
         tmux.resize(width, height);
         tmux.keys("Down");
         tmux.shows("the next sensor", |lines| {
@@ -127,12 +140,19 @@ fn without_colour_it_says_the_same_and_without_unicode_it_plots_dots() {
     let server = Server::start("--t7 5,angle=12.345 --pty");
     let command = format!("watch t7 5 9 --latency 80 --port {}", server.path());
     // Foreground colours, as ECMA-48 and xterm have them.
-    let has_colour = |text: &str| text.contains("38;5;") || (0..8).any(|colour| text.contains(&format!("\x1b[3{colour}m")));
-    let cases =
-        [("colour", "LC_ALL=C.UTF-8", true), ("NO_COLOR=1", "LC_ALL=C.UTF-8", false), ("NO_COLOR=1", "LC_ALL=C", false)];
+    let has_colour = |text: &str| {
+        text.contains("38;5;") || (0..8).any(|colour| text.contains(&format!("\x1b[3{colour}m")))
+    };
+    let cases = [
+        ("colour", "LC_ALL=C.UTF-8", true),
+        ("NO_COLOR=1", "LC_ALL=C.UTF-8", false),
+        ("NO_COLOR=1", "LC_ALL=C", false),
+    ];
     for (number, (colour, locale, expected)) in cases.into_iter().enumerate() {
         let environment = if expected { vec![locale] } else { vec![locale, colour] };
-        let Some(tmux) = Tmux::start(&format!("colour_{number}"), 80, 24, &environment, &command) else { return };
+        let Some(tmux) = Tmux::start(&format!("colour_{number}"), 80, 24, &environment, &command) else {
+            return;
+        };
         tmux.shows("the table", |lines| has_table(lines));
         let raw = tmux.run(&["capture-pane", "-p", "-e"]);
         assert_eq!(has_colour(&raw), expected, "{environment:?}: {raw:?}");
@@ -189,7 +209,8 @@ fn lines_for_people_and_objects_for_programs() {
     let port = server.path();
     let run = |flag: &str| {
         let line = format!("2.5 {CLINO} watch t7 5 9 {flag} --latency 80 --port {port}");
-        let output = Command::new("timeout").args(["-s", "INT"]).args(line.split_whitespace()).output().unwrap();
+        let output =
+            Command::new("timeout").args(["-s", "INT"]).args(line.split_whitespace()).output().unwrap();
         String::from_utf8(output.stdout).unwrap()
     };
     let plain = run("--plain");
@@ -197,10 +218,19 @@ fn lines_for_people_and_objects_for_programs() {
     assert!(rows.iter().any(|row| row.starts_with(&["t7", "5", "12.345", "ok"])), "{plain}");
     assert!(rows.iter().any(|row| row.starts_with(&["t7", "9", "-", "no_answer", "never"])), "{plain}");
     let objects = run("--json");
-    let objects: Vec<serde_json::Value> = objects.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    let of = |address: u8| objects.iter().filter(move |object| object["what"] == "reading" && object["address"] == address);
+    let objects: Vec<serde_json::Value> =
+        objects.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let of = |address: u8| {
+        objects.iter().filter(move |object| object["what"] == "reading" && object["address"] == address)
+    };
     assert!(of(5).count() > 5, "{objects:?}");
-    assert!(of(5).all(|object| object["status"] != "ok" || super::plain(object["angle_deg"].clone()) == 12.345), "{objects:?}");
-    assert!(of(9).all(|object| object["status"] == "no_answer" && object["angle_deg"].is_null()), "{objects:?}");
+    assert!(
+        of(5).all(|object| object["status"] != "ok" || super::plain(object["angle_deg"].clone()) == 12.345),
+        "{objects:?}"
+    );
+    assert!(
+        of(9).all(|object| object["status"] == "no_answer" && object["angle_deg"].is_null()),
+        "{objects:?}"
+    );
     assert!(of(9).count() > 0, "{objects:?}");
 }
