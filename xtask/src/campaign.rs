@@ -66,6 +66,14 @@ const CAMPAIGNS: &[Campaign] = &[
         runs: &[Tests("clino-commissioning::isu_power_cut", "every_character", &[])],
     },
     Campaign {
+        name: "pc",
+        shows: "the PC tool killed at every frame of a change of address, and its log a thousand times (20 min)",
+        runs: &[
+            Tests("clino::bus", "killed::", &[("CLINO_PC_KILLS", "all")]),
+            Tests("clino::bus", "log::killed", &[("CLINO_LOG_KILLS", "1000")]),
+        ],
+    },
+    Campaign {
         name: "storage",
         shows: "the power cut at every word of saves, every seed (5 min)",
         runs: &[Tests("clino-storage::power", "campaign", &[])],
