@@ -4,12 +4,21 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::Duration;
 
 use clap::Args;
-use clino_fleet::config::{Config, Endpoint, Modbus, ModbusEndpoint, Name, Parity, Secret, Source};
-use clino_fleet::source::ReadBus;
+use clino_bus::line::EchoMode;
+use clino_codec::t7::Axis;
+use clino_fleet::config::{Bus, Config, Endpoint, Make, Modbus, ModbusEndpoint, Name, Parity, Secret, Source};
+use clino_fleet::source::{BusReading, Feed, ReadBus};
+use clino_gateway::Status;
 
+use crate::bus::Stop;
+use crate::feed::News;
 use crate::outcome::{DecodeVerdict, Failure};
+use crate::sensors::{Kind, Sensors};
+use crate::session::PortOptions;
 
 /// `clino serve`
 #[derive(Args, Clone, Debug)]
@@ -46,7 +55,7 @@ pub struct BridgeArguments {
 /// Address and rate of a gateway's Modbus port as delivered, and how often the page reads it.
 const MODBUS_UNIT: u8 = 1;
 const MODBUS_BAUD: u32 = 19_200;
-const MODBUS_EVERY: std::time::Duration = std::time::Duration::from_millis(500);
+const MODBUS_EVERY: Duration = Duration::from_millis(500);
 
 fn parsed<T: TryFrom<String, Error = String>>(text: &str) -> Result<T, String> {
     T::try_from(text.to_owned())
@@ -89,7 +98,64 @@ fn run(work: impl Future<Output = Result<(), String>>) -> Result<DecodeVerdict, 
     Ok(DecodeVerdict::Good)
 }
 
-/// Reads a bus with the master of `clino t7` and `clino isu`.
+/// Reads a bus with the master of `clino watch`.
 fn read_bus() -> ReadBus {
-    Arc::new(|_, _| Err("not yet".to_owned()))
+    Arc::new(read)
+}
+
+/// A look at whether the program ends.
+const LOOK: Duration = Duration::from_millis(200);
+
+fn read(bus: &Bus, feed: &Feed) -> Result<(), String> {
+    let stop = Stop::on_signals().map_err(|why| why.to_string())?;
+    let (named, readings) = sensors(bus)?.start(&stop).map_err(|_| "it cannot be read")?;
+    let mut known = vec![(None, 0_u32); named.len()];
+    while !feed.is_over() {
+        match readings.recv_timeout(LOOK) {
+            Ok(News::Open) => feed.speaks(),
+            Ok(News::Lost(error)) => return Err(error.message()),
+            Ok(News::Reading { sensor, at, result, .. }) => {
+                let (Some(one), Some((measured, outcome))) = (named.get(sensor), known.get_mut(sensor)) else { continue };
+                *outcome = outcome.wrapping_add(1);
+                if result.is_ok() {
+                    *measured = Some(at);
+                }
+                let reading = BusReading {
+                    slot: u16::try_from(sensor).unwrap_or(u16::MAX),
+                    address: one.address,
+                    status: result.map_or_else(Status::name, |_| Status::Ok.name()),
+                    angle_mdeg: result.ok().map(|measured| measured.mdeg),
+                    measured: *measured,
+                    outcome: *outcome,
+                };
+                feed.reading(bus.make, &reading);
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Err("its reader has ended".to_owned()),
+        }
+    }
+    Ok(())
+}
+
+/// The bus as `clino watch` names it.
+fn sensors(bus: &Bus) -> Result<Sensors, String> {
+    let baud = match bus.make {
+        Make::T7 => Some(crate::t7::baud(&bus.baud.to_string())?),
+        Make::Isu => None,
+    };
+    Ok(Sensors {
+        kind: if bus.make == Make::T7 { Kind::T7 } else { Kind::Isu },
+        addresses: bus.addresses.clone(),
+        axis: Axis::Two,
+        period: None,
+        baud,
+        port: PortOptions {
+            port: bus.port.parse().map_err(|why| format!("{}: {why}", bus.port))?,
+            latency: None,
+            echo: EchoMode::Detect,
+            rts_de: false,
+            rs485: false,
+            json: false,
+        },
+    })
 }

@@ -38,7 +38,7 @@ fn what_came_while_the_broker_was_away_comes_in_order() {
     let gateway = Gateway::new();
     let bridge = Program::bridge(&folder, &configuration(&gateway, port, &folder, 10));
     gateway.wait_for(1);
-    gateway.say("");
+    gateway.end_line();
     for n in 1..=100 {
         gateway.angle(0, "1.000", 1, n);
         thread::sleep(Duration::from_millis(15));
@@ -47,7 +47,7 @@ fn what_came_while_the_broker_was_away_comes_in_order() {
     assert!(bridge.end().success());
     let bridge = Program::bridge(&folder, &configuration(&gateway, port, &folder, 10));
     gateway.wait_for(2);
-    gateway.say("");
+    gateway.end_line();
     for n in 101..=150 {
         gateway.angle(0, "1.000", 1, n);
         thread::sleep(Duration::from_millis(15));
@@ -73,7 +73,7 @@ fn a_bridge_that_is_killed_loses_at_most_a_second() {
     let gateway = Gateway::new();
     let bridge = Program::bridge(&folder, &configuration(&gateway, port, &folder, 10));
     gateway.wait_for(1);
-    gateway.say("");
+    gateway.end_line();
     let mut told = Vec::new();
     for n in 1..=200 {
         gateway.angle(0, "1.000", 1, n);
@@ -86,7 +86,7 @@ fn a_bridge_that_is_killed_loses_at_most_a_second() {
     let heard = broker.listen(&mosquitto);
     let _bridge = Program::bridge(&folder, &configuration(&gateway, port, &folder, 10));
     gateway.wait_for(2);
-    gateway.say("");
+    gateway.end_line();
     gateway.angle(0, "1.000", 1, 1_000);
     until("the last value", || (outcomes(&heard.all()).last() == Some(&1_000)).then_some(()));
     let got = outcomes(&heard.all());

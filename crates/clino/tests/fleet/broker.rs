@@ -16,12 +16,11 @@ pub struct Broker {
     folder: PathBuf,
 }
 
-/// A message as the client got it, with the time at which it came.
+/// A message as the client got it.
 #[derive(Clone, Debug)]
 pub struct Heard {
     pub topic: String,
     pub payload: Vec<u8>,
-    pub at_ms: i64,
 }
 
 impl Heard {
@@ -60,18 +59,11 @@ impl Broker {
         self.port
     }
 
-    /// Ends it.
-    pub fn stop(mut self) -> u16 {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-        self.port
-    }
-
     /// Listens to everything from now on.
     pub fn listen(&self, mosquitto: &Mosquitto) -> Listener {
         let mut command = mosquitto.subscriber();
-        // Time, topic and the payload in hexadecimal, so that any payload is one line.
-        command.args(["-h", "127.0.0.1", "-p", &self.port.to_string(), "-q", "1", "-t", "#", "-F", "%U %t %x"]);
+        // Topic and the payload in hexadecimal, so that any payload is one line.
+        command.args(["-h", "127.0.0.1", "-p", &self.port.to_string(), "-q", "1", "-t", "#", "-F", "%t %x"]);
         Listener::start(command, &self.folder, "127.0.0.1", self.port, mosquitto)
     }
 }
@@ -145,11 +137,9 @@ impl Drop for Listener {
     }
 }
 
-/// A line of `-F "%U %t %x"`: seconds with decimals, topic, hexadecimal digits.
+/// A line of `-F "%t %x"`: topic, hexadecimal digits.
 fn parse(line: &str) -> Option<Heard> {
-    let (time, rest) = line.split_once(' ')?;
-    let (topic, digits) = rest.split_once(' ').unwrap_or((rest, ""));
+    let (topic, digits) = line.split_once(' ').unwrap_or((line, ""));
     let payload = digits.as_bytes().chunks(2).map(|pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok());
-    let at_ms = (time.parse::<f64>().ok()? * 1_000.0) as i64;
-    Some(Heard { topic: topic.to_owned(), payload: payload.collect::<Option<_>>()?, at_ms })
+    Some(Heard { topic: topic.to_owned(), payload: payload.collect::<Option<_>>()? })
 }

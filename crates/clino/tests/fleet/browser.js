@@ -67,6 +67,8 @@ const SECOND = 1000;
   await page.screenshot({ path: folder + "/page-dark.png" });
   await page.emulateMedia({ colorScheme: "light" });
   await page.setViewportSize({ width: 390, height: 844 });
+  // The plot follows the width of the window when it has changed.
+  await page.waitForTimeout(500);
   const overflow = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
   assert(overflow <= 0, "no sideways scrolling on a phone: " + overflow);
   await page.screenshot({ path: folder + "/page-phone.png" });
@@ -76,7 +78,7 @@ const SECOND = 1000;
 
   // An irreversible-looking button asks first; "no" does nothing.
   await page.getByRole("button", { name: "Scan T7 bus" }).click();
-  await page.getByRole("button", { name: "No" }).click();
+  await page.getByRole("button", { name: "No", exact: true }).click();
   assert.equal(await page.locator("#note").textContent(), "");
 
   // The source goes: every value with it, and the page says so.

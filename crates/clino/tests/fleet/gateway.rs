@@ -68,6 +68,11 @@ impl Gateway {
         }
     }
 
+    /// Ends the line that was begun before the listener came.
+    pub fn end_line(&self) {
+        self.say("\n");
+    }
+
     /// A reading that is right.
     pub fn angle(&self, slot: u16, degrees: &str, age_ms: u64, seq: u32) {
         self.say(&format!(

@@ -27,7 +27,7 @@ fn prometheus_finds_no_sample_of_an_angle_that_is_not_ok() {
     );
     let _bridge = Program::bridge(&folder, &configuration);
     gateway.wait_for(1);
-    gateway.say("");
+    gateway.end_line();
     gateway.angle(0, "-12.345", 2_000, 1);
     gateway.no_angle(1, "no_answer", 1);
     gateway.say(r#"{"stats":"t7","requests":139,"good":106,"no_answer":33,"bad_answer":0,"late":0}"#);
@@ -64,7 +64,7 @@ fn influx_gets_points_of_what_is_ok_and_statuses_of_the_rest() {
     );
     let bridge = Program::bridge(&folder, &configuration);
     gateway.wait_for(1);
-    gateway.say("");
+    gateway.end_line();
     let before = crate::now_ms();
     gateway.angle(0, "-0.001", 5_000, 1);
     gateway.no_angle(1, "stale", 1);
@@ -97,7 +97,7 @@ fn lines_wait_for_a_server_that_is_away() {
     );
     let bridge = Program::bridge(&folder, &configuration);
     gateway.wait_for(1);
-    gateway.say("");
+    gateway.end_line();
     gateway.angle(0, "7.000", 1, 1);
     let said = until("what is wrong", || Some(bridge.errors()).filter(|said| said.contains("influx: ")));
     assert!(!said.contains("secret-token"), "{said}");

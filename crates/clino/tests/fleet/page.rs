@@ -32,7 +32,7 @@ fn values_come_and_go_with_the_gateway() {
     let mut serve = Program::start(&folder, &["serve", "--port", &gateway.endpoint(), "--listen", &format!("127.0.0.1:{port}")]);
     assert_eq!(serve.first_line(), format!("http://127.0.0.1:{port}/"));
     gateway.wait_for(1);
-    gateway.say("");
+    gateway.end_line();
     gateway.angle(0, "-12.345", 100, 1);
     let sensor = |state: &Value| state["gateways"][0]["sensors"].as_array().and_then(|all| all.first().cloned());
     let first = until("a value", || sensor(&state(port)?).filter(|sensor| sensor["status"] == "ok"));
@@ -68,7 +68,7 @@ fn nothing_is_written_but_from_this_page_and_only_if_allowed() {
         let mut serve = Program::start(&folder, &arguments);
         serve.first_line();
         gateway.wait_for(1 + usize::from(allows));
-        gateway.say("");
+        gateway.end_line();
         gateway.angle(0, "1.000", 1, 1);
         until("the gateway", || (state(port)?["gateways"][0]["gone"].is_null()).then_some(()));
         let host = format!("Host: localhost:{port}");

@@ -64,7 +64,9 @@ fn births_data_and_deaths_are_what_the_specification_says() {
     let bridge = Program::bridge(&folder, &configuration);
     gateway.wait_for(1);
     wait(&heard, "spBv1.0/plant/NBIRTH/north", 1);
-    gateway.say("");
+    gateway.end_line();
+    // A gateway that speaks is asked who it is.
+    gateway.say(r#"{"summary":[],"enabled":1,"online":1,"ok":1}"#);
     wait(&heard, "spBv1.0/plant/NBIRTH/north", 2);
     gateway.angle(0, "-12.345", 1_000, 1);
     wait(&heard, "spBv1.0/plant/DBIRTH/north/slot-0", 1);
