@@ -338,6 +338,7 @@ async function drawPlot(isNew) {
     }
     const span = await answer.json();
     if ($("plot").textContent === "no value yet") $("plot").textContent = "";
+    const end = span.from + span.lowest.length * span.interval_ms;
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(name).trim();
     const x = span.lowest.map((_, index) => new Date(span.from + index * span.interval_ms));
@@ -349,7 +350,7 @@ async function drawPlot(isNew) {
     const layout = {
       margin: { l: 64, r: 12, t: 12, b: 40 }, showlegend: false, uirevision: wanted,
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: colour("--text") },
-      xaxis: { gridcolor: colour("--line"), range: [new Date(span.from), new Date(span.from + span.lowest.length * span.interval_ms)] },
+      xaxis: { gridcolor: colour("--line"), range: [new Date(end - 1000 * $("span").value), new Date(end)] },
       yaxis: { gridcolor: colour("--line"), ticksuffix: "°", fixedrange: false },
     };
     await library.react($("plot"), traces, layout, { responsive: true, displaylogo: false, scrollZoom: true });

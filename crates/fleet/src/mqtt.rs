@@ -23,7 +23,7 @@ pub use payload::bridge as bridge_status;
 pub use sparkplug::run as sparkplug;
 pub use translate::Translator;
 
-use rumqttc::MqttOptions;
+use rumqttc::{MqttOptions, NetworkOptions};
 
 use crate::config::Mqtt;
 
@@ -58,4 +58,11 @@ pub fn options(mqtt: &Mqtt, client: &str) -> Result<MqttOptions, String> {
         options.set_transport(tls::transport(mqtt.ca_file.as_deref())?);
     }
     Ok(options)
+}
+
+/// A message goes at once: waiting for more to fill a packet costs up to 40 ms.
+pub fn network() -> NetworkOptions {
+    let mut network = NetworkOptions::new();
+    network.set_tcp_nodelay(true);
+    network
 }

@@ -46,7 +46,7 @@ impl Broker {
     pub fn start_with(mosquitto: &Mosquitto, folder: &Path, port: u16, more: &str) -> Broker {
         let file = folder.join("mosquitto.conf");
         // Without limits, so that whatever is missing is the bridge's fault.
-        let text = format!("listener {port} 127.0.0.1\nmax_queued_messages 0\nmax_inflight_messages 0\n{more}");
+        let text = format!("listener {port} 127.0.0.1\nmax_queued_messages 0\nmax_inflight_messages 0\nset_tcp_nodelay true\n{more}");
         std::fs::write(&file, text).expect("a folder of this test");
         let mut command = mosquitto.broker();
         command.arg("-c").arg(&file).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());

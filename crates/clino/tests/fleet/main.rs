@@ -9,6 +9,7 @@ mod broker;
 mod browser;
 mod configuration;
 mod gateway;
+mod load;
 mod messages;
 mod metrics;
 mod page;

@@ -48,6 +48,11 @@ impl Program {
         text
     }
 
+    /// Its number.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Asks it to end, as a service manager does.
     pub fn end(mut self) -> ExitStatus {
         let pid = Pid::from_child(&self.child);

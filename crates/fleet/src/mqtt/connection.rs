@@ -164,6 +164,7 @@ struct Session {
 impl Session {
     fn new(options: &MqttOptions, first: &Message, retained: &BTreeMap<String, Message>) -> Session {
         let (client, mut eventloop) = AsyncClient::new(options.clone(), usize::from(WINDOW) * 2);
+        eventloop.set_network_options(super::network());
         let (to, events) = mpsc::channel(usize::from(WINDOW) * 4);
         // A task of its own: what `poll` has begun must not be dropped.
         let pump = tokio::spawn(async move {

@@ -88,6 +88,7 @@ impl Node {
         let death = Payload { timestamp: Some(now()), metrics: vec![self.birth_metric()], seq: None };
         options.set_last_will(LastWill::new(self.topic("NDEATH", None), death.encode_to_vec(), QoS::AtLeastOnce, false));
         let (client, mut eventloop) = AsyncClient::new(options, 64);
+        eventloop.set_network_options(super::network());
         let (to, mut events) = mpsc::channel(64);
         let pump = tokio::spawn(async move {
             loop {
