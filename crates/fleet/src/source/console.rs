@@ -109,6 +109,8 @@ impl<'h> Session<'h> {
             let due = heard + if asked { SILENCE } else { ASK_AFTER };
             let due = self.waiting.iter().map(|waiting| waiting.until).fold(due, Instant::min);
             tokio::select! {
+                // What has come counts before the time that has passed: this computer may be busy.
+                biased;
                 read = self.stream.read(&mut chunk) => {
                     let count = read.map_err(|why| why.to_string())?;
                     if count == 0 {
