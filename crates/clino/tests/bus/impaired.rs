@@ -184,12 +184,17 @@ fn readings_through_bad_adapters_are_right_or_have_a_status() {
                 let server = server();
                 let adapter = Adapter::new(&server.path(), T7_BAUD, faults);
                 let line = format!("4 {CLINO} watch t7 5 --json --latency 80 --port {}", adapter.path());
-                let output = Command::new("timeout").args(["-s", "INT"]).args(line.split(' ')).output().unwrap();
+                let output =
+                    Command::new("timeout").args(["-s", "INT"]).args(line.split(' ')).output().unwrap();
                 let said = String::from_utf8(output.stdout).unwrap();
-                let readings: Vec<Value> = said.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+                let readings: Vec<Value> =
+                    said.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
                 let good = readings.iter().filter(|reading| reading["status"] == "ok");
                 assert!(good.clone().count() > 5, "{name}: {said}");
-                assert!(good.clone().all(|reading| super::plain(reading["angle_deg"].clone()) == 12.345), "{name}: {said}");
+                assert!(
+                    good.clone().all(|reading| super::plain(reading["angle_deg"].clone()) == 12.345),
+                    "{name}: {said}"
+                );
             });
         }
     });

@@ -39,7 +39,9 @@ impl Port {
         while !left.is_empty() {
             match self.0.write(left) {
                 Ok(count) => left = &left[count..],
-                Err(error) if error.kind() == ErrorKind::WouldBlock => std::thread::sleep(Duration::from_micros(100)),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    std::thread::sleep(Duration::from_micros(100))
+                }
                 Err(error) => panic!("{error}"),
             }
         }
