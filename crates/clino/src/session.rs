@@ -149,10 +149,7 @@ impl<P: Protocol + Commissionable> Session<P> {
     ///
     /// # Errors
     /// As [`Session::run`].
-    pub fn collect<O>(
-        &mut self,
-        operation: O,
-    ) -> Result<(Vec<O::Event>, Result<O::Report, O::Error>), Failure>
+    pub fn collect<O>(&mut self, operation: O) -> Result<Collected<O>, Failure>
     where
         O: Operation<Protocol = P>,
     {
@@ -160,7 +157,7 @@ impl<P: Protocol + Commissionable> Session<P> {
         let ran = self.bus.run(operation, &self.stop, &mut collector);
         let found = collector.found;
         match ran {
-            Ok(result) => Ok((found, result)),
+            Ok(result) => Ok(Collected { found, result }),
             Err(Broken::Output(error)) => Err(error.into()),
             Err(Broken::Port(error)) => Err(port_failed(&mut self.say, &error)?),
         }
@@ -220,6 +217,12 @@ impl<P: Protocol + Commissionable> Session<P> {
             Err(error) => Err(port_failed(&mut self.say, &error)?),
         }
     }
+}
+
+/// What an operation has found, and how it ended.
+pub struct Collected<O: Operation> {
+    pub found: Vec<O::Event>,
+    pub result: Result<O::Report, O::Error>,
 }
 
 /// Keeps what is found; progress is shown.

@@ -15,7 +15,7 @@ use super::verb::{AutoShutoff, Eeprom, Null, One, Repair, SetAddress, Verb, Zero
 use crate::bus::{Asked, Make};
 use crate::outcome::{DecodeVerdict, Failure as Ended};
 use crate::say::{Item, thousandths};
-use crate::session::{Consent, PortOptions, Session, verdict};
+use crate::session::{Collected, Consent, PortOptions, Session, verdict};
 
 /// A module that has heard half a command hears again after 400 ms (AN #201 section 4, Command Timeout), by its own clock.
 const RESYNC: Duration = Duration::from_millis(450);
@@ -76,8 +76,8 @@ fn scan(port: PortOptions) -> Outcome {
 }
 
 fn hunt(session: &mut Session<Isu>) -> Result<(Vec<FoundModule>, Hunted), Ended> {
-    let (found, hunted) = session.collect(Hunt::new())?;
-    match hunted {
+    let Collected { found, result } = session.collect(Hunt::new())?;
+    match result {
         Ok(hunted) => Ok((found, hunted)),
         Err(never) => match never {},
     }
@@ -121,7 +121,7 @@ fn eeprom(one: One, told: fn(&mut Bench, &Image) -> Result<DecodeVerdict, Ended>
     module(&one)?;
     let address = one.address;
     let mut bench = Bench::open(one)?;
-    match bench.session.collect(ReadEeprom::new(address))?.1 {
+    match bench.session.collect(ReadEeprom::new(address))?.result {
         Ok(Dumped { image, is_agreed: true }) => told(&mut bench, &image),
         Ok(Dumped { is_agreed: false, .. }) => {
             let next = "check termination at both ends, ground, and the length of the cable, and try again";

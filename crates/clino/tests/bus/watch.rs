@@ -153,7 +153,7 @@ fn without_colour_it_says_the_same_and_without_unicode_it_plots_dots() {
         let Some(tmux) = Tmux::start(&format!("colour_{number}"), 80, 24, &environment, &command) else {
             return;
         };
-        tmux.shows("the table", |lines| has_table(lines));
+        tmux.shows("the table", has_table);
         let raw = tmux.run(&["capture-pane", "-p", "-e"]);
         assert_eq!(has_colour(&raw), expected, "{environment:?}: {raw:?}");
         let is_braille = |text: &str| text.chars().any(|sign| ('\u{2801}'..='\u{28FF}').contains(&sign));
