@@ -68,6 +68,13 @@ pub(crate) trait Tasks: Commissionable {
     fn runner_ref(work: &Self::Work) -> &dyn TaskRunner<Self>;
 }
 
+/// Makes a task in its place. Not inlined, for a task is large: so only the one that begins is ever on the stack.
+#[inline(never)]
+fn put<W, E>(place: &mut Option<W>, task: impl FnOnce() -> Result<W, E>) -> Result<(), E> {
+    *place = Some(task()?);
+    Ok(())
+}
+
 impl<P, O> TaskRunner<P> for Runner<O>
 where
     P: Commissionable,

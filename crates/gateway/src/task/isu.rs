@@ -7,7 +7,7 @@ use clino_commissioning::isu::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, TaskRunner, Tasks};
+use super::{Claim, TaskRunner, Tasks, put};
 use crate::config::{Bus, Source};
 
 /// The tasks that can be ordered.
@@ -58,14 +58,15 @@ impl Work {
     /// An address that no single module can have.
     #[inline(never)]
     pub fn begin(task: &Task, place: &mut Option<Work>) -> Result<(), Cause> {
-        *place = Some(match *task {
-            Task::Identify(module) => Work::Identify(Runner::new(Identify::new(module))),
-            Task::Reset(module) => Work::Reset(Runner::new(Reset::new(module))),
-            Task::ResetNull(module) => Work::ResetNull(Runner::new(ResetNull::new(module))),
-            Task::Program(module, change) => Work::Program(Runner::new(Program::new(module, change)?)),
-            Task::Repair(module) => Work::Repair(Runner::new(Repair::new(module))),
-        });
-        Ok(())
+        match *task {
+            Task::Identify(module) => put(place, || Ok(Work::Identify(Runner::new(Identify::new(module))))),
+            Task::Reset(module) => put(place, || Ok(Work::Reset(Runner::new(Reset::new(module))))),
+            Task::ResetNull(module) => put(place, || Ok(Work::ResetNull(Runner::new(ResetNull::new(module))))),
+            Task::Program(module, change) => {
+                put(place, || Ok(Work::Program(Runner::new(Program::new(module, change)?))))
+            }
+            Task::Repair(module) => put(place, || Ok(Work::Repair(Runner::new(Repair::new(module))))),
+        }
     }
 
     /// Whether it can begin.

@@ -10,7 +10,7 @@ use clino_commissioning::t7::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, TaskRunner, Tasks};
+use super::{Claim, TaskRunner, Tasks, put};
 use crate::config::{Bus, Source};
 
 /// The tasks that can be ordered.
@@ -75,22 +75,32 @@ impl Work {
     pub fn begin(task: &Task, serial: Serial, place: &mut Option<Work>) -> Result<(), EncodeError> {
         // The line has no other rate than those of a T7: orders for others are refused.
         let line = BaudRate::from_bits_per_second(serial.baud).unwrap_or(BaudRate::B115200);
-        *place = Some(match *task {
-            Task::Identify(device) => Work::Identify(Runner::new(Identify::new(device)?)),
-            Task::Sweep(rates) => Work::Sweep(Runner::new(Sweep::new(serial, rates))),
-            Task::Zero(device, axis) => Work::Zero(Runner::new(SetZero::new(device, axis))),
-            Task::Set(device, setting) => Work::Set(Runner::new(Set::new(device, setting)?)),
-            Task::Address { from, to } => Work::Address(Runner::new(ChangeAddress::new(from, to)?)),
-            Task::Baud(device, rate) => Work::Baud(Runner::new(ChangeBaud::new(device, line, rate)?)),
-        });
-        Ok(())
+        match *task {
+            Task::Identify(device) => put(place, || Ok(Work::Identify(Runner::new(Identify::new(device)?)))),
+            Task::Sweep(rates) => put(place, || Ok(Work::Sweep(Runner::new(Sweep::new(serial, rates))))),
+            Task::Zero(device, axis) => put(place, || Ok(Work::Zero(Runner::new(SetZero::new(device, axis))))),
+            Task::Set(device, setting) => {
+                put(place, || Ok(Work::Set(Runner::new(Set::new(device, setting)?))))
+            }
+            Task::Address { from, to } => {
+                put(place, || Ok(Work::Address(Runner::new(ChangeAddress::new(from, to)?))))
+            }
+            Task::Baud(device, rate) => {
+                put(place, || Ok(Work::Baud(Runner::new(ChangeBaud::new(device, line, rate)?))))
+            }
+        }
     }
 
     /// Whether it can begin.
     #[inline(never)]
     pub fn check(task: &Task) -> Result<(), EncodeError> {
-        let mut place = None;
-        Work::begin(task, Serial::T7_DEFAULT, &mut place)
+        match *task {
+            Task::Identify(device) => Identify::new(device).map(|_| ()),
+            Task::Sweep(_) | Task::Zero(..) => Ok(()),
+            Task::Set(device, setting) => Set::new(device, setting).map(|_| ()),
+            Task::Address { from, to } => ChangeAddress::new(from, to).map(|_| ()),
+            Task::Baud(device, rate) => ChangeBaud::new(device, BaudRate::B115200, rate).map(|_| ()),
+        }
     }
 }
 
