@@ -10,7 +10,7 @@ use clino_commissioning::t7::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, TaskRunner, Tasks, put};
+use super::{Claim, Reported, TaskRunner, Tasks, put, run};
 use crate::config::{Bus, Source};
 
 /// The tasks that can be ordered.
@@ -58,12 +58,12 @@ pub enum TaskEvent {
 
 /// A task under way.
 pub(crate) enum Work {
-    Identify(Runner<Identify>),
-    Sweep(Runner<Sweep>),
-    Zero(Runner<SetZero>),
-    Set(Runner<Set>),
-    Address(Runner<ChangeAddress>),
-    Baud(Runner<ChangeBaud>),
+    Identify(Runner<Reported<Identify>>),
+    Sweep(Runner<Reported<Sweep>>),
+    Zero(Runner<Reported<SetZero>>),
+    Set(Runner<Reported<Set>>),
+    Address(Runner<Reported<ChangeAddress>>),
+    Baud(Runner<Reported<ChangeBaud>>),
 }
 
 impl Work {
@@ -76,18 +76,12 @@ impl Work {
         // The line has no other rate than those of a T7: orders for others are refused.
         let line = BaudRate::from_bits_per_second(serial.baud).unwrap_or(BaudRate::B115200);
         match *task {
-            Task::Identify(device) => put(place, || Ok(Work::Identify(Runner::new(Identify::new(device)?)))),
-            Task::Sweep(rates) => put(place, || Ok(Work::Sweep(Runner::new(Sweep::new(serial, rates))))),
-            Task::Zero(device, axis) => put(place, || Ok(Work::Zero(Runner::new(SetZero::new(device, axis))))),
-            Task::Set(device, setting) => {
-                put(place, || Ok(Work::Set(Runner::new(Set::new(device, setting)?))))
-            }
-            Task::Address { from, to } => {
-                put(place, || Ok(Work::Address(Runner::new(ChangeAddress::new(from, to)?))))
-            }
-            Task::Baud(device, rate) => {
-                put(place, || Ok(Work::Baud(Runner::new(ChangeBaud::new(device, line, rate)?))))
-            }
+            Task::Identify(device) => put(place, || Ok(Work::Identify(run(Identify::new(device)?)))),
+            Task::Sweep(rates) => put(place, || Ok(Work::Sweep(run(Sweep::new(serial, rates))))),
+            Task::Zero(device, axis) => put(place, || Ok(Work::Zero(run(SetZero::new(device, axis))))),
+            Task::Set(device, setting) => put(place, || Ok(Work::Set(run(Set::new(device, setting)?)))),
+            Task::Address { from, to } => put(place, || Ok(Work::Address(run(ChangeAddress::new(from, to)?)))),
+            Task::Baud(device, rate) => put(place, || Ok(Work::Baud(run(ChangeBaud::new(device, line, rate)?)))),
         }
     }
 
@@ -122,7 +116,7 @@ impl Tasks for T7 {
         }
     }
 
-    fn runner(work: &mut Work) -> &mut dyn TaskRunner<T7> {
+    fn runner(work: &mut Work) -> &mut TaskRunner<T7> {
         match work {
             Work::Identify(runner) => runner,
             Work::Sweep(runner) => runner,
@@ -133,7 +127,7 @@ impl Tasks for T7 {
         }
     }
 
-    fn runner_ref(work: &Work) -> &dyn TaskRunner<T7> {
+    fn runner_ref(work: &Work) -> &TaskRunner<T7> {
         match work {
             Work::Identify(runner) => runner,
             Work::Sweep(runner) => runner,
@@ -154,6 +148,7 @@ impl From<Infallible> for super::TaskEvent {
 macro_rules! news {
     ($($from:ty => $variant:ident),* $(,)?) => {$(
         impl From<$from> for super::TaskEvent {
+            #[inline(never)]
             fn from(news: $from) -> Self {
                 super::TaskEvent::T7(TaskEvent::$variant(news))
             }
