@@ -7,13 +7,13 @@ use clino_bus::{Duration, Fault, Instant, Retry};
 use clino_codec::checks::Check;
 
 use super::endpoint::{Endpoint, Frame};
+use crate::Status;
 use crate::counters::{bump16, bump32};
+use crate::schedule::Polled;
 use crate::schedule::outage::{BusHealth, Consequence, Watch};
 use crate::schedule::queue::{Asked, Queue};
-use crate::schedule::Polled;
 use crate::slot::{Identity, Sample, Slot};
 use crate::trace::{Purpose, Verdict};
-use crate::Status;
 
 /// What an answer has said: a value, why there is none, or nothing about the value.
 pub(crate) type Said = Result<Option<Sample>, Status>;
