@@ -5,7 +5,7 @@ use core::cell::RefCell;
 use core::convert::Infallible;
 
 use clino_bus::{DriverEnable, Instant};
-use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
+use clino_console::{BusState, Host, Port, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
@@ -30,7 +30,8 @@ pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
     let common = Common { shared: RefCell::new(shared), writer: RefCell::new(writer) };
     let console = Console(&common);
     let mut host = Gateway { start, store, keys, common: &common };
-    let mut shell = Shell::new(console);
+    let mut out = Port(console);
+    let mut shell = Shell::new(&mut out);
     loop {
         if host.start.mode != Mode::Normal && clock::now().since(Instant::ZERO) >= params::SAFE_MODE {
             start::retry();

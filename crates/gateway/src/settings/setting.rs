@@ -174,6 +174,25 @@ impl Form {
             _ => (least..=most).contains(&value),
         }
     }
+
+    /// Whether this is one of the values of a setting of this name and unit.
+    ///
+    /// # Errors
+    /// The value is not allowed; the error holds the limits.
+    #[inline(never)]
+    pub fn check(&self, name: &'static str, unit: &'static str, value: i64) -> Result<(), Refusal> {
+        match *self {
+            _ if self.allows(value) => Ok(()),
+            Form::OneOf(allowed) if unit == "bit/s" => {
+                Err(Refusal::BitRate { value: u32::try_from(value).unwrap_or(u32::MAX), allowed })
+            }
+            _ => {
+                let (least, most) = self.limits();
+                let number = Number { name, unit, value, decimals: self.decimals() };
+                Err(Refusal::Range { number, least, most })
+            }
+        }
+    }
 }
 
 #[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects, reason = "within the length")]
@@ -194,20 +213,8 @@ impl Definition {
     /// # Errors
     /// The value is not allowed; the error holds the limits.
     pub fn check(&self, value: i64) -> Result<(), Refusal> {
-        let Definition { name, unit, form, .. } = *self;
-        match form {
-            _ if form.allows(value) => Ok(()),
-            Form::OneOf(allowed) if unit == "bit/s" => {
-                Err(Refusal::BitRate { value: u32::try_from(value).unwrap_or(u32::MAX), allowed })
-            }
-            _ => {
-                let (least, most) = form.limits();
-                let number = Number { name, unit, value, decimals: form.decimals() };
-                Err(Refusal::Range { number, least, most })
-            }
-        }
+        self.form.check(self.name, self.unit, value)
     }
-
 }
 
 impl<T> Setting<T> {
