@@ -56,8 +56,10 @@ impl Extremes {
     }
 
     fn with_age(&self, extreme: Extreme, now: Instant) -> Option<ExtremeAngle> {
-        self.begun
-            .then(|| ExtremeAngle { mdeg: extreme.mdeg.get(), age_ms: now.millis_since(extreme.at.near(now)) })
+        self.begun.then(|| ExtremeAngle {
+            mdeg: extreme.mdeg.get(),
+            age_ms: now.millis_since(extreme.at.near(now)),
+        })
     }
 }
 
