@@ -238,14 +238,12 @@ impl<'a> Lint<'a> {
             }
             self.of_bus(bus, found);
         }
-        for (slot, config) in self.slots() {
-            self.of_slot(slot, &config, found);
-        }
-        for (slot, SlotConfig { source, .. }) in
-            self.all_slots().filter(|(_, config)| config.source.is_faulty())
-        {
-            found(Finding::Incomplete { slot, kind: source.kind(), address: source.address() });
-        }
+        self.each_on(&mut |slot, config| self.of_slot(slot, config, found));
+        self.each(&mut |slot, SlotConfig { source, .. }| {
+            if source.is_faulty() {
+                found(Finding::Incomplete { slot, kind: source.kind(), address: source.address() });
+            }
+        });
     }
 
     #[inline(never)]
@@ -275,17 +273,31 @@ impl<'a> Lint<'a> {
                 u64::from(self.exchange(config).as_micros()).saturating_mul(PERCENT.saturating_mul(PARTS));
             span.checked_div(u64::from(config.period.as_micros())).unwrap_or(0)
         };
-        let on_bus = self.slots().filter(|(_, config)| config.bus() == Some(bus));
-        let sum = on_bus.map(|(_, config)| parts(&config)).fold(0, u64::saturating_add);
+        let mut sum = 0_u64;
+        self.each_on(&mut |_, config| {
+            if config.bus() == Some(bus) {
+                sum = sum.saturating_add(parts(config));
+            }
+        });
         u32::try_from(sum.div_ceil(PARTS)).unwrap_or(u32::MAX)
     }
 
-    fn all_slots(self) -> impl Iterator<Item = (u8, SlotConfig)> + 'a {
-        (0..=u8::MAX).map_while(move |slot| Some((slot, (self.slot)(slot)?)))
+    /// All slots, one by one.
+    #[inline(never)]
+    fn each(self, visit: &mut dyn FnMut(u8, &SlotConfig)) {
+        for slot in 0..=u8::MAX {
+            let Some(config) = (self.slot)(slot) else { break };
+            visit(slot, &config);
+        }
     }
 
-    fn slots(self) -> impl Iterator<Item = (u8, SlotConfig)> + 'a {
-        self.all_slots().filter(|(_, config)| config.is_on())
+    /// All that are on.
+    fn each_on(self, visit: &mut dyn FnMut(u8, &SlotConfig)) {
+        self.each(&mut |slot, config| {
+            if config.is_on() {
+                visit(slot, config);
+            }
+        });
     }
 
     fn exchange(self, config: &SlotConfig) -> Duration {
@@ -342,8 +354,13 @@ impl<'a> Lint<'a> {
     /// The first slot before this one that reads the same source.
     #[inline(never)]
     fn earlier(self, slot: u8, source: Source) -> Option<u8> {
-        let mut earlier = self.slots().take_while(|&(other, _)| other < slot);
-        earlier.find(|(_, other)| other.source == source).map(|(other, _)| other)
+        let mut earlier = None;
+        self.each_on(&mut |other, config| {
+            if other < slot && config.source == source {
+                _ = earlier.get_or_insert(other);
+            }
+        });
+        earlier
     }
 
     #[inline(never)]
@@ -357,9 +374,11 @@ impl<'a> Lint<'a> {
         if !for_all {
             return None;
         }
-        let nodes = self.slots().filter_map(|(_, other)| other.source.node());
         let mut seen: u128 = 0;
-        nodes.filter(|&(other, _)| other == bus).for_each(|(_, node)| seen |= 1 << (node & 0x7F));
+        self.each_on(&mut |_, other| match other.source.node() {
+            Some((other, node)) if other == bus => seen |= 1 << (node & 0x7F),
+            _ => {}
+        });
         let nodes = seen.count_ones() as u8;
         (nodes > 1).then_some(Finding::AllAnswer { slot, address, nodes })
     }

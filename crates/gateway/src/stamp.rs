@@ -47,5 +47,23 @@ impl Stamp {
     }
 }
 
+/// A number in two parts, for a place beside a stamp.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Halves([u16; 2]);
+
+impl Halves {
+    /// What is kept of a number: all of it.
+    pub const fn of(number: i32) -> Halves {
+        let bits = number.cast_unsigned();
+        Halves([bits as u16, (bits >> 16) as u16])
+    }
+
+    /// The number.
+    pub const fn get(self) -> i32 {
+        let Halves([low, high]) = self;
+        (low as u32 | (high as u32) << 16).cast_signed()
+    }
+}
+
 #[cfg(test)]
 mod tests;
