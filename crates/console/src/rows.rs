@@ -4,7 +4,7 @@
 //! depend on what a setting is of: here each table is a function from a place to a row.
 
 use clino_gateway::Bus;
-use clino_gateway::settings::{self, Form, Setting};
+use clino_gateway::settings::{self, Definition, Form, Setting};
 
 use crate::label::Label;
 
@@ -40,7 +40,7 @@ impl Row {
 }
 
 fn row<T>(table: &'static [Setting<T>], place: usize) -> Option<Row> {
-    let Setting { id, name, unit, form, text, .. } = table.get(place)?;
+    let Definition { id, name, unit, form, text, .. } = &table.get(place)?.definition;
     Some(Row { id: *id, name, unit, form, text })
 }
 
