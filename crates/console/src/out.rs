@@ -1,7 +1,7 @@
 //! Text on its way out, without `core::fmt`: its numbers, paddings and tables of functions would cost more flash than all
 //! that is printed here.
 //!
-//! All text is ASCII, so that it goes out byte by byte.
+//! Text goes out byte by byte: what is counted, escaped or left out is ASCII, and other characters pass as they are.
 
 use core::convert::Infallible;
 
