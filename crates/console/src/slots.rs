@@ -14,7 +14,7 @@ use crate::pending::Next;
 use crate::rows::{Row, of_slot, row_of, rows, values};
 use crate::settings::{Change, entries};
 use crate::typed::Opt;
-use crate::value::{Value, thousandths};
+use crate::value::Value;
 use crate::{buses, system, table};
 
 /// The last slot.
@@ -49,9 +49,9 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     let (now, (kind, bus, address)) = (job.now, json::name(&reading.source));
     let status = reading.status(now);
     // A value that does not exist has neither health nor freshness.
-    let known = |value| if status == Status::Ok { value } else { Value::None };
+    let is_ok = status == Status::Ok;
     let health = match reading.health {
-        Health::WELL if status != Status::Ok && job.reply.is_for_people() => "unknown".into(),
+        Health::WELL if !is_ok && job.reply.is_for_people() => "unknown".into(),
         health => Value::Health(health),
     };
     // The first ones are those of the stream.
@@ -66,14 +66,14 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     list.next(reading.age_ms(now).into());
     list.next(health);
     list.next(reading.raw(now).map(Published::of_sensor).into());
-    list.next(reading.rate(now).map(thousandths).into());
-    list.next(known(reading.turns().into()));
-    list.next(known(reading.temperature().map(|c| thousandths(i64::from(c).saturating_mul(10))).into()));
-    list.next(known(Value::Flag(reading.is_fresh())));
+    list.thousandths_of(reading.rate(now));
+    list.next(if is_ok { reading.turns().into() } else { Value::None });
+    list.thousandths_of(reading.temperature().filter(|_| is_ok).map(|c| i32::from(c).saturating_mul(10)));
+    list.next(if is_ok { Value::Flag(reading.is_fresh()) } else { Value::None });
     list.count(reading.sequence);
-    list.next(detail.last_error.map(Status::name).into());
-    list.next(Value::Flag(detail.awaits_confirmation));
-    list.next(Value::Flag(detail.is_dead));
+    list.text_of(detail.last_error.map(Status::name));
+    list.flag(detail.awaits_confirmation);
+    list.flag(detail.is_dead);
     list.end();
     Ok(())
 }

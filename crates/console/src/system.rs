@@ -11,7 +11,6 @@ use crate::pending::{Next, Pending};
 use crate::reply::Reply;
 use crate::rows::{of_console, of_modbus, values};
 use crate::settings::line;
-use crate::value::Value;
 
 /// `version`
 pub fn version(job: &mut Job<'_, '_>) -> Outcome {
@@ -40,7 +39,6 @@ pub fn reset_cause(job: &mut Job<'_, '_>) -> Outcome {
 /// The last crash.
 #[inline(never)]
 fn write_crash(reply: &mut Reply<'_>, crash: &Crash) {
-    let hex = |bits: Option<u32>| bits.map_or(Value::None, Value::Hex);
     let registers = crash.registers;
     let fault = Some(crash.fault).filter(|fault| fault.is_fault());
     let mut line =
@@ -48,16 +46,16 @@ fn write_crash(reply: &mut Reply<'_>, crash: &Crash) {
     line.text(crash.cause.name());
     line.count(crash.boot);
     line.next(crash.uptime_ms.into());
-    line.next(crash.task().map(MonitoredTask::name).into());
-    line.next(crash.file().into());
-    line.next(crash.line().into());
+    line.text_of(crash.task().map(MonitoredTask::name));
+    line.text_of(crash.file());
+    line.count_of(crash.line());
     for address in [registers.map(|at| at.pc), registers.map(|at| at.lr), registers.map(|at| at.sp)] {
-        line.next(hex(address));
+        line.hex_of(address);
     }
-    line.next(registers.map(|at| at.exception).into());
-    line.next(hex(fault.map(|fault| fault.cfsr)));
-    line.next(hex(fault.map(|fault| fault.hfsr)));
-    line.next(hex(fault.and_then(|fault| fault.known_address())));
+    line.count_of(registers.map(|at| at.exception.into()));
+    line.hex_of(fault.map(|fault| fault.cfsr));
+    line.hex_of(fault.map(|fault| fault.hfsr));
+    line.hex_of(fault.and_then(|fault| fault.known_address()));
     line.end();
 }
 
