@@ -1,7 +1,7 @@
 //! The gateway as a whole: Modbus port, stored settings, cause of the start.
 
 use clino_gateway::order::Order;
-use clino_gateway::settings::{console, port};
+use clino_gateway::settings::{Tabled, console, port};
 use clino_recovery::{Crash, MonitoredTask};
 
 use crate::error::ABSENT;
@@ -9,7 +9,7 @@ use crate::identity;
 use crate::job::{Job, Outcome};
 use crate::pending::{Next, Pending};
 use crate::reply::Reply;
-use crate::rows::{of_console, of_modbus, values};
+use crate::rows::{of_console, of_modbus};
 use crate::settings::line;
 
 /// `version`
@@ -88,7 +88,7 @@ pub fn modbus(job: &mut Job<'_, '_>) -> Outcome {
 pub fn show_modbus(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let Some(settings) = job.host.modbus() else { return Err(job.refuse(ABSENT, &["modbus".into()])) };
-    line(&mut job.reply, "modbus", of_modbus, &values(&port::SETTINGS, &settings));
+    line(&mut job.reply, "modbus", &Tabled::new(&port::SETTINGS, &settings));
     Ok(())
 }
 
@@ -109,7 +109,7 @@ pub fn set_modbus(job: &mut Job<'_, '_>) -> Outcome {
 pub fn show_console(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let settings = job.host.console();
-    line(&mut job.reply, "console", of_console, &values(&console::SETTINGS, &settings));
+    line(&mut job.reply, "console", &Tabled::new(&console::SETTINGS, &settings));
     Ok(())
 }
 
