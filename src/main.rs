@@ -33,6 +33,7 @@ mod log;
 mod modbus;
 mod params;
 mod ports;
+mod pre_init;
 mod shared;
 mod start;
 mod uart;

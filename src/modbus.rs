@@ -17,7 +17,7 @@ use crate::app::bus_level;
 use crate::app::modbus_level::SharedResources;
 use crate::clock::Alarm;
 use crate::config_store::Kept;
-use crate::{clock, params, ports, shared, watchdog};
+use crate::{board, clock, params, ports, shared, watchdog};
 
 pub mod port;
 
@@ -25,11 +25,11 @@ use port::Event;
 
 pub static IDENTIFICATION: Identification = Identification([
     "clino",
-    "clino-f407",
+    board::PRODUCT,
     env!("CARGO_PKG_VERSION"),
     env!("CARGO_PKG_REPOSITORY"),
     "Inclinometer gateway",
-    "STM32F407",
+    board::CHIP,
 ]);
 
 /// Resources that move the characters of the level.

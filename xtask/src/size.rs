@@ -10,7 +10,7 @@ use object::read::elf::{ElfFile32, ProgramHeader};
 use serde::Deserialize;
 
 use crate::command::{self, Failure, Outcome};
-use crate::firmware;
+use crate::firmware::{self, SHIPPED, WITHOUT_LOG};
 use crate::steps::Steps;
 
 /// The table of budgets, below the workspace's root.
@@ -59,15 +59,15 @@ impl Budget {
 /// Builds the image with and without its log, and [`check`]s them.
 pub fn run() -> Outcome {
     let mut steps = Steps::new("size");
-    firmware::build_both(&mut steps)?;
+    firmware::build_all(&mut steps, &[WITHOUT_LOG, SHIPPED])?;
     check()
 }
 
 /// Prints the sizes of the image with and without its log; fails when the latter is over its budget.
 pub fn check() -> Outcome {
     let budgets = Budgets::read()?;
-    print("image with its log", &firmware::elf())?;
-    let (flash, ram) = print("image without its log", &firmware::elf_without_log())?;
+    print("image with its log", &SHIPPED.elf())?;
+    let (flash, ram) = print("image without its log", &WITHOUT_LOG.elf())?;
     let flash = budgets.flash.compare("flash", flash);
     let ram = budgets.static_ram.compare("static RAM", ram);
     flash.and(ram)

@@ -30,3 +30,4 @@ mod timing;
 mod transcripts;
 mod typing;
 mod unplugging;
+mod wrong_chip;
