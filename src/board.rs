@@ -160,6 +160,9 @@ impl Deref for Watchdog {
     }
 }
 
+/// The key that feeds the watchdog (RM0090 section 21.4.1).
+pub const FEED: u16 = 0xAAAA;
+
 /// Writes one of its keys to the watchdog.
 pub fn tell_watchdog(key: u16) {
     // SAFETY: KR takes keys and nothing else, in one write.

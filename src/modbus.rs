@@ -15,7 +15,7 @@ use rtic::Mutex;
 
 use crate::app::modbus_level::SharedResources;
 use crate::clock::Alarm;
-use crate::config_store::Kept;
+use crate::quiet::Kept;
 use crate::{board, clock, params, ports, shared, watchdog};
 
 pub mod port;
@@ -148,6 +148,10 @@ impl binding::Site for Site<'_> {
     }
 
     fn ask(&self, request: DeferredRequest) -> Result<(), Refusal> {
+        if !cfg!(feature = "storage") && request != DeferredRequest::Reboot {
+            // As any command that does not exist.
+            return Err(Refusal::Value);
+        }
         let before =
             with(self.shared, |shared| shared.deferred.lock(|place| place.replace(request))).flatten();
         shared::note_work();

@@ -51,7 +51,6 @@ const LONGEST_UPDATE_MS: u32 = 10;
 const _: () = assert!(COUNTS <= 0x1000, "RLR has twelve bits");
 
 /// Keys to be written to KR (RM0090 section 21.4.1). `pre_init.rs` has its own [`START`].
-const FEED: u16 = 0xAAAA;
 const UNLOCK: u16 = 0x5555;
 const START: u16 = 0xCCCC;
 
@@ -125,14 +124,9 @@ pub fn look() {
     }
 }
 
-/// Feeds the watchdog where no task runs yet, nor will.
-pub fn feed_unwatched() {
-    feed();
-}
-
-/// The one place that feeds.
+/// The one place that feeds, but for the refusal of the wrong chip.
 fn feed() {
-    board::tell_watchdog(FEED);
+    board::tell_watchdog(board::FEED);
 }
 
 /// The watchdog's tick.

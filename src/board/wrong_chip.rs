@@ -6,15 +6,20 @@
 use stm32f4xx_hal::pac;
 
 use super::layout::{CHIP, FLASH_KB, NAME};
-use crate::{params, uart, watchdog};
+use super::{FEED, tell_watchdog};
+use crate::params::{CONSOLE, INTERNAL_HZ};
 
 /// The alternate function USART2 of PA2, and its mode: two and four bits for each pin.
 const TX: u32 = 2;
 const ALTERNATE: u32 = 0b10;
 const USART2: u32 = 7;
-/// How often it is said: pauses of a tenth of a second, in each of which the watchdog is fed. Its time at reset is 0.35 s at
-/// least.
-const PAUSES: u32 = 10;
+/// What BRR holds for the console's bit rate: sixteenths of a bit (RM0090 section 30.3.4).
+const DIVIDER: u32 = (INTERNAL_HZ + CONSOLE.baud / 2) / CONSOLE.baud;
+/// Between two times it waits, and feeds the watchdog so often that its shortest time at reset, 0.35 s, is long. A loop of the
+/// core takes a few cycles, so all of that lasts about a second.
+const PAUSES: u32 = 40;
+/// Length of each, in loops.
+const PAUSE: u32 = INTERNAL_HZ / 4 / PAUSES;
 
 /// Says it for ever. `id` is the device number of the chip, `flash_kb` what flash it has.
 pub extern "C" fn wrong_chip(id: u32, flash_kb: u32) -> ! {
@@ -26,7 +31,9 @@ pub extern "C" fn wrong_chip(id: u32, flash_kb: u32) -> ! {
     gpio.afrl().modify(|r, w| unsafe { w.bits(r.bits() | USART2 << (4 * TX)) });
     // SAFETY: as above.
     gpio.moder().modify(|r, w| unsafe { w.bits(r.bits() | ALTERNATE << (2 * TX)) });
-    uart::set_up(usart, uart::divider(params::INTERNAL_HZ, params::CONSOLE.baud));
+    // SAFETY: the register takes any 16-bit value but zero.
+    usart.brr().write(|w| unsafe { w.bits(DIVIDER as u16) });
+    usart.cr1().write(|w| w.ue().set_bit().te().set_bit());
     let say = |text: &str| text.bytes().for_each(|byte| send(usart, byte));
     loop {
         say("\r\nclino: this image is for an ");
@@ -41,8 +48,8 @@ pub extern "C" fn wrong_chip(id: u32, flash_kb: u32) -> ! {
         number(usart, flash_kb);
         say(" KiB: nothing runs.\r\n");
         for _ in 0..PAUSES {
-            watchdog::feed_unwatched();
-            cortex_m::asm::delay(params::INTERNAL_HZ / PAUSES);
+            tell_watchdog(FEED);
+            cortex_m::asm::delay(PAUSE);
         }
     }
 }
@@ -56,7 +63,7 @@ fn number(usart: &pac::usart1::RegisterBlock, number: u32) {
 }
 
 fn send(usart: &pac::usart1::RegisterBlock, byte: u8) {
-    watchdog::feed_unwatched();
+    tell_watchdog(FEED);
     while usart.sr().read().txe().bit_is_clear() {}
     usart.dr().write(|w| w.dr().set(u16::from(byte)));
 }

@@ -20,20 +20,31 @@ pub struct Variant {
     pub name: &'static str,
     /// The board that it is for.
     pub board: Board,
+    /// What it does: features of the firmware.
+    pub functions: &'static str,
     /// With its log.
     pub has_log: bool,
 }
 
+/// Everything.
+const FULL: &str = "full";
+
 /// The image that is shipped: everything, with its log, for the default board.
-pub const SHIPPED: Variant = Variant { name: "", board: boards::DEFAULT, has_log: true };
+pub const SHIPPED: Variant = Variant::of(boards::DEFAULT);
 
 /// The same without its log.
 pub const WITHOUT_LOG: Variant = Variant { name: "without-log", has_log: false, ..SHIPPED };
 
+/// Modbus and the stored configuration, no console.
+pub const WITHOUT_CONSOLE: Variant = Variant { name: "without-console", functions: "storage", ..WITHOUT_LOG };
+
+/// Modbus alone.
+pub const MODBUS_ONLY: Variant = Variant { name: "modbus-only", functions: "", ..WITHOUT_LOG };
+
 impl Variant {
     /// The shipped image for a board.
     pub const fn of(board: Board) -> Variant {
-        Variant { name: "", board, has_log: true }
+        Variant { name: "", board, functions: FULL, has_log: true }
     }
 
     /// Where it is after it was built.
@@ -57,7 +68,8 @@ impl Variant {
         let mut selection: Vec<String> = ["--package", PACKAGE, "--target", TARGET].map(String::from).into();
         if *self != SHIPPED {
             let log = if self.has_log { ",defmt" } else { "" };
-            let features = format!("full,board-{}{log}", self.board.name);
+            let features = format!("{},board-{}{log}", self.functions, self.board.name);
+            let features = features.trim_start_matches(',').to_owned();
             selection.extend(["--no-default-features".into(), "--features".into(), features]);
         }
         selection

@@ -32,10 +32,11 @@ pub fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
     cargo
 }
 
-/// Tells tests of an image where it is, which board it is for, and where the virtual board's program is.
+/// Tells tests of an image where it is, which board it is for, what it does, and where the virtual board's program is.
 pub fn with_image(command: &mut Command, variant: Variant) {
     command.env("CLINO_ELF", variant.elf());
     command.env("CLINO_BOARD", variant.board.name);
+    command.env("CLINO_FUNCTIONS", variant.functions);
     command.env("CLINO_SKIPPED", steps::skipped());
     command.env("CLINO_VBOARD", command::target_dir().join("debug").join("vboard"));
 }

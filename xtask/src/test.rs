@@ -4,7 +4,7 @@
 //! side, one core each.
 
 use crate::command::{self, Failure, Outcome};
-use crate::firmware::{self, SHIPPED, Variant, WITHOUT_LOG};
+use crate::firmware::{self, MODBUS_ONLY, SHIPPED, Variant, WITHOUT_CONSOLE};
 use crate::programs::{self, Program, Programs};
 use crate::steps::{Step, Steps};
 use crate::{boards, nextest, size};
@@ -37,6 +37,9 @@ const LONGEST: [&str; 8] = [
 /// A test program, as `cargo nextest` names it, and a test of it.
 type Test = (&'static str, &'static str);
 
+/// The images that leave something out.
+const SMALL: [Variant; 2] = [WITHOUT_CONSOLE, MODBUS_ONLY];
+
 /// A few tests of the image: it reads every angle, notices a lost sensor, takes commands, keeps what is saved, comes back from
 /// a crash, and answers a Modbus master.
 const HANDFUL: [Test; 6] = [
@@ -65,6 +68,10 @@ const ON_ANOTHER_BOARD: [Test; 9] = [
     ("clino-host-tests::clients", "modbus::a_request_from_before_the_gateway_has_started_is_answered"),
 ];
 
+/// What runs on the images that leave something out.
+const ON_SMALL_ONES: [Test; 1] =
+    [("clino-host-tests::board", "modbus_alone::the_angles_are_at_the_modbus_port")];
+
 /// Every test.
 pub fn run() -> Outcome {
     let mut steps = Steps::new("test");
@@ -81,18 +88,25 @@ pub fn quick() -> Outcome {
 
 fn everything(steps: &mut Steps) -> Outcome {
     let nucleo = Variant::of(boards::NUCLEO);
-    firmware::build_all(steps, &[WITHOUT_LOG, nucleo, SHIPPED])?;
+    firmware::build_all(steps, &[&size::MEASURED[..], &[nucleo]].concat())?;
     steps.own("size", size::check)?;
     let programs = Programs::build(steps)?;
     must_have(&programs, &ON_ANOTHER_BOARD)?;
+    must_have(&programs, &ON_SMALL_ONES)?;
     let mut beside = Vec::new();
     if nextest::is_there() {
         nextest::run(steps, None, SHIPPED);
         nextest::run(steps, Some(filter(ON_ANOTHER_BOARD.iter())), nucleo);
+        for small in SMALL {
+            nextest::run(steps, Some(filter(ON_SMALL_ONES.iter())), small);
+        }
     } else {
         beside.extend(longest_first(programs.tests()).map(all_of));
         for test in ON_ANOTHER_BOARD {
             beside.push(one(&programs, test, nucleo)?);
+        }
+        for small in SMALL {
+            beside.push(one(&programs, ON_SMALL_ONES[0], small)?);
         }
     }
     beside.push(selftest(&programs)?);
@@ -139,7 +153,7 @@ fn one(programs: &Programs, (program, test): Test, variant: Variant) -> Result<S
     let mut command = programs.test(program)?.command();
     command.args(["--exact", test]);
     programs::with_image(&mut command, variant);
-    Ok(Step::new(format!("{program} {test} {}", variant.board.name), command))
+    Ok(Step::new(format!("{program} {test} {}", variant.step()), command))
 }
 
 /// All tests of a program, on one core.

@@ -16,6 +16,7 @@ mod impaired;
 mod long_times;
 mod main_job;
 mod meaning;
+mod modbus_alone;
 mod orders;
 mod port;
 mod publication;

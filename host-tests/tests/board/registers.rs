@@ -26,7 +26,6 @@ const TIM5: u32 = 0x4000_0c00;
 const IWDG: u32 = 0x4000_3000;
 const USART2: u32 = 0x4000_4400;
 const USART3: u32 = 0x4000_4800;
-const PWR: u32 = 0x4000_7000;
 const USART1: u32 = 0x4001_1000;
 const USART6: u32 = 0x4001_1400;
 const EXTI: u32 = 0x4001_3c00;
@@ -97,7 +96,7 @@ const BLACK: [Register; 13] = [
 ];
 
 /// on a Nucleo.
-const NUCLEO: [Register; 15] = [
+const NUCLEO: [Register; 13] = [
     // PC6 and PC7 are alternate function 8, PC10 and PC11 alternate function 7, PC8 and PC12 are outputs; PC7 and PC11 are
     // pulled up.
     ("GPIOC_MODER", GPIOC, ALL, 0x01a1_a000),
@@ -114,9 +113,6 @@ const NUCLEO: [Register; 15] = [
     ("GPIOD_AFRH", GPIOD + 0x24, ALL, 0),
     // PLLON, CSSON, HSEBYP, HSEON, HSION.
     ("RCC_CR", RCC, 0x010d_0001, 0x010d_0001),
-    // Scale 1, which 168 MHz needs, as at reset, and no over-drive (RM0390 section 5.4).
-    ("PWR_CR", PWR, ALL, 0x0000_c000),
-    ("PWR_CSR", PWR + 0x04, 0x0003_0000, 0),
 ];
 
 /// USART (RM0090 section 30.6). In CR1, TXEIE and TCIE (bits 7 and 6) come and go with what is sent.

@@ -286,9 +286,8 @@ pub fn fingerprint(of: &dyn Shown, seed: u8) -> u32 {
 
 /// Whether everything that a change names is there.
 fn read_back(of: &dyn Shown, named: Named<'_>) -> Result<(), Refusal> {
-    let kept = |place: usize, id: u8| {
-        named(id).is_none_or(|given| of.scaled(place, given.scale) == given.value)
-    };
+    let kept =
+        |place: usize, id: u8| named(id).is_none_or(|given| of.scaled(place, given.scale) == given.value);
     match of.definitions().find(|&(place, definition)| !kept(place, definition.id)) {
         Some((_, definition)) => Err(Refusal::Excluded(definition.name)),
         None => Ok(()),

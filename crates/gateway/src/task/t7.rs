@@ -80,8 +80,12 @@ impl Work {
             Task::Sweep(rates) => put(place, || Ok(Work::Sweep(run(Sweep::new(serial, rates))))),
             Task::Zero(device, axis) => put(place, || Ok(Work::Zero(run(SetZero::new(device, axis))))),
             Task::Set(device, setting) => put(place, || Ok(Work::Set(run(Set::new(device, setting)?)))),
-            Task::Address { from, to } => put(place, || Ok(Work::Address(run(ChangeAddress::new(from, to)?)))),
-            Task::Baud(device, rate) => put(place, || Ok(Work::Baud(run(ChangeBaud::new(device, line, rate)?)))),
+            Task::Address { from, to } => {
+                put(place, || Ok(Work::Address(run(ChangeAddress::new(from, to)?))))
+            }
+            Task::Baud(device, rate) => {
+                put(place, || Ok(Work::Baud(run(ChangeBaud::new(device, line, rate)?))))
+            }
         }
     }
 
