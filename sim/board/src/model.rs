@@ -55,11 +55,6 @@ impl BoardModel {
         }
     }
 
-    /// The last sector of flash, 128 KiB.
-    pub const fn last_sector(self) -> u32 {
-        crate::elf::FLASH_BASE + self.flash_size() - 128 * 1024
-    }
-
     /// Memory that a stack may begin in.
     pub fn stacks(self) -> impl Iterator<Item = RangeInclusive<u32>> {
         let has_ccm = !matches!(self, BoardModel::NucleoF446re);
