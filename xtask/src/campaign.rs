@@ -2,9 +2,10 @@
 
 use std::ops::RangeInclusive;
 
+use crate::boards::{self, Board};
 use crate::command::{self, Failure, Outcome};
-use crate::firmware;
-use crate::programs::Programs;
+use crate::firmware::{self, SHIPPED, Variant};
+use crate::programs::{self, Programs};
 use crate::steps::Steps;
 
 const HOW_TO_ADD: &str = "\
@@ -32,9 +33,11 @@ enum Run {
     Tests(&'static str, &'static str, &'static [Variable]),
     /// The same once for each seed, which is in the variable that is named last.
     Seeds(&'static str, &'static str, &'static [Variable], &'static str, RangeInclusive<u32>),
+    /// All tests of a program on the image for another board.
+    On(Board, &'static str),
 }
 
-use Run::{Script, Seeds, Tests};
+use Run::{On, Script, Seeds, Tests};
 
 const CAMPAIGNS: &[Campaign] = &[
     Campaign {
@@ -112,6 +115,16 @@ const CAMPAIGNS: &[Campaign] = &[
             1..=4,
         )],
     },
+    Campaign {
+        name: "nucleo",
+        shows: "all tests of the image on that for the NUCLEO-F446RE (40 min)",
+        runs: &[
+            On(boards::NUCLEO, "clino-host-tests::board"),
+            On(boards::NUCLEO, "clino-host-tests::recovery"),
+            On(boards::NUCLEO, "clino-host-tests::clients"),
+            On(boards::NUCLEO, "clino-host-tests::soak"),
+        ],
+    },
 ];
 
 /// Runs the named campaigns; without a name, lists them.
@@ -135,7 +148,11 @@ pub fn run(names: &[String]) -> Outcome {
 fn all(steps: &mut Steps, wanted: &[&Campaign]) -> Outcome {
     let runs = || wanted.iter().flat_map(|campaign| campaign.runs);
     if runs().filter_map(Run::program).any(|program| program.starts_with("clino-host-tests")) {
-        firmware::build(steps)?;
+        let boards = runs().filter_map(Run::board).map(Variant::of);
+        let mut images = vec![SHIPPED];
+        images.extend(boards);
+        images.dedup();
+        firmware::build_all(steps, &images)?;
     }
     // Scripts build what they need themselves.
     let built = if runs().any(|run| run.program().is_some()) { Some(Programs::build(steps)?) } else { None };
@@ -152,7 +169,15 @@ impl Run {
     fn program(&self) -> Option<&'static str> {
         match self {
             Script(..) => None,
-            Tests(program, ..) | Seeds(program, ..) => Some(program),
+            Tests(program, ..) | Seeds(program, ..) | On(_, program) => Some(program),
+        }
+    }
+
+    /// The board whose image it needs, besides the shipped one.
+    fn board(&self) -> Option<Board> {
+        match self {
+            On(board, _) => Some(*board),
+            _ => None,
         }
     }
 
@@ -170,6 +195,12 @@ impl Run {
             Script(path, arguments) => steps.run(name, command::script(path, arguments)),
             Tests(program, test, environment) => {
                 steps.run(&format!("{name} {test}"), tests(program, test, environment)?);
+            }
+            On(board, program) => {
+                let built = built.ok_or_else(|| Failure::new("the test programs are not built"))?;
+                let mut command = built.test(program)?.command();
+                programs::with_image(&mut command, Variant::of(*board));
+                steps.run(&format!("{name} {program}"), command);
             }
             Seeds(program, test, environment, variable, seeds) => {
                 for seed in seeds.clone() {

@@ -26,6 +26,7 @@ impl Board {
         let mut child = Command::new(program("CLINO_VBOARD"))
             .arg("--elf")
             .arg(program("CLINO_ELF"))
+            .args(["--board", clino_host_tests::model().name()])
             .arg("--scenario")
             .arg(scenario)
             .args(["--realtime", "--console-pty", "--modbus-pty"])

@@ -1,4 +1,4 @@
-//! The virtual board: the shipped ELF on an emulated STM32F407, with real bit timing on its pins.
+//! The virtual board: the shipped ELF on an emulated STM32F407 or STM32F446, with real bit timing on its pins.
 
 pub mod analysis;
 pub mod checker;
@@ -20,6 +20,7 @@ mod crystal;
 pub mod elf;
 pub mod flash;
 mod machine;
+mod model;
 pub mod oscillators;
 mod ports;
 pub mod pwm;
@@ -31,4 +32,5 @@ mod wrapped;
 
 pub use cpu::{CpuStats, Fault};
 pub use machine::{Board, BuildError, Stopped};
+pub use model::{BoardModel, NoSuchBoard};
 pub use ports::{HostPorts, Ports, SerialPort};

@@ -12,7 +12,7 @@ mod trials;
 use clino_board::elf::Image;
 use clino_board::modbus::{Answer, Framing, ModbusLine};
 use clino_board::pwm::{Cycle, Pulse};
-use clino_board::{Board, Ports};
+use clino_board::{Board, BoardModel, Ports};
 use clino_segment::wire::{Format, Received, Sent, Wire};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -108,7 +108,7 @@ impl Wire for Scripted {
 /// The self-test firmware, read once.
 fn image() -> &'static Image {
     static IMAGE: OnceLock<Image> = OnceLock::new();
-    IMAGE.get_or_init(|| Image::read(&elf()).expect("an image"))
+    IMAGE.get_or_init(|| Image::read(&elf(), BoardModel::default()).expect("an image"))
 }
 
 /// Where its image is.

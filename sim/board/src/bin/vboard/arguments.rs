@@ -2,14 +2,16 @@
 
 use std::path::PathBuf;
 
+use clino_board::BoardModel;
 use clino_board::scenario::Time;
 use clino_sim::node::Ns;
 
 pub const USAGE: &str = "\
-usage: vboard --elf FILE [--scenario FILE] [--duration TIME] [--bus-log FILE]
+usage: vboard --elf FILE [--board NAME] [--scenario FILE] [--duration TIME] [--bus-log FILE]
               [--realtime] [--console-pty] [--modbus-pty] [--flash FILE] [--cut-power STEP]
 
   --elf FILE       firmware image to run
+  --board NAME     board that it runs on: f407-disc1 (default), f407ve, nucleo-f446re
   --scenario FILE  sensors and what befalls them (docs/scenario.md); default: scenarios/default.toml
   --duration TIME  virtual time to run, such as 5s or 200ms, or `forever`; default: the scenario's,
                    in real time forever
@@ -32,6 +34,8 @@ exit status: 0 all well, 1 ran but something is wrong, 2 wrong command line, sce
 pub struct Arguments {
     /// Firmware image.
     pub elf: PathBuf,
+    /// The board.
+    pub board: BoardModel,
     /// Scenario file, if not the default one.
     pub scenario: Option<PathBuf>,
     /// How long to run.
@@ -74,6 +78,7 @@ impl Arguments {
             let mut value = || rest.next().ok_or_else(|| format!("{flag} needs a value"));
             match flag.as_str() {
                 "--elf" => wanted.elf = value()?.into(),
+                "--board" => wanted.board = value()?.parse().map_err(|why| format!("{flag}: {why}"))?,
                 "--scenario" => wanted.scenario = Some(value()?.into()),
                 "--duration" => {
                     wanted.duration = Duration::parse(value()?).map_err(|why| format!("{flag}: {why}"))?;

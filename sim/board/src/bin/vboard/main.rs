@@ -64,7 +64,7 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
         None => Scenario::parse(Path::new(DEFAULT_SCENARIO_NAME), DEFAULT_SCENARIO),
     };
     let scenario = scenario.map_err(|why| why.to_string())?;
-    let image = Image::read(&wanted.elf).map_err(|why| image_complaint(&wanted.elf, &why))?;
+    let image = Image::read(&wanted.elf, wanted.board).map_err(|why| image_complaint(&wanted.elf, &why))?;
     let image = match &wanted.flash {
         Some(path) => stored::put_into(image, path)?,
         None => image,
