@@ -56,6 +56,15 @@ const CAMPAIGNS: &[Campaign] = &[
         runs: &[Script("fuzz/checks/fuzz.sh", &["300", "0"])],
     },
     Campaign {
+        name: "examples",
+        shows: "all example programs, in the repository and from the packages; every wait of an ISU's set-up dropped (20 min)",
+        runs: &[
+            Script("crates/drivers/checks/examples.sh", &[]),
+            Script("crates/drivers/checks/package.sh", &[]),
+            Tests("clino-drivers::run", "an_eeprom_survives", &[("CLINO_EVERY_WAIT", "1")]),
+        ],
+    },
+    Campaign {
         name: "altered",
         shows: "a million damaged scripts at the console, five ways each, and a thousand at the shipped image (35 min)",
         runs: &[

@@ -8,6 +8,7 @@
 //!
 //! The same code runs in the firmware's interrupts, in host tests and on the virtual board.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #![cfg_attr(
     not(test),
@@ -40,3 +41,8 @@ pub use retry::Retry;
 pub use serial::Serial;
 pub use time::{Duration, Instant, earliest};
 pub use timing::Timing;
+
+/// Its example is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -82,6 +82,33 @@ impl Timing {
         }
     }
 
+    /// For a receiver that hands over a character up to `delay` after its stop bit: a FIFO that interrupts at a threshold
+    /// or when the line is idle, a USB adapter that sends what it has every 1 to 16 ms.
+    ///
+    /// Such a delay looks like a slow sensor and like a pause within an answer. So latency and gap grow together, and
+    /// with them how long a late answer is waited for. A dead node costs `delay` more.
+    ///
+    /// ```
+    /// use clino_bus::{Duration, Serial, Timing};
+    ///
+    /// // A FIFO of 32 characters that interrupts at 28, or after four characters of silence.
+    /// let serial = Serial::T7_DEFAULT;
+    /// let timing = Timing::t7(serial).handed_over_within(serial.characters(32));
+    /// assert_eq!(timing.gap, serial.characters(4) + serial.characters(32));
+    /// ```
+    #[must_use]
+    pub const fn handed_over_within(self, delay: Duration) -> Timing {
+        Timing {
+            get_latency: self.get_latency.plus(delay),
+            set_latency: self.set_latency.plus(delay),
+            gap: self.gap.plus(delay),
+            quiet: self.quiet.plus(delay),
+            patience: self.patience.plus(delay),
+            late: self.late.plus(delay),
+            ..self
+        }
+    }
+
     /// The line that goes with these waits: no delay around DE, no echo.
     pub const fn line(&self) -> line::LineSettings {
         line::LineSettings::new(self.serial, self.guard)

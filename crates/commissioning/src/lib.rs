@@ -29,6 +29,7 @@
 //! ISU's EEPROM are therefore written only after two readings of them have agreed, and a T7's setting is believed to be as
 //! wished only after two readings in a row.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #![cfg_attr(
     not(test),
@@ -61,3 +62,8 @@ pub const READ_TRIES: u8 = 3;
 
 /// How often the same value is written, each time after reading has shown that the write before did not happen.
 pub const WRITE_TRIES: u8 = 3;
+
+/// Its example is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

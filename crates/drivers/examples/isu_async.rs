@@ -21,8 +21,8 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let board = sensors::isu_board(Model::BUFFERED, &[&sensor]);
     let (uart, de, delay) = (board.uart(), board.de(), board.delay());
 
-    let line = Rs485::new(Io::new(uart), de, delay, PortSettings::new(Serial::ISU))?;
-    let mut isu = asynch::Isu::new(line, Timing::isu());
+    let line = Rs485::new(Io::new(uart), de, delay, PortSettings::new(Serial::ISU));
+    let mut isu = asynch::SttIsu::new(line, Timing::isu());
 
     let address = Address::new(3).ok_or("1 to 14")?;
     let angle = executor::block_on(&board, async { isu.angle(address).await })?;

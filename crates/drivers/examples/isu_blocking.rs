@@ -9,7 +9,7 @@ use std::error::Error;
 use clino_drivers::codec::isu::Address;
 use clino_drivers::rs485::{PortSettings, Rs485};
 use clino_drivers::uart::Io;
-use clino_drivers::{Isu, Serial, Timing};
+use clino_drivers::{Serial, SttIsu, Timing};
 use common::{Model, sensors};
 
 /// What the simulated module is tilted by, micro-degrees.
@@ -21,8 +21,8 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let board = sensors::isu_board(Model::BUFFERED, &[&sensor]);
     let (uart, de, delay) = (board.uart(), board.de(), board.delay());
 
-    let line = Rs485::new(Io::new(uart), de, delay, PortSettings::new(Serial::ISU))?;
-    let mut isu = Isu::new(line, Timing::isu());
+    let line = Rs485::new(Io::new(uart), de, delay, PortSettings::new(Serial::ISU));
+    let mut isu = SttIsu::new(line, Timing::isu());
 
     let address = Address::new(3).ok_or("1 to 14")?;
     let angle = isu.angle(address)?;

@@ -20,7 +20,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let board = sensors::t7_board(Model::BUFFERED, &[&sensor]);
     let (uart, de, delay) = (board.uart(), board.de(), board.delay());
 
-    let mut line = Rs485::new(Io::new(uart), de, delay, PortSettings::new(Serial::T7_DEFAULT))?;
+    let mut line = Rs485::new(Io::new(uart), de, delay, PortSettings::new(Serial::T7_DEFAULT));
 
     // Device 5, one byte follows, get the angle of axis 2.
     line.write_all(&[0x05, 0x01, 0x83])?;

@@ -19,8 +19,8 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let (uart, de, delay) = (board.uart(), board.de(), board.delay());
 
     let serial = Serial::T7_DEFAULT;
-    let line = Rs485::new(Io::new(uart), de, delay, PortSettings::new(serial))?;
-    let mut t7 = asynch::T7::new(line, Timing::t7(serial));
+    let line = Rs485::new(Io::new(uart), de, delay, PortSettings::new(serial));
+    let mut t7 = asynch::UsDigitalT7::new(line, Timing::t7(serial));
 
     let address = Address::new(5).ok_or("1 to 100, or 127")?;
     let angle = executor::block_on(&board, async { t7.angle(address, Axis::Two).await })?;

@@ -9,7 +9,7 @@ use std::error::Error;
 use clino_drivers::codec::t7::{Address, Axis};
 use clino_drivers::rs485::{PortSettings, Rs485};
 use clino_drivers::uart::Nb;
-use clino_drivers::{Serial, T7, Timing};
+use clino_drivers::{Serial, Timing, UsDigitalT7};
 use common::{Model, sensors};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
@@ -19,8 +19,8 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let (uart, de, delay) = (board.uart(), board.de(), board.delay());
 
     let serial = Serial::T7_DEFAULT;
-    let line = Rs485::new(Nb::new(uart), de, delay, PortSettings::new(serial))?;
-    let mut t7 = T7::new(line, Timing::t7(serial));
+    let line = Rs485::new(Nb::new(uart), de, delay, PortSettings::new(serial));
+    let mut t7 = UsDigitalT7::new(line, Timing::t7(serial));
 
     for number in [5, 6] {
         let address = Address::new(number).ok_or("1 to 100, or 127")?;

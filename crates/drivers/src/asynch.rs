@@ -13,5 +13,5 @@
 mod isu;
 mod t7;
 
-pub use isu::Isu;
-pub use t7::T7;
+pub use isu::SttIsu;
+pub use t7::UsDigitalT7;

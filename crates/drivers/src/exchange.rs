@@ -14,16 +14,23 @@
 //! too: `n` of them take as long as `n` characters last, so that no babble lasts for ever on a slow processor.
 
 mod phases;
+#[cfg(feature = "commissioning")]
+mod task;
+mod witness;
 
-use clino_bus::{Duration, Fault, Instant, Isu, Master, Protocol, Retry, T7, Timing};
+use clino_bus::{Duration, ExchangeOutcome, Fault, Instant, Isu, Master, Protocol, Retry, T7, Timing};
 
-use crate::Port;
+use crate::{Port, Suspect};
 use phases::{Exchange, Step};
+use witness::{Heard, History};
 
 /// What a driver has to know besides the protocol.
 pub trait Sensor: Protocol {
     /// A sensor that heard a frame begin waits so long for its end, and takes what we send meanwhile for a part of it.
     const COMMAND_TIMEOUT: Duration;
+
+    /// Such a sensor prints lines of text when it is started wrongly.
+    const PRINTS_LINES: bool;
 
     /// Whether all sensors of a line answer to this address.
     fn is_broadcast(address: Self::Address) -> bool;
@@ -32,6 +39,7 @@ pub trait Sensor: Protocol {
 impl Sensor for T7 {
     /// T7 guide section 1.
     const COMMAND_TIMEOUT: Duration = Duration::from_millis(500);
+    const PRINTS_LINES: bool = false;
 
     fn is_broadcast(address: Self::Address) -> bool {
         address.is_all()
@@ -41,6 +49,7 @@ impl Sensor for T7 {
 impl Sensor for Isu {
     /// AN #201 section 4.
     const COMMAND_TIMEOUT: Duration = Duration::from_millis(400);
+    const PRINTS_LINES: bool = true;
 
     fn is_broadcast(address: Self::Address) -> bool {
         address.is_any()
@@ -52,7 +61,7 @@ pub enum Failure<S: Sensor, E> {
     Request(S::EncodeError),
     NotSingleDevice,
     Port(E),
-    Fault(Fault<S::DecodeError>),
+    Fault(Fault<S::DecodeError>, Suspect),
 }
 
 /// What lasts from one exchange to the next.
@@ -63,6 +72,9 @@ pub struct Exchanges<S: Sensor> {
     released: Instant,
     /// Characters heard since.
     heard: u32,
+    /// What was heard since.
+    witness: Heard,
+    history: History,
     /// The last frame did not get out whole.
     half_sent: bool,
     /// There is one sensor on the line, and no other.
@@ -76,14 +88,31 @@ impl<S: Sensor> Exchanges<S> {
     /// For a port that says when a character came.
     pub fn new(timing: Timing, single: bool) -> Self {
         let (now, released) = (Instant::ZERO, Instant::ZERO);
-        let (master, retry) = (Master::new(timing), Retry::NEVER);
-        Self { master, now, released, heard: 0, half_sent: false, single, piece: None, retry }
+        let (witness, history) = (Heard::default(), History::default());
+        Self {
+            master: Master::new(timing),
+            now,
+            released,
+            heard: 0,
+            witness,
+            history,
+            half_sent: false,
+            single,
+            piece: None,
+            retry: Retry::NEVER,
+        }
     }
 
     /// For a port that only knows in which span a character came.
     #[cfg(feature = "async")]
     pub fn in_pieces(timing: Timing, single: bool) -> Self {
         Self { piece: Some(timing.gap), ..Self::new(timing, single) }
+    }
+
+    /// Whether there is one sensor on the line, and no other.
+    #[cfg(feature = "commissioning")]
+    pub const fn is_single(&self) -> bool {
+        self.single
     }
 
     pub fn master(&self) -> &Master<S> {
@@ -129,21 +158,9 @@ impl<S: Sensor> Exchanges<S> {
         request: &S::Request,
     ) -> Result<S::Answer, Failure<S, P::Error>> {
         let mut exchange = self.open(address, request)?;
-        loop {
-            match exchange.step().map_err(Failure::Request)? {
-                Step::Listen(span) => {
-                    let listened = port.listen(span, |character, after| exchange.heard(character, after));
-                    if listened.is_continue() {
-                        exchange.passed(span);
-                    }
-                }
-                Step::Send(frame) => {
-                    let sent = port.send(frame.as_ref());
-                    exchange.sent(sent.is_ok());
-                    sent.map_err(Failure::Port)?;
-                }
-                Step::Over(outcome) => return outcome.result.map_err(Failure::Fault),
-            }
+        match lead(&mut exchange, port, |_| ())? {
+            Ok(answer) => Ok(answer),
+            Err(fault) => Err(exchange.failure(fault)),
         }
     }
 
@@ -156,21 +173,64 @@ impl<S: Sensor> Exchanges<S> {
         request: &S::Request,
     ) -> Result<S::Answer, Failure<S, P::Error>> {
         let mut exchange = self.open(address, request)?;
-        loop {
-            match exchange.step().map_err(Failure::Request)? {
-                Step::Listen(span) => {
-                    let listened = port.listen(span, |character, after| exchange.heard(character, after));
-                    if listened.await.is_continue() {
-                        exchange.passed(span);
-                    }
+        match lead_async(&mut exchange, port, |_| ()).await? {
+            Ok(answer) => Ok(answer),
+            Err(fault) => Err(exchange.failure(fault)),
+        }
+    }
+}
+
+/// What an exchange came to, or why it was not carried out.
+type Ended<S, E> =
+    Result<Result<<S as Protocol>::Answer, Fault<<S as Protocol>::DecodeError>>, Failure<S, E>>;
+
+/// Leads an exchange to its end. One that collects tells each of its answers.
+fn lead<S: Sensor, P: Port>(
+    exchange: &mut Exchange<'_, S>,
+    port: &mut P,
+    mut tell: impl FnMut(&ExchangeOutcome<S>),
+) -> Ended<S, P::Error> {
+    loop {
+        match exchange.step().map_err(Failure::Request)? {
+            Step::Listen(span) => {
+                let listened = port.listen(span, |character, after| exchange.heard(character, after));
+                if listened.is_continue() {
+                    exchange.passed(span);
                 }
-                Step::Send(frame) => {
-                    let sent = port.send(frame.as_ref()).await;
-                    exchange.sent(sent.is_ok());
-                    sent.map_err(Failure::Port)?;
-                }
-                Step::Over(outcome) => return outcome.result.map_err(Failure::Fault),
             }
+            Step::Send(frame) => {
+                let sent = port.send(frame.as_ref());
+                exchange.sent(sent.is_ok());
+                sent.map_err(Failure::Port)?;
+            }
+            Step::Partly(outcome) => tell(&outcome),
+            Step::Over(outcome) => return Ok(outcome.result),
+        }
+    }
+}
+
+/// Likewise, on an async port.
+#[cfg(feature = "async")]
+async fn lead_async<S: Sensor, P: crate::AsyncPort>(
+    exchange: &mut Exchange<'_, S>,
+    port: &mut P,
+    mut tell: impl FnMut(&ExchangeOutcome<S>),
+) -> Ended<S, P::Error> {
+    loop {
+        match exchange.step().map_err(Failure::Request)? {
+            Step::Listen(span) => {
+                let listened = port.listen(span, |character, after| exchange.heard(character, after));
+                if listened.await.is_continue() {
+                    exchange.passed(span);
+                }
+            }
+            Step::Send(frame) => {
+                let sent = port.send(frame.as_ref()).await;
+                exchange.sent(sent.is_ok());
+                sent.map_err(Failure::Port)?;
+            }
+            Step::Partly(outcome) => tell(&outcome),
+            Step::Over(outcome) => return Ok(outcome.result),
         }
     }
 }

@@ -6,9 +6,14 @@ pub(crate) mod question;
 use clino_bus::{BusCounters, Duration, Retry, Timing};
 use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Data, Request, Response, Words};
+#[cfg(feature = "commissioning")]
+use clino_commissioning::{Operation, isu as commissioning};
 
 use crate::Port;
 use crate::exchange::Exchanges;
+#[cfg(feature = "commissioning")]
+use crate::run::{AtOneRate, RunError};
+use crate::upkeep::upkeep;
 pub use error::Error;
 
 /// The ISUs of one line, which this has for itself.
@@ -19,20 +24,20 @@ pub use error::Error;
 /// Changing what the EEPROM keeps takes more than a command: a plan, a checksum, a reset. That is not done here.
 ///
 /// ```
-/// # use clino_drivers::{Isu, Port, isu};
+/// # use clino_drivers::{Port, SttIsu, isu};
 /// # use clino_codec::isu::Address;
-/// fn is_level<P: Port>(isu: &mut Isu<P>) -> Result<bool, isu::Error<P::Error>> {
+/// fn is_level<P: Port>(isu: &mut SttIsu<P>) -> Result<bool, isu::Error<P::Error>> {
 ///     let module = Address::new(3).expect("1 to 14");
 ///     let angle = isu.angle(module)?;
 ///     Ok(angle.mdeg() < 500 || angle.mdeg() > 359_500)
 /// }
 /// ```
-pub struct Isu<P> {
+pub struct SttIsu<P> {
     port: P,
     exchanges: Exchanges<clino_bus::Isu>,
 }
 
-impl<P: Port> Isu<P> {
+impl<P: Port> SttIsu<P> {
     /// A driver for a line with any number of ISUs.
     pub fn new(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::new(timing, false) }
@@ -68,7 +73,10 @@ impl<P: Port> Isu<P> {
         question::eeprom(self.transact(address, &Request::ReadEeprom { start, count })?)
     }
 
-    /// The present angle becomes zero. The module keeps that in its EEPROM, which wears.
+    /// The present angle becomes zero, which [`angle`](Self::angle) shows after up to 533 ms: until its next measurement
+    /// the module repeats the last one. `zero` waits for that and checks it.
+    ///
+    /// The module keeps the null position in its EEPROM, which wears.
     ///
     /// # Errors
     /// [`Error`]. After [`Error::NoAnswer`] or a bad answer it may have been done: read the angle.
@@ -76,7 +84,8 @@ impl<P: Port> Isu<P> {
         question::done(self.transact(address, &Request::ResetNullPosition)?)
     }
 
-    /// As if power had been cycled. How long the module is busy afterwards is not documented.
+    /// As if power had been cycled; the module does not answer until it has started, for which the document has no time.
+    /// The operation [`Reset`](clino_commissioning::isu::Reset) waits for it.
     ///
     /// # Errors
     /// [`Error`].
@@ -101,44 +110,36 @@ impl<P: Port> Isu<P> {
         let answer = self.exchanges.ask(&mut self.port, address, request)?;
         question::accepted(answer.response)
     }
-}
 
-impl<P> Isu<P> {
-    /// What happened on the line since this was made.
-    pub fn counters(&self) -> &BusCounters {
-        self.exchanges.master().counters()
+    /// Makes the module read zero from now on: refuses while it moves, writes, waits for the next measurement, reads back.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub fn zero(
+        &mut self,
+        address: Address,
+    ) -> Result<commissioning::Nulled, RunError<commissioning::Failure, P::Error>> {
+        self.run(commissioning::ResetNull::new(self.module(address).ok_or(RunError::NotSingleDevice)?))
     }
 
-    /// The waits in force.
-    pub fn timing(&self) -> &Timing {
-        self.exchanges.master().timing()
+    /// Runs an [operation](crate::run) of `clino-commissioning` to its end.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub fn run<O>(&mut self, operation: O) -> Result<O::Report, RunError<O::Error, P::Error>>
+    where
+        O: Operation<Protocol = clino_bus::Isu> + AtOneRate,
+    {
+        let timing = *self.timing();
+        self.exchanges.run(&mut self.port, operation, |_, _| Ok(timing), |_| ())
     }
 
-    /// Other waits from the next exchange on.
-    pub fn set_timing(&mut self, timing: Timing) {
-        self.exchanges.set_timing(timing);
-    }
-
-    /// How often to repeat a request that failed, from the next one on; never, unless this says otherwise. What changes
-    /// a sensor's non-volatile memory is only repeated if the sensor cannot have heard it.
-    pub fn set_retry(&mut self, retry: Retry) {
-        self.exchanges.set_retry(retry);
-    }
-
-    /// Says that so much time has passed since the last call. The driver has no clock, and counts only what it waits
-    /// itself; after a failure, the same request is not sent again while a late answer could be taken for its own
-    /// ([`Timing::late`]), and this shortens that. To say too little is safe, to say too much is not.
-    pub fn pass(&mut self, span: Duration) {
-        self.exchanges.pass(span);
-    }
-
-    /// The port.
-    pub fn port(&mut self) -> &mut P {
-        &mut self.port
-    }
-
-    /// The port, without the driver.
-    pub fn release(self) -> P {
-        self.port
+    #[cfg(feature = "commissioning")]
+    fn module(&self, address: Address) -> Option<commissioning::Module> {
+        question::module(address, self.exchanges.is_single())
     }
 }
+
+upkeep!(SttIsu);

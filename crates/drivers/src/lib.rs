@@ -1,4 +1,5 @@
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #![cfg_attr(
     not(test),
@@ -22,16 +23,23 @@ mod exchange;
 pub mod isu;
 mod port;
 pub mod rs485;
+#[cfg(feature = "commissioning")]
+pub mod run;
+mod suspect;
 pub mod t7;
 pub mod uart;
+mod upkeep;
 
 #[cfg(feature = "async")]
 pub use port::AsyncPort;
 pub use port::Port;
 
-pub use isu::Isu;
-pub use rs485::Rs485;
-pub use t7::T7;
+pub use isu::SttIsu;
+pub use rs485::{PortSettings, Rs485};
+pub use suspect::Suspect;
+pub use t7::UsDigitalT7;
 
 pub use clino_bus::{Blame, BusCounters, Duration, Retry, Serial, Timing};
 pub use clino_codec as codec;
+#[cfg(feature = "commissioning")]
+pub use clino_commissioning as commissioning;

@@ -54,16 +54,15 @@ pub struct Rs485<U, DE, D> {
     peeked: Option<Character>,
     /// The UART may still hold characters of a frame whose sending was broken off.
     unfinished: bool,
+    /// DE could not be driven low yet.
+    refused: bool,
 }
 
 impl<U, DE: OutputPin, D> Rs485<U, DE, D> {
-    /// A line that listens.
-    ///
-    /// # Errors
-    /// The pin cannot be driven low.
-    pub fn new(uart: U, mut de: DE, delay: D, settings: PortSettings) -> Result<Self, DE::Error> {
-        de.set_low()?;
-        Ok(Self { uart, de, delay, settings, peeked: None, unfinished: false })
+    /// A line that listens. A pin that cannot be driven low is reported when the first frame is to be sent.
+    pub fn new(uart: U, mut de: DE, delay: D, settings: PortSettings) -> Self {
+        let refused = de.set_low().is_err();
+        Self { uart, de, delay, settings, peeked: None, unfinished: false, refused }
     }
 
     /// The settings in force.
@@ -76,9 +75,14 @@ impl<U, DE: OutputPin, D> Rs485<U, DE, D> {
         self.settings = settings;
     }
 
-    /// The UART, to change what only its HAL can: its bit rate, say.
+    /// The UART in its adapter, whose own `uart` leads to the HAL's UART: to change what only that can, its bit rate, say.
     pub fn uart(&mut self) -> &mut U {
         &mut self.uart
+    }
+
+    /// The delay, for waits of your own.
+    pub fn delay(&mut self) -> &mut D {
+        &mut self.delay
     }
 
     /// Its parts.

@@ -4,14 +4,21 @@ mod error;
 pub(crate) mod question;
 mod setting;
 
+#[cfg(feature = "commissioning")]
+use clino_bus::Serial;
 use clino_bus::{BusCounters, Duration, Retry, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{
     Acceleration, Address, Axis, DeviceInformation, Direction, Request, Response, Temperature,
 };
+#[cfg(feature = "commissioning")]
+use clino_commissioning::{Operation, t7 as commissioning};
 
 use crate::Port;
 use crate::exchange::Exchanges;
+#[cfg(feature = "commissioning")]
+use crate::run::{AtOneRate, RunError};
+use crate::upkeep::upkeep;
 pub use error::Error;
 pub(crate) use setting::Setting;
 
@@ -21,15 +28,15 @@ pub(crate) use setting::Setting;
 /// take is in the [`Timing`].
 ///
 /// ```
-/// # use clino_drivers::{Port, T7, t7};
+/// # use clino_drivers::{Port, UsDigitalT7, t7};
 /// # use clino_codec::t7::{Address, Axis};
-/// fn is_level<P: Port>(t7: &mut T7<P>) -> Result<bool, t7::Error<P::Error>> {
+/// fn is_level<P: Port>(t7: &mut UsDigitalT7<P>) -> Result<bool, t7::Error<P::Error>> {
 ///     let sensor = Address::new(5).expect("1 to 100, or 127");
 ///     let angle = t7.angle(sensor, Axis::Two)?;
 ///     Ok(angle.mdeg().abs() < 500)
 /// }
 /// ```
-pub struct T7<P> {
+pub struct UsDigitalT7<P> {
     port: P,
     exchanges: Exchanges<clino_bus::T7>,
 }
@@ -68,7 +75,7 @@ pub enum FlashWrite {
     Written,
 }
 
-impl<P: Port> T7<P> {
+impl<P: Port> UsDigitalT7<P> {
     /// A driver for a line with any number of T7s.
     pub fn new(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::new(timing, false) }
@@ -80,15 +87,21 @@ impl<P: Port> T7<P> {
         Self { port, exchanges: Exchanges::new(timing, true) }
     }
 
-    /// The angle of one axis. A single-axis T7 has axis 2.
+    /// The angle of one axis; axis 2 for a single-axis T7, which answers zero for the axes that it does not have.
+    ///
+    /// So an axis 0 or 1 that reads exactly zero is not believed before the device has said what it is: one exchange more.
     ///
     /// # Errors
-    /// [`Error`].
+    /// [`Error`]; [`Error::NoSuchAxis`] instead of the zero of a single-axis T7.
     pub fn angle(&mut self, address: Address, axis: Axis) -> Result<Angle, Error<P::Error>> {
-        question::angle(address, self.transact(address, &Request::GetAngle(axis))?)
+        let angle = question::angle(address, self.transact(address, &Request::GetAngle(axis))?)?;
+        if question::is_doubtful(axis, angle) {
+            question::has_axis(axis, &self.information(address)?)?;
+        }
+        Ok(angle)
     }
 
-    /// The angles of all axes, and the temperature.
+    /// The angles of all axes, and the temperature; zero for the axes that a single-axis T7 does not have.
     ///
     /// # Errors
     /// [`Error`].
@@ -96,7 +109,7 @@ impl<P: Port> T7<P> {
         question::all_angles(address, self.transact(address, &Request::GetAllAngles)?)
     }
 
-    /// Angles, temperature, accelerations and serial number.
+    /// Angles (zero for the axes that a single-axis T7 does not have), temperature, accelerations and serial number.
     ///
     /// # Errors
     /// [`Error`].
@@ -194,14 +207,81 @@ impl<P: Port> T7<P> {
         self.set(address, Setting::Range(range))
     }
 
-    /// Asks anything. Set commands go out as they are, without a look at what the device has; their
-    /// [`status`](Response::status) is in the answer.
+    /// Asks anything. Set commands go out as they are, without a look at what the device has.
     ///
     /// # Errors
-    /// [`Error`].
+    /// [`Error`]; [`Error::Refused`] when the device says that it did not carry out the command.
     pub fn transact(&mut self, address: Address, request: &Request) -> Result<Response, Error<P::Error>> {
         let answer = self.exchanges.ask(&mut self.port, address, request)?;
-        Ok(answer.response)
+        question::accepted(answer.response)
+    }
+
+    /// Makes an axis read zero from now on: waits until the damping has settled, refuses while it moves, writes, reads back.
+    ///
+    /// It takes the damping time and a quarter of a second, and writes flash unless the axis reads zero already.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub fn zero(
+        &mut self,
+        address: Address,
+        axis: Axis,
+    ) -> Result<commissioning::Zeroed, RunError<commissioning::Failure, P::Error>> {
+        self.run(commissioning::SetZero::new(self.device(address).ok_or(RunError::NotSingleDevice)?, axis))
+    }
+
+    /// Runs an [operation](crate::run) of `clino-commissioning` to its end.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub fn run<O>(&mut self, operation: O) -> Result<O::Report, RunError<O::Error, P::Error>>
+    where
+        O: Operation<Protocol = clino_bus::T7> + AtOneRate,
+    {
+        self.run_telling(operation, |_| ())
+    }
+
+    /// As [`run`](Self::run); `tell` takes what the operation reports before its end.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub fn run_telling<O>(
+        &mut self,
+        operation: O,
+        tell: impl FnMut(O::Event),
+    ) -> Result<O::Report, RunError<O::Error, P::Error>>
+    where
+        O: Operation<Protocol = clino_bus::T7> + AtOneRate,
+    {
+        let timing = *self.timing();
+        self.exchanges.run(&mut self.port, operation, |_, _| Ok(timing), tell)
+    }
+
+    /// As [`run_telling`](Self::run_telling), for an operation that changes the bit rate of the line: `rate` sets it, in
+    /// the UART and in the [`PortSettings`](crate::rs485::PortSettings), and returns the waits for it, such as
+    /// [`Timing::t7`].
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub fn run_at_rates<O>(
+        &mut self,
+        operation: O,
+        rate: impl FnMut(&mut P, Serial) -> Result<Timing, P::Error>,
+        tell: impl FnMut(O::Event),
+    ) -> Result<O::Report, RunError<O::Error, P::Error>>
+    where
+        O: Operation<Protocol = clino_bus::T7>,
+    {
+        self.exchanges.run(&mut self.port, operation, rate, tell)
+    }
+
+    #[cfg(feature = "commissioning")]
+    fn device(&self, address: Address) -> Option<commissioning::Device> {
+        question::device(address, self.exchanges.is_single())
     }
 
     fn set(&mut self, address: Address, setting: Setting) -> Result<FlashWrite, Error<P::Error>> {
@@ -209,47 +289,9 @@ impl<P: Port> T7<P> {
         if setting.is_in(address, self.transact(address, &setting.read())?)? {
             return Ok(FlashWrite::Unneeded);
         }
-        question::success(address, self.transact(address, &setting.write())?)?;
+        self.transact(address, &setting.write())?;
         setting.was_kept(address, self.transact(address, &setting.read())?)
     }
 }
 
-impl<P> T7<P> {
-    /// What happened on the line since this was made.
-    pub fn counters(&self) -> &BusCounters {
-        self.exchanges.master().counters()
-    }
-
-    /// The waits in force.
-    pub fn timing(&self) -> &Timing {
-        self.exchanges.master().timing()
-    }
-
-    /// Other waits from the next exchange on, say for another bit rate; the port has to follow.
-    pub fn set_timing(&mut self, timing: Timing) {
-        self.exchanges.set_timing(timing);
-    }
-
-    /// How often to repeat a request that failed, from the next one on; never, unless this says otherwise. What changes
-    /// a sensor's non-volatile memory is only repeated if the sensor cannot have heard it.
-    pub fn set_retry(&mut self, retry: Retry) {
-        self.exchanges.set_retry(retry);
-    }
-
-    /// Says that so much time has passed since the last call. The driver has no clock, and counts only what it waits
-    /// itself; after a failure, the same request is not sent again while a late answer could be taken for its own
-    /// ([`Timing::late`]), and this shortens that. To say too little is safe, to say too much is not.
-    pub fn pass(&mut self, span: Duration) {
-        self.exchanges.pass(span);
-    }
-
-    /// The port.
-    pub fn port(&mut self) -> &mut P {
-        &mut self.port
-    }
-
-    /// The port, without the driver.
-    pub fn release(self) -> P {
-        self.port
-    }
-}
+upkeep!(UsDigitalT7);

@@ -16,11 +16,14 @@ use common::uart::Flush;
 use common::{Board, Model, sensors};
 use support::{CHARACTER, IoLine, MS, SERIAL, US, address, io_line, turns};
 
-fn t7_of(board: &Board) -> asynch::T7<IoLine> {
-    asynch::T7::new(io_line(board, PortSettings::new(SERIAL)), Timing::t7(SERIAL))
+fn t7_of(board: &Board) -> asynch::UsDigitalT7<IoLine> {
+    asynch::UsDigitalT7::new(io_line(board, PortSettings::new(SERIAL)), Timing::t7(SERIAL))
 }
 
-fn angle(board: &Board, t7: &mut asynch::T7<IoLine>) -> Result<Angle, t7::Error<Error<LineError, Never>>> {
+fn angle(
+    board: &Board,
+    t7: &mut asynch::UsDigitalT7<IoLine>,
+) -> Result<Angle, t7::Error<Error<LineError, Never>>> {
     block_on(board, t7.angle(address(5), Axis::Two))
 }
 
@@ -53,7 +56,7 @@ fn a_flush_that_lies_is_held() {
     let model = Model { flush: Flush::Never, ..Model::BUFFERED };
     let board = sensors::t7_board(model, &[&sensor]);
     let settings = PortSettings { release: Release::WHOLE_FRAME, ..PortSettings::new(SERIAL) };
-    let mut t7 = asynch::T7::new(io_line(&board, settings), Timing::t7(SERIAL));
+    let mut t7 = asynch::UsDigitalT7::new(io_line(&board, settings), Timing::t7(SERIAL));
     for _ in 0..10 {
         angle(&board, &mut t7).unwrap();
     }
@@ -154,7 +157,7 @@ fn an_echo_is_removed() {
         let stations = vec![sensors::station("t7", sensor)];
         let board = Board::new(115_200, Model::BUFFERED, settings, stations);
         let settings = PortSettings { echo: Echo::Expected, ..PortSettings::new(SERIAL) };
-        let mut t7 = asynch::T7::new(io_line(&board, settings), Timing::t7(SERIAL));
+        let mut t7 = asynch::UsDigitalT7::new(io_line(&board, settings), Timing::t7(SERIAL));
         match angle(&board, &mut t7) {
             Ok(angle) => assert!(echo && is_true(&board, angle)),
             Err(error) => {
@@ -202,7 +205,7 @@ fn an_isu_is_nulled() {
     let sensor = sensors::isu(3, 90_000_000);
     let board = sensors::isu_board(Model::BUFFERED, &[&sensor]);
     let line = io_line(&board, PortSettings::new(Serial::ISU));
-    let mut isu = asynch::Isu::new(line, Timing::isu());
+    let mut isu = asynch::SttIsu::new(line, Timing::isu());
     let module = codec::isu::Address::new(3).unwrap();
     block_on(&board, isu.reset_null(module)).unwrap();
     board.pass(600 * MS);

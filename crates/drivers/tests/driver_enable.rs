@@ -7,7 +7,7 @@ mod support;
 
 use clino_drivers::codec::t7::Axis;
 use clino_drivers::rs485::{Error, PortSettings, Release};
-use clino_drivers::{Duration, Isu, Port, Serial, T7, Timing, t7};
+use clino_drivers::{Duration, Port, Serial, SttIsu, Timing, UsDigitalT7, t7};
 use clino_segment::log::Fate;
 use common::uart::Flush;
 use common::{Model, sensors};
@@ -22,7 +22,7 @@ const RELEASE_BLOCKING: u64 = US;
 fn nb_at_115200() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
-    let mut t7 = T7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
+    let mut t7 = UsDigitalT7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
     for _ in 0..20 {
         t7.angle(address(5), Axis::Two).unwrap();
         t7.all_data(address(5)).unwrap();
@@ -40,7 +40,7 @@ fn embedded_io_at_115200() {
     let sensor = sensors::t7(5);
     for model in [Model::BARE, Model::BUFFERED] {
         let board = sensors::t7_board(model, &[&sensor]);
-        let mut t7 = T7::new(io_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
+        let mut t7 = UsDigitalT7::new(io_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
         for _ in 0..20 {
             t7.angle(address(5), Axis::Two).unwrap();
         }
@@ -59,9 +59,9 @@ fn both_at_9600() {
         let settings = PortSettings::new(Serial::ISU);
         let module = clino_drivers::codec::isu::Address::new(3).unwrap();
         if nb {
-            Isu::new(nb_line(&board, settings), Timing::isu()).angle(module).unwrap();
+            SttIsu::new(nb_line(&board, settings), Timing::isu()).angle(module).unwrap();
         } else {
-            Isu::new(io_line(&board, settings), Timing::isu()).angle(module).unwrap();
+            SttIsu::new(io_line(&board, settings), Timing::isu()).angle(module).unwrap();
         }
         let turns = turns(&board);
         assert_eq!(turns.bytes(), [0x03, 0x34, 0x58, 0x02, 0x8E]);
@@ -77,7 +77,7 @@ fn a_flush_that_lies_cuts_the_last_character() {
     let sensor = sensors::t7(5);
     let model = Model { flush: Flush::RegisterEmpty, ..Model::BARE };
     let board = sensors::t7_board(model, &[&sensor]);
-    let mut t7 = T7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
+    let mut t7 = UsDigitalT7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
     assert!(t7.angle(address(5), Axis::Two).is_err());
     let fates: Vec<Fate> = turns(&board).sent.iter().map(|&(_, fate)| fate).collect();
     assert!(matches!(fates[..], [Fate::Clean, Fate::Clean, Fate::Cut { .. }]), "{fates:?}");
@@ -97,9 +97,11 @@ fn a_flush_that_lies_is_held() {
             let settings = PortSettings { release, ..PortSettings::new(SERIAL) };
             for _ in 0..10 {
                 let asked = if nb {
-                    T7::new(nb_line(&board, settings), Timing::t7(SERIAL)).angle(address(5), Axis::Two)
+                    UsDigitalT7::new(nb_line(&board, settings), Timing::t7(SERIAL))
+                        .angle(address(5), Axis::Two)
                 } else {
-                    T7::new(io_line(&board, settings), Timing::t7(SERIAL)).angle(address(5), Axis::Two)
+                    UsDigitalT7::new(io_line(&board, settings), Timing::t7(SERIAL))
+                        .angle(address(5), Axis::Two)
                 };
                 asked.unwrap();
             }
@@ -121,7 +123,7 @@ fn delays_are_kept() {
         after: Duration::from_micros(30),
         ..PortSettings::new(SERIAL)
     };
-    let mut t7 = T7::new(nb_line(&board, settings), Timing::t7(SERIAL));
+    let mut t7 = UsDigitalT7::new(nb_line(&board, settings), Timing::t7(SERIAL));
     t7.angle(address(5), Axis::Two).unwrap();
     let turns = turns(&board);
     assert!(turns.all_clean(), "{turns:?}");
@@ -134,7 +136,7 @@ fn delays_are_kept() {
 fn a_stuck_uart_lets_go_of_the_line() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
-    let mut t7 = T7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
+    let mut t7 = UsDigitalT7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
     board.uart().jam(true);
     let error = t7.angle(address(5), Axis::Two).unwrap_err();
     assert!(matches!(error, t7::Error::Port(Error::Stuck { .. })), "{error:?}");
@@ -153,7 +155,7 @@ fn an_answer_at_once_is_not_lost() {
     for latency in [9 * US, 20 * US, 100 * US, 170 * US] {
         let sensor = sensors::t7_with(5, sensors::quick(latency));
         let board = sensors::t7_board(Model::BARE, &[&sensor]);
-        let mut t7 = T7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
+        let mut t7 = UsDigitalT7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
         for _ in 0..20 {
             t7.angle(address(5), Axis::Two).unwrap();
         }

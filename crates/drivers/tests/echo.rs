@@ -8,7 +8,7 @@ mod support;
 use clino_drivers::codec::character::Character;
 use clino_drivers::codec::t7::Axis;
 use clino_drivers::rs485::{Echo, Error, PortSettings};
-use clino_drivers::{Port, T7, Timing, t7};
+use clino_drivers::{Port, Timing, UsDigitalT7, t7};
 use clino_segment::{Babble, Faults, Station};
 use common::{Board, Model, sensors};
 use support::{MS, SERIAL, US, address, io_line, nb_line, turns};
@@ -31,8 +31,8 @@ fn an_echo_is_removed() {
     for (nb, model) in [(true, Model::BARE), (false, Model::BARE), (false, Model::BUFFERED)] {
         for latency in [20 * US, 170 * US, 2 * MS] {
             let board = board(model, true, None, latency);
-            let mut nb_t7 = T7::new(nb_line(&board, SETTINGS), Timing::t7(SERIAL));
-            let mut io_t7 = T7::new(io_line(&board, SETTINGS), Timing::t7(SERIAL));
+            let mut nb_t7 = UsDigitalT7::new(nb_line(&board, SETTINGS), Timing::t7(SERIAL));
+            let mut io_t7 = UsDigitalT7::new(io_line(&board, SETTINGS), Timing::t7(SERIAL));
             for _ in 0..10 {
                 let asked =
                     if nb { nb_t7.angle(address(5), Axis::Two) } else { io_t7.angle(address(5), Axis::Two) };
@@ -48,7 +48,7 @@ fn an_echo_is_removed() {
 #[test]
 fn a_missing_echo_is_an_error() {
     let board = board(Model::BARE, false, None, 2 * MS);
-    let mut t7 = T7::new(nb_line(&board, SETTINGS), Timing::t7(SERIAL));
+    let mut t7 = UsDigitalT7::new(nb_line(&board, SETTINGS), Timing::t7(SERIAL));
     let missing = Error::Echo { index: 0, sent: 0x05, heard: None };
     assert_eq!(t7.angle(address(5), Axis::Two), Err(t7::Error::Port(missing)));
     assert!(!turns(&board).high);
@@ -58,7 +58,7 @@ fn a_missing_echo_is_an_error() {
 #[test]
 fn an_unexpected_echo_costs_nothing() {
     let board = board(Model::BUFFERED, true, None, 2 * MS);
-    let mut t7 = T7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
+    let mut t7 = UsDigitalT7::new(nb_line(&board, PortSettings::new(SERIAL)), Timing::t7(SERIAL));
     assert!(sensors::is_true(t7.angle(address(5), Axis::Two).unwrap(), sensors::TURNING.at(board.now())));
 }
 

@@ -7,7 +7,7 @@ mod support;
 
 use clino_drivers::codec::t7::{Axis, DecodeError, Millidegrees, Request, Response};
 use clino_drivers::rs485::PortSettings;
-use clino_drivers::{Blame, Duration, Retry, T7, Timing, codec, t7};
+use clino_drivers::{Blame, Duration, Retry, Timing, UsDigitalT7, codec, t7};
 use clino_segment::chance::{Chance, Probability};
 use clino_segment::{Babble, Faults, Noise, Station};
 use clino_sim::fault::AnswerFault as Fault;
@@ -31,7 +31,8 @@ fn a_dead_node_costs_little() {
     let before = board.now();
     let error = t7.angle(address(6), Axis::Two).unwrap_err();
     let cost = board.now() - before;
-    let waited = matches!(error, t7::Error::NoAnswer { waited } if waited == Duration::from_micros(2_174));
+    let waited =
+        matches!(error, t7::Error::NoAnswer { waited, .. } if waited == Duration::from_micros(2_174));
     assert!(waited, "{error:?}");
     assert_eq!(error.blame(), Blame::Node);
     // Never shorter; longer by what the calls cost, two for every delay of 10 µs.
@@ -98,7 +99,7 @@ fn a_line_that_is_known_to_have_rested_is_asked_at_once() {
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BARE, &[&sensor]);
     let mut t7 = nb_t7(&board);
-    let dead = |t7: &mut T7<_>| {
+    let dead = |t7: &mut UsDigitalT7<_>| {
         let before = board.now();
         t7.angle(address(6), Axis::Two).unwrap_err();
         board.now() - before
@@ -124,8 +125,8 @@ fn noise_makes_errors_not_angles() {
     for nb in [true, false] {
         let (board, _) = noisy_board(0.005, Model::BARE);
         let settings = PortSettings::new(SERIAL);
-        let mut nb_t7 = T7::new(nb_line(&board, settings), Timing::t7(SERIAL));
-        let mut io_t7 = T7::new(io_line(&board, settings), Timing::t7(SERIAL));
+        let mut nb_t7 = UsDigitalT7::new(nb_line(&board, settings), Timing::t7(SERIAL));
+        let mut io_t7 = UsDigitalT7::new(io_line(&board, settings), Timing::t7(SERIAL));
         let (mut good, mut bad) = (0, 0);
         for _ in 0..400 {
             let asked =
@@ -135,7 +136,9 @@ fn noise_makes_errors_not_angles() {
                     good += 1;
                     assert!(is_true(&board, angle), "{angle}");
                 }
-                Err(t7::Error::Bad(_) | t7::Error::Garbled { .. } | t7::Error::NoAnswer { .. }) => bad += 1,
+                Err(t7::Error::Bad { .. } | t7::Error::Garbled { .. } | t7::Error::NoAnswer { .. }) => {
+                    bad += 1
+                }
                 Err(error) => panic!("{error:?}"),
             }
         }
@@ -150,7 +153,7 @@ fn a_receiver_error_is_named() {
     let (board, _) = noisy_board(0.01, Model::BARE);
     let mut t7 = nb_t7(&board);
     let named = (0..400).any(|_| {
-        matches!(t7.angle(address(5), Axis::Two), Err(t7::Error::Bad(DecodeError::LineErrors { errors }))
+        matches!(t7.angle(address(5), Axis::Two), Err(t7::Error::Bad { error: DecodeError::LineErrors { errors }, .. })
             if errors.contains(codec::character::LineErrors::FRAMING))
     });
     assert!(named);
@@ -219,7 +222,7 @@ fn babble_instead_of_an_answer_ends() {
     let board = Board::new(115_200, Model::BARE, sensors::quiet(), vec![babbler]);
     let mut t7 = nb_t7(&board);
     let error = t7.angle(address(5), Axis::Two).unwrap_err();
-    assert!(matches!(error, t7::Error::Garbled { .. } | t7::Error::Bad(_)), "{error:?}");
+    assert!(matches!(error, t7::Error::Garbled { .. } | t7::Error::Bad { .. }), "{error:?}");
     assert!(board.now() < 12 * MS, "{}", board.now());
 }
 
@@ -238,7 +241,7 @@ fn what_cannot_be_sent_is_not() {
     assert_eq!(error.blame(), Blame::Request);
     assert_eq!((turns(&board).count, board.now() < MS), (0, true));
     // On a line with one sensor, its address need not be known.
-    let mut t7 = T7::single(t7.release(), Timing::t7(SERIAL));
+    let mut t7 = UsDigitalT7::single(t7.release(), Timing::t7(SERIAL));
     assert!(is_true(&board, t7.angle(all, Axis::Two).unwrap()));
     assert!(matches!(t7.all_data(all), Err(t7::Error::Request(_))), "its answer is too long");
 }

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use clino_drivers::codec::angle::Angle;
 use clino_drivers::codec::character::Character;
 use clino_drivers::codec::t7::{Address, Axis};
-use clino_drivers::{Duration, Port, Serial, T7, Timing, t7};
+use clino_drivers::{Duration, Port, Serial, Timing, UsDigitalT7, t7};
 
 /// The answer of device 5, axis 2: −45.313° (T7 guide section 2.1.4).
 const ANSWER: [u8; 8] = [0x05, 0x06, 0x83, 0xFF, 0xFF, 0x4E, 0xFF, 0x27];
@@ -36,8 +36,8 @@ impl Port for Pipe {
     }
 }
 
-fn driver<P: Port>(port: P) -> T7<P> {
-    T7::new(port, Timing::t7(Serial::T7_DEFAULT))
+fn driver<P: Port>(port: P) -> UsDigitalT7<P> {
+    UsDigitalT7::new(port, Timing::t7(Serial::T7_DEFAULT))
 }
 
 fn five() -> Address {
@@ -90,7 +90,7 @@ fn every_exchange_ends() {
     assert_eq!(t7.release().sent, 0);
     let mut t7 = driver(Flood { after: 1, sent: 0, characters: 0 });
     let error = t7.angle(five(), Axis::Two).unwrap_err();
-    assert!(matches!(error, t7::Error::Garbled { .. } | t7::Error::Bad(_)), "{error:?}");
+    assert!(matches!(error, t7::Error::Garbled { .. } | t7::Error::Bad { .. }), "{error:?}");
     for _ in 0..3 {
         assert_eq!(t7.angle(five(), Axis::Two), Err(t7::Error::LineBusy));
     }

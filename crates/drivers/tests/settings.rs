@@ -10,7 +10,7 @@ use clino_drivers::codec::isu::{Address, DeviceError};
 use clino_drivers::codec::t7::{Axis, Direction, Field, Status};
 use clino_drivers::rs485::PortSettings;
 use clino_drivers::t7::FlashWrite;
-use clino_drivers::{Isu, Serial, Timing, isu, t7};
+use clino_drivers::{Serial, SttIsu, Timing, isu, t7};
 use clino_sim::fault::AnswerFault as Fault;
 use clino_sim::isu::Mode;
 use common::{Board, Model, sensors};
@@ -104,8 +104,8 @@ fn module(number: u8) -> Address {
     Address::new(number).unwrap()
 }
 
-fn isu_of(board: &Board) -> Isu<NbLine> {
-    Isu::new(nb_line(board, PortSettings::new(Serial::ISU)), Timing::isu())
+fn isu_of(board: &Board) -> SttIsu<NbLine> {
+    SttIsu::new(nb_line(board, PortSettings::new(Serial::ISU)), Timing::isu())
 }
 
 #[test]

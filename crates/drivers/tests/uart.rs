@@ -123,14 +123,13 @@ fn embedded_io_can_be_told_their_names() {
 fn embedded_io_06_works_like_its_successor() {
     use clino_drivers::codec::t7::Axis;
     use clino_drivers::uart::Io06;
-    use clino_drivers::{T7, Timing};
+    use clino_drivers::{Timing, UsDigitalT7};
     use common::{Model, sensors};
 
     let sensor = sensors::t7(5);
     let board = sensors::t7_board(Model::BUFFERED, &[&sensor]);
-    let line =
-        Rs485::new(Io06::new(board.uart()), board.de(), board.delay(), PortSettings::new(SERIAL)).unwrap();
-    let mut t7 = T7::new(line, Timing::t7(SERIAL));
+    let line = Rs485::new(Io06::new(board.uart()), board.de(), board.delay(), PortSettings::new(SERIAL));
+    let mut t7 = UsDigitalT7::new(line, Timing::t7(SERIAL));
     let angle = t7.angle(support::address(5), Axis::Two).unwrap();
     assert!(sensors::is_true(angle, sensors::TURNING.at(board.now())));
     assert!(support::turns(&board).all_clean());
@@ -142,7 +141,7 @@ fn a_line_reads_errors_in_their_place() {
     use embedded_io::{Read, ReadReady};
 
     let board = common::sensors::t7_board(common::Model::BARE, &[]);
-    let mut line = Rs485::new(Nb::new(script()), NoPin, board.delay(), PortSettings::new(SERIAL)).unwrap();
+    let mut line = Rs485::new(Nb::new(script()), NoPin, board.delay(), PortSettings::new(SERIAL));
     let mut buffer = [0; 8];
     assert_eq!(line.read(&mut []), Ok(0));
     assert_eq!((line.read(&mut buffer), buffer[0]), (Ok(1), 0x41));

@@ -29,3 +29,8 @@ pub mod said;
 pub mod shared;
 pub mod t7;
 mod uart;
+
+/// Its example is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -33,7 +33,7 @@ const USERS: [(&str, &[&str]); 3] = [
 ];
 
 /// Names that may occur twice, and why.
-const ALLOWED: [(&str, &str); 13] = [
+const ALLOWED: [(&str, &str); 11] = [
     ("Bench", "`rig::Bench` is the bus code on a segment; the board's is the set-up of a scenario"),
     (
         "Command",
@@ -46,12 +46,10 @@ const ALLOWED: [(&str, &str); 13] = [
         "Host",
         "what Modbus and the console need of the firmware, which implements both under their crates' names",
     ),
-    ("Isu", "the protocol of a bus, the driver of a sensor"),
     ("Node", "a simulated sensor; Node.js"),
     ("Refusal", "of an order and of a Modbus write; each is used under the name of its module"),
     ("Settings", "of the gateway and of the Modbus port; `clino_modbus::Settings` is always written so"),
     ("Status", "`t7::Status` is the status byte of the T7's document"),
-    ("T7", "the protocol of a bus, the driver of a sensor"),
     ("Terminal", "of the board's scenario and of the pseudo-terminal; the crates are about to merge"),
 ];
 

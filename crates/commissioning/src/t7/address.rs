@@ -48,13 +48,13 @@ enum State {
 }
 
 impl ChangeAddress {
-    /// Changes the address of whichever device is at `from`. Its type is taken from its product type: a name that
+    /// Changes the address of whichever device is at `from`, an address or a [`Device`](super::Device). Its type is taken from its product type: a name that
     /// ends in `-1` or `-3`.
     ///
     /// # Errors
     /// [`EncodeError`] for an address that cannot be given (1–100 can), and for 126 as `from`.
-    pub fn new(from: Address, to: Address) -> Result<ChangeAddress, EncodeError> {
-        Self::checked(from, to, None, None)
+    pub fn new(from: impl Into<Address>, to: Address) -> Result<ChangeAddress, EncodeError> {
+        Self::checked(from.into(), to, None, None)
     }
 
     /// Changes the address of the device with that serial number. Two devices may share the address `from`: the one named
@@ -63,12 +63,12 @@ impl ChangeAddress {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn of(
-        from: Address,
+        from: impl Into<Address>,
         to: Address,
         device_type: DeviceType,
         serial: u32,
     ) -> Result<ChangeAddress, EncodeError> {
-        Self::checked(from, to, Some(device_type), Some(serial))
+        Self::checked(from.into(), to, Some(device_type), Some(serial))
     }
 
     fn checked(

@@ -37,6 +37,12 @@ impl Device {
     }
 }
 
+impl From<Device> for Address {
+    fn from(device: Device) -> Address {
+        device.address()
+    }
+}
+
 impl fmt::Display for NotOneDevice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "address 126 is every device's: it takes the statement that one is attached")

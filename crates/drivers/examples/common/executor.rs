@@ -31,6 +31,22 @@ pub fn block_on_until<T>(board: &Board, until: Ns, future: impl Future<Output = 
     }
 }
 
+/// Runs a future to its end, or drops it after this many polls: at each place where it can wait, if tried
+/// with every number.
+pub fn block_on_polls<T>(board: &Board, polls: usize, future: impl Future<Output = T>) -> Option<T> {
+    let mut future = pin!(future);
+    let mut context = Context::from_waker(Waker::noop());
+    for _ in 0..polls {
+        if let Poll::Ready(value) = future.as_mut().poll(&mut context) {
+            return Some(value);
+        }
+        let mut world = board.0.borrow_mut();
+        let next = world.next_event().expect("a task waits for an event").max(world.now);
+        world.advance(next);
+    }
+    None
+}
+
 /// A timer that is forgotten when it is dropped.
 struct Timer {
     board: Board,

@@ -16,7 +16,7 @@ use std::rc::Rc;
 
 use clino_segment::log::SharedLog;
 use clino_segment::wire::Wire as _;
-use clino_segment::{Segment, SegmentSettings, Station};
+use clino_segment::{LineFaults, Segment, SegmentSettings, Station};
 use clino_sim::node::Ns;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -45,7 +45,18 @@ pub struct Board(Rc<RefCell<World>>);
 impl Board {
     /// A board at time 0 on a pair with these sensors.
     pub fn new(baud: u32, model: Model, settings: SegmentSettings, stations: Vec<Station>) -> Board {
-        let mut segment = Segment::new(settings, stations);
+        Self::with_faults(baud, model, settings, stations, LineFaults::default())
+    }
+
+    /// The same, on a pair that is not as it should be.
+    pub fn with_faults(
+        baud: u32,
+        model: Model,
+        settings: SegmentSettings,
+        stations: Vec<Station>,
+        faults: LineFaults,
+    ) -> Board {
+        let mut segment = Segment::new(settings, stations).with_faults(faults);
         let uart = uart::Registers::new(baud, model);
         segment.set_receiver(0, Some(uart.format()));
         Board(Rc::new(RefCell::new(World { segment, now: 0, uart, timers: BTreeMap::new() })))

@@ -28,6 +28,25 @@ pub enum Flush {
     Never,
 }
 
+/// When a received character can be read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Handover {
+    /// With its stop bit.
+    AtOnce,
+    /// With the character that fills a FIFO to its threshold, or after a silence.
+    Fifo {
+        /// Characters.
+        threshold: usize,
+        /// Bits of silence.
+        silence: u64,
+    },
+    /// With the next packet; there is one in each period.
+    Packets {
+        /// Nanoseconds.
+        period: Ns,
+    },
+}
+
 /// What kind of UART it is.
 #[derive(Clone, Copy)]
 pub struct Model {
@@ -37,12 +56,18 @@ pub struct Model {
     pub transmit_buffer: usize,
     /// Characters that wait to be read.
     pub receive_buffer: usize,
+    /// When they can be.
+    pub handover: Handover,
 }
 
 impl Model {
     /// The UART of a small microcontroller: one register each way.
-    pub const BARE: Model =
-        Model { flush: Flush::TransmissionComplete, transmit_buffer: 1, receive_buffer: 1 };
+    pub const BARE: Model = Model {
+        flush: Flush::TransmissionComplete,
+        transmit_buffer: 1,
+        receive_buffer: 1,
+        handover: Handover::AtOnce,
+    };
     /// A UART that a driver with interrupts and buffers serves.
     pub const BUFFERED: Model = Model { transmit_buffer: 64, receive_buffer: 64, ..Model::BARE };
 }
@@ -55,6 +80,10 @@ pub(super) struct Registers {
     shifting: Option<u64>,
     transmit: VecDeque<u8>,
     receive: VecDeque<Result<u8, LineError>>,
+    /// The number of these that can be read.
+    handed_over: usize,
+    /// When the others can be.
+    hand_over_at: Option<Ns>,
     jammed: bool,
 }
 
@@ -62,7 +91,17 @@ impl Registers {
     pub(super) fn new(baud: u32, model: Model) -> Registers {
         let bit_ps = PS_PER_S / u64::from(baud);
         let (transmit, receive) = (VecDeque::new(), VecDeque::new());
-        Registers { model, bit_ps, shifting: None, transmit, receive, jammed: false }
+        let (handed_over, hand_over_at) = (0, None);
+        Registers {
+            model,
+            bit_ps,
+            shifting: None,
+            transmit,
+            receive,
+            handed_over,
+            hand_over_at,
+            jammed: false,
+        }
     }
 
     pub(super) fn format(&self) -> Format {
@@ -70,7 +109,8 @@ impl Registers {
     }
 
     pub(super) fn next_event(&self) -> Option<Ns> {
-        self.shifting.map(|end| end.div_ceil(PS_PER_NS))
+        let sent = self.shifting.map(|end| end.div_ceil(PS_PER_NS));
+        [sent, self.hand_over_at].into_iter().flatten().min()
     }
 
     pub(super) fn run(&mut self, now: Ns, segment: &mut Segment) {
@@ -79,7 +119,32 @@ impl Registers {
         }
         while let Some(received) = segment.take_received() {
             self.receive(received);
+            self.schedule(now);
         }
+        if self.hand_over_at.take_if(|at| *at <= now).is_some() {
+            self.handed_over = self.receive.len();
+        }
+    }
+
+    /// A character was received: when can it be read?
+    fn schedule(&mut self, now: Ns) {
+        match self.model.handover {
+            Handover::AtOnce => self.handed_over = self.receive.len(),
+            Handover::Fifo { threshold, silence } => {
+                let waiting = self.receive.len() - self.handed_over;
+                let silence = silence * self.bit_ps / PS_PER_NS;
+                self.hand_over_at = Some(if waiting >= threshold { now } else { now + silence });
+            }
+            Handover::Packets { period } => {
+                self.hand_over_at.get_or_insert((now / period + 1) * period);
+            }
+        }
+    }
+
+    /// The next character that can be read.
+    fn take(&mut self) -> Option<Result<u8, LineError>> {
+        self.handed_over = self.handed_over.checked_sub(1)?;
+        self.receive.pop_front()
     }
 
     /// Starts the next character, if there is one.
@@ -136,6 +201,15 @@ impl Uart {
         self.0.call(|world| world.uart.jammed = jammed);
     }
 
+    /// Another bit rate.
+    pub fn set_baud(&self, baud: u32) {
+        self.0.call(|world| {
+            world.uart.bit_ps = PS_PER_S / u64::from(baud);
+            let format = world.uart.format();
+            world.segment.set_receiver(world.now, Some(format));
+        });
+    }
+
     fn block<T>(&self, mut attempt: impl FnMut(&mut World) -> Option<T>) -> T {
         loop {
             if let Some(done) = self.0.call(&mut attempt) {
@@ -170,7 +244,7 @@ impl serial::ErrorType for Uart {
 
 impl serial::Read for Uart {
     fn read(&mut self) -> nb::Result<u8, LineError> {
-        match self.0.call(|world| world.uart.receive.pop_front()) {
+        match self.0.call(|world| world.uart.take()) {
             Some(read) => read.map_err(nb::Error::Other),
             None => Err(nb::Error::WouldBlock),
         }
@@ -201,14 +275,14 @@ impl embedded_io::ErrorType for Uart {
 
 impl embedded_io::ReadReady for Uart {
     fn read_ready(&mut self) -> Result<bool, LineError> {
-        Ok(self.0.call(|world| !world.uart.receive.is_empty()))
+        Ok(self.0.call(|world| world.uart.handed_over > 0))
     }
 }
 
 impl embedded_io::Read for Uart {
     fn read(&mut self, buf: &mut [u8]) -> Result<usize, LineError> {
         let Some(place) = buf.first_mut() else { return Ok(0) };
-        *place = self.block(|world| world.uart.receive.pop_front())?;
+        *place = self.block(|world| world.uart.take())?;
         Ok(1)
     }
 }
@@ -281,7 +355,7 @@ mod async_traits {
     impl embedded_io_async::Read for Uart {
         async fn read(&mut self, buf: &mut [u8]) -> Result<usize, LineError> {
             let Some(place) = buf.first_mut() else { return Ok(0) };
-            *place = self.when(|world| world.uart.receive.pop_front()).await?;
+            *place = self.when(|world| world.uart.take()).await?;
             Ok(1)
         }
     }

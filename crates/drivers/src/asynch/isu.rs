@@ -4,28 +4,34 @@ use clino_bus::{BusCounters, Duration, Retry, Timing};
 use clino_codec::angle::Angle;
 use clino_codec::isu::{Address, Data, Request, Response, Words};
 
+#[cfg(feature = "commissioning")]
+use clino_commissioning::{Operation, isu as commissioning};
+
 use crate::AsyncPort;
 use crate::exchange::Exchanges;
 use crate::isu::{Error, question};
+#[cfg(feature = "commissioning")]
+use crate::run::{AtOneRate, RunError};
+use crate::upkeep::upkeep;
 
-/// The ISUs of one line; see [`crate::Isu`].
-pub struct Isu<P> {
+/// The ISUs of one line; see [`crate::SttIsu`].
+pub struct SttIsu<P> {
     port: P,
     exchanges: Exchanges<clino_bus::Isu>,
 }
 
-impl<P: AsyncPort> Isu<P> {
-    /// As [`crate::Isu::new`].
+impl<P: AsyncPort> SttIsu<P> {
+    /// As [`crate::SttIsu::new`].
     pub fn new(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::in_pieces(timing, false) }
     }
 
-    /// As [`crate::Isu::single`].
+    /// As [`crate::SttIsu::single`].
     pub fn single(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::in_pieces(timing, true) }
     }
 
-    /// As [`crate::Isu::angle`].
+    /// As [`crate::SttIsu::angle`].
     ///
     /// # Errors
     /// [`Error`].
@@ -33,7 +39,7 @@ impl<P: AsyncPort> Isu<P> {
         question::angle(self.transact(address, &Request::READ_ANGLE).await?)
     }
 
-    /// As [`crate::Isu::read_ram`].
+    /// As [`crate::SttIsu::read_ram`].
     ///
     /// # Errors
     /// [`Error`].
@@ -46,7 +52,7 @@ impl<P: AsyncPort> Isu<P> {
         question::ram(self.transact(address, &Request::ReadRam { start, count }).await?)
     }
 
-    /// As [`crate::Isu::read_eeprom`].
+    /// As [`crate::SttIsu::read_eeprom`].
     ///
     /// # Errors
     /// [`Error`].
@@ -59,7 +65,7 @@ impl<P: AsyncPort> Isu<P> {
         question::eeprom(self.transact(address, &Request::ReadEeprom { start, count }).await?)
     }
 
-    /// As [`crate::Isu::reset_null`].
+    /// As [`crate::SttIsu::reset_null`].
     ///
     /// # Errors
     /// [`Error`].
@@ -67,7 +73,7 @@ impl<P: AsyncPort> Isu<P> {
         question::done(self.transact(address, &Request::ResetNullPosition).await?)
     }
 
-    /// As [`crate::Isu::reset`].
+    /// As [`crate::SttIsu::reset`].
     ///
     /// # Errors
     /// [`Error`].
@@ -75,7 +81,7 @@ impl<P: AsyncPort> Isu<P> {
         question::done(self.transact(address, &Request::ResetModule).await?)
     }
 
-    /// As [`crate::Isu::go_to_soft_error_state`].
+    /// As [`crate::SttIsu::go_to_soft_error_state`].
     ///
     /// # Errors
     /// [`Error`].
@@ -83,7 +89,7 @@ impl<P: AsyncPort> Isu<P> {
         question::done(self.transact(address, &Request::GoToSoftErrorState).await?)
     }
 
-    /// As [`crate::Isu::transact`].
+    /// As [`crate::SttIsu::transact`].
     ///
     /// # Errors
     /// [`Error`].
@@ -95,41 +101,33 @@ impl<P: AsyncPort> Isu<P> {
         let answer = self.exchanges.ask_async(&mut self.port, address, request).await?;
         question::accepted(answer.response)
     }
-}
 
-impl<P> Isu<P> {
-    /// As [`crate::Isu::counters`].
-    pub fn counters(&self) -> &BusCounters {
-        self.exchanges.master().counters()
+    /// As [`crate::SttIsu::zero`].
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub async fn zero(
+        &mut self,
+        address: Address,
+    ) -> Result<commissioning::Nulled, RunError<commissioning::Failure, P::Error>> {
+        let module =
+            question::module(address, self.exchanges.is_single()).ok_or(RunError::NotSingleDevice)?;
+        self.run(commissioning::ResetNull::new(module)).await
     }
 
-    /// As [`crate::Isu::timing`].
-    pub fn timing(&self) -> &Timing {
-        self.exchanges.master().timing()
-    }
-
-    /// As [`crate::Isu::set_timing`].
-    pub fn set_timing(&mut self, timing: Timing) {
-        self.exchanges.set_timing(timing);
-    }
-
-    /// As [`crate::Isu::set_retry`].
-    pub fn set_retry(&mut self, retry: Retry) {
-        self.exchanges.set_retry(retry);
-    }
-
-    /// As [`crate::Isu::pass`].
-    pub fn pass(&mut self, span: Duration) {
-        self.exchanges.pass(span);
-    }
-
-    /// As [`crate::Isu::port`].
-    pub fn port(&mut self) -> &mut P {
-        &mut self.port
-    }
-
-    /// As [`crate::Isu::release`].
-    pub fn release(self) -> P {
-        self.port
+    /// As [`crate::SttIsu::run`].
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub async fn run<O>(&mut self, operation: O) -> Result<O::Report, RunError<O::Error, P::Error>>
+    where
+        O: Operation<Protocol = clino_bus::Isu> + AtOneRate,
+    {
+        let timing = *self.timing();
+        self.exchanges.run_async(&mut self.port, operation, async |_, _| Ok(timing), |_| ()).await
     }
 }
+
+upkeep!(SttIsu);

@@ -4,36 +4,48 @@ use clino_bus::{BusCounters, Duration, Retry, Timing};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{Address, Axis, DeviceInformation, Direction, Request, Response};
 
+#[cfg(feature = "commissioning")]
+use clino_bus::Serial;
+#[cfg(feature = "commissioning")]
+use clino_commissioning::{Operation, t7 as commissioning};
+
 use crate::AsyncPort;
 use crate::exchange::Exchanges;
+#[cfg(feature = "commissioning")]
+use crate::run::{AtOneRate, RunError};
 use crate::t7::{AllAngles, AllData, Error, FlashWrite, Setting, question};
+use crate::upkeep::upkeep;
 
-/// The T7s of one line; see [`crate::T7`].
-pub struct T7<P> {
+/// The T7s of one line; see [`crate::UsDigitalT7`].
+pub struct UsDigitalT7<P> {
     port: P,
     exchanges: Exchanges<clino_bus::T7>,
 }
 
-impl<P: AsyncPort> T7<P> {
-    /// As [`crate::T7::new`].
+impl<P: AsyncPort> UsDigitalT7<P> {
+    /// As [`crate::UsDigitalT7::new`].
     pub fn new(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::in_pieces(timing, false) }
     }
 
-    /// As [`crate::T7::single`].
+    /// As [`crate::UsDigitalT7::single`].
     pub fn single(port: P, timing: Timing) -> Self {
         Self { port, exchanges: Exchanges::in_pieces(timing, true) }
     }
 
-    /// As [`crate::T7::angle`].
+    /// As [`crate::UsDigitalT7::angle`].
     ///
     /// # Errors
     /// [`Error`].
     pub async fn angle(&mut self, address: Address, axis: Axis) -> Result<Angle, Error<P::Error>> {
-        question::angle(address, self.transact(address, &Request::GetAngle(axis)).await?)
+        let angle = question::angle(address, self.transact(address, &Request::GetAngle(axis)).await?)?;
+        if question::is_doubtful(axis, angle) {
+            question::has_axis(axis, &self.information(address).await?)?;
+        }
+        Ok(angle)
     }
 
-    /// As [`crate::T7::all_angles`].
+    /// As [`crate::UsDigitalT7::all_angles`].
     ///
     /// # Errors
     /// [`Error`].
@@ -41,7 +53,7 @@ impl<P: AsyncPort> T7<P> {
         question::all_angles(address, self.transact(address, &Request::GetAllAngles).await?)
     }
 
-    /// As [`crate::T7::all_data`].
+    /// As [`crate::UsDigitalT7::all_data`].
     ///
     /// # Errors
     /// [`Error`].
@@ -49,7 +61,7 @@ impl<P: AsyncPort> T7<P> {
         question::all_data(address, self.transact(address, &Request::GetAllData).await?)
     }
 
-    /// As [`crate::T7::information`].
+    /// As [`crate::UsDigitalT7::information`].
     ///
     /// # Errors
     /// [`Error`].
@@ -57,7 +69,7 @@ impl<P: AsyncPort> T7<P> {
         question::information(address, self.transact(address, &Request::GetDeviceInformation).await?)
     }
 
-    /// As [`crate::T7::offsets`].
+    /// As [`crate::UsDigitalT7::offsets`].
     ///
     /// # Errors
     /// [`Error`].
@@ -65,7 +77,7 @@ impl<P: AsyncPort> T7<P> {
         question::offsets(address, self.transact(address, &Request::GetAllAngleOffsets).await?)
     }
 
-    /// As [`crate::T7::directions`].
+    /// As [`crate::UsDigitalT7::directions`].
     ///
     /// # Errors
     /// [`Error`].
@@ -73,7 +85,7 @@ impl<P: AsyncPort> T7<P> {
         question::directions(address, self.transact(address, &Request::GetAllDirections).await?)
     }
 
-    /// As [`crate::T7::damping_ms`].
+    /// As [`crate::UsDigitalT7::damping_ms`].
     ///
     /// # Errors
     /// [`Error`].
@@ -81,7 +93,7 @@ impl<P: AsyncPort> T7<P> {
         question::damping_ms(address, self.transact(address, &Request::GetDamping).await?)
     }
 
-    /// As [`crate::T7::range`].
+    /// As [`crate::UsDigitalT7::range`].
     ///
     /// # Errors
     /// [`Error`].
@@ -89,7 +101,7 @@ impl<P: AsyncPort> T7<P> {
         question::range(address, self.transact(address, &Request::GetAngleOutputRange).await?)
     }
 
-    /// As [`crate::T7::set_offset`].
+    /// As [`crate::UsDigitalT7::set_offset`].
     ///
     /// # Errors
     /// [`Error`].
@@ -102,7 +114,7 @@ impl<P: AsyncPort> T7<P> {
         self.set(address, Setting::Offset(axis, offset.into())).await
     }
 
-    /// As [`crate::T7::set_direction`].
+    /// As [`crate::UsDigitalT7::set_direction`].
     ///
     /// # Errors
     /// [`Error`].
@@ -115,7 +127,7 @@ impl<P: AsyncPort> T7<P> {
         self.set(address, Setting::Direction(axis, direction)).await
     }
 
-    /// As [`crate::T7::set_damping_ms`].
+    /// As [`crate::UsDigitalT7::set_damping_ms`].
     ///
     /// # Errors
     /// [`Error`].
@@ -127,7 +139,7 @@ impl<P: AsyncPort> T7<P> {
         self.set(address, Setting::Damping(damping_ms)).await
     }
 
-    /// As [`crate::T7::set_range`].
+    /// As [`crate::UsDigitalT7::set_range`].
     ///
     /// # Errors
     /// [`Error`].
@@ -135,7 +147,7 @@ impl<P: AsyncPort> T7<P> {
         self.set(address, Setting::Range(range)).await
     }
 
-    /// As [`crate::T7::transact`].
+    /// As [`crate::UsDigitalT7::transact`].
     ///
     /// # Errors
     /// [`Error`].
@@ -145,7 +157,68 @@ impl<P: AsyncPort> T7<P> {
         request: &Request,
     ) -> Result<Response, Error<P::Error>> {
         let answer = self.exchanges.ask_async(&mut self.port, address, request).await?;
-        Ok(answer.response)
+        question::accepted(answer.response)
+    }
+
+    /// As [`crate::UsDigitalT7::zero`].
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub async fn zero(
+        &mut self,
+        address: Address,
+        axis: Axis,
+    ) -> Result<commissioning::Zeroed, RunError<commissioning::Failure, P::Error>> {
+        let device =
+            question::device(address, self.exchanges.is_single()).ok_or(RunError::NotSingleDevice)?;
+        self.run(commissioning::SetZero::new(device, axis)).await
+    }
+
+    /// As [`crate::UsDigitalT7::run`].
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub async fn run<O>(&mut self, operation: O) -> Result<O::Report, RunError<O::Error, P::Error>>
+    where
+        O: Operation<Protocol = clino_bus::T7> + AtOneRate,
+    {
+        self.run_telling(operation, |_| ()).await
+    }
+
+    /// As [`crate::UsDigitalT7::run_telling`].
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub async fn run_telling<O>(
+        &mut self,
+        operation: O,
+        tell: impl FnMut(O::Event),
+    ) -> Result<O::Report, RunError<O::Error, P::Error>>
+    where
+        O: Operation<Protocol = clino_bus::T7> + AtOneRate,
+    {
+        let timing = *self.timing();
+        self.exchanges.run_async(&mut self.port, operation, async |_, _| Ok(timing), tell).await
+    }
+
+    /// As [`crate::UsDigitalT7::run_at_rates`].
+    ///
+    /// # Errors
+    /// [`RunError`].
+    #[cfg(feature = "commissioning")]
+    pub async fn run_at_rates<O>(
+        &mut self,
+        operation: O,
+        rate: impl AsyncFnMut(&mut P, Serial) -> Result<Timing, P::Error>,
+        tell: impl FnMut(O::Event),
+    ) -> Result<O::Report, RunError<O::Error, P::Error>>
+    where
+        O: Operation<Protocol = clino_bus::T7>,
+    {
+        self.exchanges.run_async(&mut self.port, operation, rate, tell).await
     }
 
     async fn set(&mut self, address: Address, setting: Setting) -> Result<FlashWrite, Error<P::Error>> {
@@ -153,44 +226,9 @@ impl<P: AsyncPort> T7<P> {
         if setting.is_in(address, self.transact(address, &setting.read()).await?)? {
             return Ok(FlashWrite::Unneeded);
         }
-        question::success(address, self.transact(address, &setting.write()).await?)?;
+        self.transact(address, &setting.write()).await?;
         setting.was_kept(address, self.transact(address, &setting.read()).await?)
     }
 }
 
-impl<P> T7<P> {
-    /// As [`crate::T7::counters`].
-    pub fn counters(&self) -> &BusCounters {
-        self.exchanges.master().counters()
-    }
-
-    /// As [`crate::T7::timing`].
-    pub fn timing(&self) -> &Timing {
-        self.exchanges.master().timing()
-    }
-
-    /// As [`crate::T7::set_timing`].
-    pub fn set_timing(&mut self, timing: Timing) {
-        self.exchanges.set_timing(timing);
-    }
-
-    /// As [`crate::T7::set_retry`].
-    pub fn set_retry(&mut self, retry: Retry) {
-        self.exchanges.set_retry(retry);
-    }
-
-    /// As [`crate::T7::pass`].
-    pub fn pass(&mut self, span: Duration) {
-        self.exchanges.pass(span);
-    }
-
-    /// As [`crate::T7::port`].
-    pub fn port(&mut self) -> &mut P {
-        &mut self.port
-    }
-
-    /// As [`crate::T7::release`].
-    pub fn release(self) -> P {
-        self.port
-    }
-}
+upkeep!(UsDigitalT7);

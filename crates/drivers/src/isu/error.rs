@@ -5,12 +5,14 @@ use core::fmt::{self, Display};
 use clino_bus::{Blame, Duration, Fault};
 use clino_codec::isu::{DecodeError, DeviceError, EncodeError, Function};
 
+use crate::Suspect;
 use crate::exchange::Failure;
 
 /// Why an ISU did not do what it was asked. `E` is the port's error; [`blame`](Self::blame) says where
 /// to look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Error<E> {
     /// The request cannot be sent: a parameter is out of its range, which is in the error.
     Request(EncodeError),
@@ -24,14 +26,23 @@ pub enum Error<E> {
     NoAnswer {
         /// For how long.
         waited: Duration,
+        /// The probable cause.
+        suspect: Suspect,
     },
     /// Characters came, but no frame.
     Garbled {
         /// How many.
         characters: u32,
+        /// The probable cause.
+        suspect: Suspect,
     },
     /// A frame came, but not the awaited one, or it failed a check.
-    Bad(DecodeError),
+    Bad {
+        /// What is wrong with it.
+        error: DecodeError,
+        /// The probable cause.
+        suspect: Suspect,
+    },
     /// A good answer that does not fit the question.
     Other {
         /// What it answers, if it says so.
@@ -48,7 +59,7 @@ impl<E> Error<E> {
             Self::Request(_) | Self::NotSingleDevice => Blame::Request,
             Self::Port(_) => Blame::Ourselves,
             Self::LineBusy | Self::Garbled { .. } | Self::Other { .. } => Blame::Line,
-            Self::Bad(error) => Fault::Bad(*error).blame(),
+            Self::Bad { error, .. } => Fault::Bad(*error).blame(),
             Self::NoAnswer { .. } | Self::Refused(_) => Blame::Node,
         }
     }
@@ -60,12 +71,12 @@ impl<E> From<Failure<clino_bus::Isu, E>> for Error<E> {
             Failure::Request(error) => Self::Request(error),
             Failure::NotSingleDevice => Self::NotSingleDevice,
             Failure::Port(error) => Self::Port(error),
-            Failure::Fault(Fault::NoAnswer { waited }) => Self::NoAnswer { waited },
-            Failure::Fault(Fault::Garbled { characters }) => Self::Garbled { characters },
-            Failure::Fault(Fault::Bad(error)) => Self::Bad(error),
-            Failure::Fault(Fault::LineBusy) => Self::LineBusy,
+            Failure::Fault(Fault::NoAnswer { waited }, suspect) => Self::NoAnswer { waited, suspect },
+            Failure::Fault(Fault::Garbled { characters }, suspect) => Self::Garbled { characters, suspect },
+            Failure::Fault(Fault::Bad(error), suspect) => Self::Bad { error, suspect },
+            Failure::Fault(Fault::LineBusy, _) => Self::LineBusy,
             // The port reports its own errors and contention; there are no exchanges with several answers here.
-            Failure::Fault(Fault::NotSent | Fault::Contention | Fault::Over { .. }) => Self::LineBusy,
+            Failure::Fault(Fault::NotSent | Fault::Contention | Fault::Over { .. }, _) => Self::LineBusy,
         }
     }
 }
@@ -74,12 +85,23 @@ impl<E: Display> Display for Error<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Request(error) => write!(f, "not sent: {error}"),
-            Self::NotSingleDevice => write!(f, "not sent: all ISUs of the line would answer at once"),
+            Self::NotSingleDevice => write!(
+                f,
+                "not sent: all ISUs of the line would answer at once; make the driver with `single` if there is one"
+            ),
             Self::Port(error) => write!(f, "not sent whole: {error}"),
-            Self::LineBusy => write!(f, "not sent: the line did not fall silent"),
-            Self::NoAnswer { waited } => write!(f, "no answer within {} µs", waited.as_micros()),
-            Self::Garbled { characters } => write!(f, "no frame in {characters} characters"),
-            Self::Bad(error) => write!(f, "bad answer: {error}"),
+            Self::LineBusy => write!(
+                f,
+                "not sent: the line did not fall silent; look for another master, a sensor that does not stop sending, \
+                 and a line without bias"
+            ),
+            Self::NoAnswer { waited, suspect } => {
+                write!(f, "no answer within {} µs: {suspect}", waited.as_micros())
+            }
+            Self::Garbled { characters, suspect } => {
+                write!(f, "no frame in {characters} characters: {suspect}")
+            }
+            Self::Bad { error, suspect } => write!(f, "bad answer: {error}: {suspect}"),
             Self::Other { function } => write!(f, "an answer to {function:?}, which was not asked"),
             Self::Refused(error) => write!(f, "refused: {error}"),
         }
@@ -91,7 +113,7 @@ impl<E: core::error::Error + 'static> core::error::Error for Error<E> {
         match self {
             Self::Request(error) => Some(error),
             Self::Port(error) => Some(error),
-            Self::Bad(error) => Some(error),
+            Self::Bad { error, .. } => Some(error),
             Self::Refused(error) => Some(error),
             _ => None,
         }

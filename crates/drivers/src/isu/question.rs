@@ -35,3 +35,16 @@ pub(crate) fn eeprom<E>(response: Response) -> Result<Words, Error<E>> {
 pub(crate) fn done<E>(response: Response) -> Result<(), Error<E>> {
     accepted(response).map(|_| ())
 }
+
+/// The one module that an operation is about.
+#[cfg(feature = "commissioning")]
+pub(crate) fn module(
+    address: clino_codec::isu::Address,
+    single: bool,
+) -> Option<clino_commissioning::isu::Module> {
+    use clino_commissioning::{SingleDevice, isu::Module};
+    match Module::at(address) {
+        Ok(module) => Some(module),
+        Err(_) => single.then(|| Module::single(SingleDevice::i_have_attached_one_sensor_only())),
+    }
+}

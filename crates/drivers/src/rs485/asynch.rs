@@ -31,7 +31,11 @@ impl<U: Read + Write, DE: OutputPin, D: DelayNs> AsyncPort for Rs485<Io<U>, DE, 
         if frame.is_empty() {
             return Ok(());
         }
-        let Self { uart, de, delay, settings, unfinished, .. } = self;
+        let Self { uart, de, delay, settings, unfinished, refused, .. } = self;
+        if *refused {
+            de.set_low().map_err(Error::Pin)?;
+            *refused = false;
+        }
         let longest = settings.longest(frame.len()) + STALL;
         if *unfinished {
             within(delay, longest, uart.uart.flush())

@@ -20,7 +20,11 @@ impl<U: Uart, DE: OutputPin, D: DelayNs> Port for Rs485<U, DE, D> {
         if frame.is_empty() {
             return Ok(());
         }
-        let Self { uart, de, delay, settings, unfinished, .. } = self;
+        let Self { uart, de, delay, settings, unfinished, refused, .. } = self;
+        if *refused {
+            de.set_low().map_err(Error::Pin)?;
+            *refused = false;
+        }
         if *unfinished {
             Patience::new(delay, settings, frame.len()).drain(uart)?;
             pause(delay, settings.hold(usize::MAX));
@@ -74,12 +78,15 @@ struct Patience<'a, D> {
     longest: Duration,
     /// How long a character may take to come back.
     echo: Duration,
+    /// The receiver holds one character: the frame is handed over one by one.
+    one_by_one: bool,
 }
 
 impl<'a, D: DelayNs> Patience<'a, D> {
     fn new(delay: &'a mut D, settings: &PortSettings, length: usize) -> Self {
         let (step, longest, echo) = (settings.send_step(), settings.longest(length), settings.echo_time());
-        Self { delay, step, waited: Duration::ZERO, longest, echo }
+        let one_by_one = settings.handover == Duration::ZERO;
+        Self { delay, step, waited: Duration::ZERO, longest, echo, one_by_one }
     }
 
     /// Hands over the frame; with an echo character by character, so that a receiver that holds one character keeps up.
@@ -91,12 +98,12 @@ impl<'a, D: DelayNs> Patience<'a, D> {
     ) -> Result<(), Error<U::Error, P>> {
         let mut rest = frame;
         while !rest.is_empty() {
-            let chunk = rest.get(..1).filter(|_| echo.is_pending()).unwrap_or(rest);
+            let chunk = rest.get(..1).filter(|_| self.one_by_one && echo.is_pending()).unwrap_or(rest);
             match uart.write(chunk).map_err(Error::Uart)? {
                 0 => self.wait()?,
                 taken => {
                     rest = rest.get(taken..).unwrap_or(&[]);
-                    if !rest.is_empty() {
+                    if self.one_by_one && !rest.is_empty() {
                         self.await_echo(uart, echo, rest.len());
                     }
                 }

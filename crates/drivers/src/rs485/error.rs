@@ -10,6 +10,7 @@ use super::echo::Difference;
 /// Why a line did not do what it was asked. DE is low in every case, unless the pin itself refuses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Error<U, P> {
     /// The UART's transmitter.
     Uart(U),
@@ -45,13 +46,22 @@ impl<U: Debug, P: Debug> Display for Error<U, P> {
         match self {
             Self::Uart(error) => write!(f, "UART: {error:?}"),
             Self::Pin(error) => write!(f, "driver-enable pin: {error:?}"),
-            Self::Stuck { waited } => write!(f, "the UART did not send within {} µs", waited.as_micros()),
-            Self::Echo { index, sent, heard: Some(Character { byte, errors }) } => {
-                write!(f, "character {index} was sent as {sent:02X} and came back as {byte:02X} ({errors:?})")
-            }
-            Self::Echo { index, sent, heard: None } => {
-                write!(f, "character {index}, {sent:02X}, did not come back")
-            }
+            Self::Stuck { waited } => write!(
+                f,
+                "the UART did not send within {} µs: its transmitter is off, or it runs at a lower bit rate than \
+                 `PortSettings` says",
+                waited.as_micros()
+            ),
+            Self::Echo { index, sent, heard: Some(Character { byte, errors }) } => write!(
+                f,
+                "character {index} was sent as {sent:02X} and came back as {byte:02X} ({errors:?}): another node \
+                 transmits, or A and B are short"
+            ),
+            Self::Echo { index, sent, heard: None } => write!(
+                f,
+                "character {index}, {sent:02X}, did not come back: set `Echo::Off` if /RE is tied to DE, or \
+                 `PortSettings::handover` if the receiver is late"
+            ),
             Self::Receiver(errors) => write!(f, "receiver: {errors:?}"),
         }
     }

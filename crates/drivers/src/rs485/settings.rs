@@ -2,7 +2,16 @@
 
 use clino_bus::{Duration, Serial};
 
-/// When the last stop bit is out.
+/// When the last stop bit is out. It decides when DE falls: too early, and no sensor understands a word.
+///
+/// | HAL | UART | adapter | `Release` |
+/// |---|---|---|---|
+/// | `stm32f4xx-hal` 0.23 | `Serial` | `uart::Nb` | [`Flushed`](Self::Flushed) |
+/// | `rp2040-hal` 0.12 | `UartPeripheral` | `uart::Nb` | [`Flushed`](Self::Flushed) |
+/// | `esp-hal` 1.2 | `Uart`, blocking or async | `uart::Io` | [`Flushed`](Self::Flushed) |
+/// | `embassy-stm32` 0.6 | `BufferedUart` | `uart::Io` | [`Flushed`](Self::Flushed) |
+/// | `embassy-rp` 0.10 | `Uart`, blocking | `uart::Nb` | [`TRANSMIT_REGISTER_EMPTY`](Self::TRANSMIT_REGISTER_EMPTY) |
+/// | `embassy-rp` 0.10 | `BufferedUart` | `uart::Io` | [`WHOLE_FRAME`](Self::WHOLE_FRAME) |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Release {
@@ -49,6 +58,10 @@ pub struct PortSettings {
     pub release: Release,
     /// Whether we hear ourselves.
     pub echo: Echo,
+    /// How late the receiver may hand over a character: an echo is awaited for that much longer. It goes with
+    /// [`Timing::handed_over_within`](clino_bus::Timing::handed_over_within), and is zero for a receiver that holds one
+    /// character.
+    pub handover: Duration,
 }
 
 impl PortSettings {
@@ -60,6 +73,7 @@ impl PortSettings {
             after: Duration::ZERO,
             release: Release::Flushed,
             echo: Echo::Off,
+            handover: Duration::ZERO,
         }
     }
 
@@ -85,7 +99,7 @@ impl PortSettings {
     /// From handing over a character to its echo: its own time, an idle character that a buffered receiver may wait
     /// for before it hands it over, and one for the code.
     pub(super) fn echo_time(&self) -> Duration {
-        self.serial.characters(3)
+        self.serial.characters(3) + self.handover
     }
 
     /// Between two looks at a receiver that holds one character: often enough never to lose one, seldom enough

@@ -3,14 +3,16 @@
 use core::fmt::{self, Display};
 
 use clino_bus::{Blame, Duration, Fault};
-use clino_codec::t7::{Address, DecodeError, Differs, EncodeError, Field, Response, Status};
+use clino_codec::t7::{Address, Axis, DecodeError, Differs, EncodeError, Field, Response, Status};
 
+use crate::Suspect;
 use crate::exchange::Failure;
 
 /// Why a T7 did not do what it was asked. `E` is the port's error; [`blame`](Self::blame) says where
 /// to look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Error<E> {
     /// The request cannot be sent: a parameter is out of its range, which is in the error.
     Request(EncodeError),
@@ -24,16 +26,27 @@ pub enum Error<E> {
     NoAnswer {
         /// For how long.
         waited: Duration,
+        /// The probable cause.
+        suspect: Suspect,
     },
     /// Characters came, but no frame.
     Garbled {
         /// How many.
         characters: u32,
+        /// The probable cause.
+        suspect: Suspect,
     },
     /// A frame came, but not the awaited one, or it failed a check.
-    Bad(DecodeError),
+    Bad {
+        /// What is wrong with it.
+        error: DecodeError,
+        /// The probable cause.
+        suspect: Suspect,
+    },
     /// The device reports that it did not carry out the command.
     Refused(Status),
+    /// A single-axis T7 was asked for an axis that it does not have, for which it answers zero.
+    NoSuchAxis(Axis),
     /// The device reports that it carried out the command, but has another value.
     NotKept {
         /// The setting.
@@ -49,17 +62,18 @@ impl<E> Error<E> {
     /// Where to look for the cause.
     pub fn blame(&self) -> Blame {
         match self {
-            Self::Request(_) | Self::NotSingleDevice => Blame::Request,
+            Self::Request(_) | Self::NotSingleDevice | Self::NoSuchAxis(_) => Blame::Request,
             Self::Port(_) => Blame::Ourselves,
             Self::LineBusy | Self::Garbled { .. } => Blame::Line,
-            Self::Bad(error) => Fault::Bad(*error).blame(),
+            Self::Bad { error, .. } => Fault::Bad(*error).blame(),
             Self::NoAnswer { .. } | Self::Refused(_) | Self::NotKept { .. } => Blame::Node,
         }
     }
 
     /// An answer to another command: the decoder does not let it pass.
     pub(super) fn foreign(address: Address, response: &Response) -> Self {
-        Self::Bad(DecodeError::Foreign { address, opcode: response.opcode(), differs: Differs::Command })
+        let error = DecodeError::Foreign { address, opcode: response.opcode(), differs: Differs::Command };
+        Self::Bad { error, suspect: Suspect::Foreign }
     }
 }
 
@@ -75,12 +89,12 @@ impl<E> From<Failure<clino_bus::T7, E>> for Error<E> {
             Failure::Request(error) => Self::Request(error),
             Failure::NotSingleDevice => Self::NotSingleDevice,
             Failure::Port(error) => Self::Port(error),
-            Failure::Fault(Fault::NoAnswer { waited }) => Self::NoAnswer { waited },
-            Failure::Fault(Fault::Garbled { characters }) => Self::Garbled { characters },
-            Failure::Fault(Fault::Bad(error)) => Self::Bad(error),
-            Failure::Fault(Fault::LineBusy) => Self::LineBusy,
+            Failure::Fault(Fault::NoAnswer { waited }, suspect) => Self::NoAnswer { waited, suspect },
+            Failure::Fault(Fault::Garbled { characters }, suspect) => Self::Garbled { characters, suspect },
+            Failure::Fault(Fault::Bad(error), suspect) => Self::Bad { error, suspect },
+            Failure::Fault(Fault::LineBusy, _) => Self::LineBusy,
             // The port reports its own errors and contention; there are no exchanges with several answers here.
-            Failure::Fault(Fault::NotSent | Fault::Contention | Fault::Over { .. }) => Self::LineBusy,
+            Failure::Fault(Fault::NotSent | Fault::Contention | Fault::Over { .. }, _) => Self::LineBusy,
         }
     }
 }
@@ -89,13 +103,27 @@ impl<E: Display> Display for Error<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Request(error) => write!(f, "not sent: {error}"),
-            Self::NotSingleDevice => write!(f, "not sent: all T7s of the line would answer at once"),
+            Self::NotSingleDevice => write!(
+                f,
+                "not sent: all T7s of the line would answer at once; make the driver with `single` if there is one"
+            ),
             Self::Port(error) => write!(f, "not sent whole: {error}"),
-            Self::LineBusy => write!(f, "not sent: the line did not fall silent"),
-            Self::NoAnswer { waited } => write!(f, "no answer within {} µs", waited.as_micros()),
-            Self::Garbled { characters } => write!(f, "no frame in {characters} characters"),
-            Self::Bad(error) => write!(f, "bad answer: {error}"),
+            Self::LineBusy => write!(
+                f,
+                "not sent: the line did not fall silent; look for another master, a sensor that does not stop sending, \
+                 and a line without bias"
+            ),
+            Self::NoAnswer { waited, suspect } => {
+                write!(f, "no answer within {} µs: {suspect}", waited.as_micros())
+            }
+            Self::Garbled { characters, suspect } => {
+                write!(f, "no frame in {characters} characters: {suspect}")
+            }
+            Self::Bad { error, suspect } => write!(f, "bad answer: {error}: {suspect}"),
             Self::Refused(status) => write!(f, "refused by the device: {status:?}"),
+            Self::NoSuchAxis(axis) => {
+                write!(f, "a single-axis T7 has axis 2 only: its zero for axis {} is no angle", axis.get())
+            }
             Self::NotKept { field, written, found } => {
                 write!(f, "{field:?} was written as {written} and read back as {found}")
             }
@@ -108,7 +136,7 @@ impl<E: core::error::Error + 'static> core::error::Error for Error<E> {
         match self {
             Self::Request(error) => Some(error),
             Self::Port(error) => Some(error),
-            Self::Bad(error) => Some(error),
+            Self::Bad { error, .. } => Some(error),
             _ => None,
         }
     }

@@ -2,10 +2,11 @@
 
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{
-    Address, DecodeError, DeviceInformation, Direction, Field, Millidegrees, Response, Status,
+    Address, Axis, DecodeError, DeviceInformation, Direction, Field, Millidegrees, Response, Status,
 };
 
 use super::{AllAngles, AllData, Error};
+use crate::Suspect;
 
 pub(crate) fn angle<E>(address: Address, response: Response) -> Result<Angle, Error<E>> {
     match response {
@@ -67,12 +68,36 @@ pub(crate) fn range<E>(address: Address, response: Response) -> Result<Range, Er
     }
 }
 
-/// That a Set command was carried out.
-pub(crate) fn success<E>(address: Address, response: Response) -> Result<(), Error<E>> {
+/// Tells what the device refused from answers.
+pub(crate) fn accepted<E>(response: Response) -> Result<Response, Error<E>> {
     match response.status() {
-        Some(Status::Success) => Ok(()),
+        Some(Status::Success) | None => Ok(response),
         Some(status) => Err(Error::Refused(status)),
-        None => Err(Error::foreign(address, &response)),
+    }
+}
+
+/// Whether an angle may be the zero of an axis that is not there.
+pub(crate) fn is_doubtful(axis: Axis, angle: Angle) -> bool {
+    axis != Axis::Two && angle == Angle::ZERO
+}
+
+/// That a device has this axis. The product type of a single-axis T7 ends in `-1`, whatever it begins with: `T7-1` in
+/// the guide's text, `X4-1` in its bytes (section 2.7.1).
+#[inline(never)]
+pub(crate) fn has_axis<E>(axis: Axis, information: &DeviceInformation) -> Result<(), Error<E>> {
+    match information.product.as_str() {
+        Some(product) if axis != Axis::Two && product.ends_with("-1") => Err(Error::NoSuchAxis(axis)),
+        _ => Ok(()),
+    }
+}
+
+/// The one device that an operation is about.
+#[cfg(feature = "commissioning")]
+pub(crate) fn device(address: Address, single: bool) -> Option<clino_commissioning::t7::Device> {
+    use clino_commissioning::{SingleDevice, t7::Device};
+    match Device::at(address) {
+        Ok(device) => Some(device),
+        Err(_) => single.then(|| Device::single(SingleDevice::i_have_attached_one_sensor_only())),
     }
 }
 
@@ -82,5 +107,6 @@ fn triple<E>(field: Field, [zero, one, two]: [Millidegrees; 3]) -> Result<[Angle
 
 /// The decoder lets only the documented range pass, which an angle can hold.
 fn in_range<E>(field: Field, angle: Millidegrees) -> Result<Angle, Error<E>> {
-    angle.angle().ok_or(Error::Bad(DecodeError::Value { field, value: angle.0 }))
+    let error = DecodeError::Value { field, value: angle.0 };
+    angle.angle().ok_or(Error::Bad { error, suspect: Suspect::Noise })
 }

@@ -28,6 +28,11 @@ impl<U: embedded_io::ErrorType> Io<U> {
         Self { uart, line_errors }
     }
 
+    /// The UART, to change what only its HAL can: its bit rate, say.
+    pub fn uart(&mut self) -> &mut U {
+        &mut self.uart
+    }
+
     /// The UART.
     pub fn release(self) -> U {
         self.uart

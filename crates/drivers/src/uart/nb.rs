@@ -19,6 +19,11 @@ impl<U> Nb<U> {
         Self { uart }
     }
 
+    /// The UART, to change what only its HAL can: its bit rate, say.
+    pub fn uart(&mut self) -> &mut U {
+        &mut self.uart
+    }
+
     /// The UART.
     pub fn release(self) -> U {
         self.uart

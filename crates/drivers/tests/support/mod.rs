@@ -4,7 +4,7 @@
 use clino_drivers::codec::t7::Address;
 use clino_drivers::rs485::{PortSettings, Rs485};
 use clino_drivers::uart::{Io, Nb};
-use clino_drivers::{Serial, T7, Timing};
+use clino_drivers::{Serial, Timing, UsDigitalT7};
 use clino_segment::log::{Fate, LineEvent, Talker};
 use clino_sim::node::Ns;
 
@@ -22,16 +22,16 @@ pub type NbLine = Rs485<Nb<Uart>, De, Delay>;
 pub type IoLine = Rs485<Io<Uart>, De, Delay>;
 
 pub fn nb_line(board: &Board, settings: PortSettings) -> NbLine {
-    Rs485::new(Nb::new(board.uart()), board.de(), board.delay(), settings).unwrap()
+    Rs485::new(Nb::new(board.uart()), board.de(), board.delay(), settings)
 }
 
 pub fn io_line(board: &Board, settings: PortSettings) -> IoLine {
-    Rs485::new(Io::new(board.uart()), board.de(), board.delay(), settings).unwrap()
+    Rs485::new(Io::new(board.uart()), board.de(), board.delay(), settings)
 }
 
 /// A driver over `nb` with everything as usual.
-pub fn nb_t7(board: &Board) -> T7<NbLine> {
-    T7::new(nb_line(board, PortSettings::new(SERIAL)), Timing::t7(SERIAL))
+pub fn nb_t7(board: &Board) -> UsDigitalT7<NbLine> {
+    UsDigitalT7::new(nb_line(board, PortSettings::new(SERIAL)), Timing::t7(SERIAL))
 }
 
 pub fn address(number: u8) -> Address {
