@@ -17,6 +17,7 @@
 //!
 //! The loop itself is in `round`; here is what the core consists of, and what stands around it.
 
+mod bare;
 mod clocks;
 mod device;
 mod fast;
@@ -48,6 +49,7 @@ use work::{Timer, Work};
 pub(crate) use clocks::rate;
 pub(crate) use device::{CLASS_NAME, class, schema};
 pub(crate) use stall::BusyFlash;
+pub use bare::BareCore;
 pub use status::{CpuStats, Fault};
 
 /// "Nothing due".
