@@ -14,15 +14,16 @@ mod state;
 mod witness;
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use rsemu::cpu::arm::v7m::isa::decode;
 
 use chance::Chance;
-use layout::{SHORT, SHORT_RAM, TABLE};
+use layout::{Region, SHORT, SHORT_RAM, TABLE};
 use sequence::{BEGIN, LENGTH, Sequence};
 use state::{Difference, State};
 
-pub use functions::run as functions;
+pub use functions::functions;
 
 /// Instructions that are executed of a sequence: all of it, and the interrupt's handler.
 const EXECUTED: u64 = 2 * LENGTH as u64;
@@ -35,11 +36,13 @@ const PRINTED: usize = 20;
 struct Pair {
     board: board::Core,
     witness: witness::Core,
+    ram: Vec<Region>,
 }
 
 impl Pair {
-    fn new(regions: &[layout::Region]) -> Pair {
-        let mut pair = Pair { board: board::Core::new(regions), witness: witness::Core::new(regions) };
+    fn new(regions: &[Region]) -> Pair {
+        let ram = regions.iter().filter(|region| region.is_ram).copied().collect();
+        let mut pair = Pair { board: board::Core::new(regions), witness: witness::Core::new(regions), ram };
         pair.write(TABLE.base, &layout::table());
         pair
     }
@@ -49,36 +52,56 @@ impl Pair {
         self.witness.write(address, bytes);
     }
 
-    fn arrange(&mut self, state: &State) {
-        self.board.arrange(state);
-        self.witness.arrange(state);
+    /// Gives both the same RAM, after a difference.
+    fn even(&mut self) {
+        for region in self.ram.clone() {
+            let mut bytes = vec![0; region.length as usize];
+            self.board.read(region.base, &mut bytes);
+            self.witness.write(region.base, &bytes);
+        }
     }
 
-    fn run(&mut self, count: u64, seen: impl FnMut(u32)) {
-        self.board.run(count, seen);
-        self.witness.run(count);
-    }
-
-    /// The halfword at `address`, if there is memory.
+    /// The halfword at `address`, 0 if there is no memory.
     fn half(&self, address: u32) -> u16 {
         let mut half = [0; 2];
-        if self.board.has(address) && self.board.has(address + 1) {
+        if self.board.has(address) && self.board.has(address.wrapping_add(1)) {
             self.board.read(address, &mut half);
         }
         u16::from_le_bytes(half)
     }
 
+    /// Executes `count` instructions of `trial` on both; calls `seen` with the address of each.
+    fn run(&mut self, trial: &Trial, count: u64, mut seen: impl FnMut(u32)) {
+        for (address, bytes) in &trial.memory {
+            self.write(*address, bytes);
+        }
+        self.board.arrange(&trial.state);
+        self.witness.arrange(&trial.state);
+        let first = trial.interrupt.map_or(count, |after| after.min(count));
+        self.board.run(first, &mut seen);
+        self.witness.run(first);
+        if first < count {
+            self.board.interrupt();
+            self.witness.interrupt();
+            self.board.run(count - first, &mut seen);
+            self.witness.run(count - first);
+        }
+    }
+
     /// In what they differ.
-    fn differences(&mut self, ram: layout::Region) -> Vec<Difference> {
+    fn differences(&mut self) -> Vec<Difference> {
         let mut differences = self.board.state().differences(&self.witness.state());
-        let length = ram.length as usize;
-        let (mut ours, mut theirs) = (vec![0; length], vec![0; length]);
-        self.board.read(ram.base, &mut ours);
-        self.witness.read(ram.base, &mut theirs);
-        if ours != theirs {
-            let differing = (0..length / 4).map(|word| 4 * word).filter(|at| ours[*at..at + 4] != theirs[*at..at + 4]);
+        for region in &self.ram {
+            let length = region.length as usize;
+            let (mut ours, mut theirs) = (vec![0; length], vec![0; length]);
+            self.board.read(region.base, &mut ours);
+            self.witness.read(region.base, &mut theirs);
+            if ours == theirs {
+                continue;
+            }
+            let differing = (0..length).step_by(4).filter(|at| word(&ours, *at) != word(&theirs, *at));
             differences.extend(differing.take(4).map(|at| Difference {
-                what: format!("[{:#010x}]", ram.base as usize + at),
+                what: format!("[{:#010x}]", region.base as usize + at),
                 ours: word(&ours, at),
                 theirs: word(&theirs, at),
             }));
@@ -91,96 +114,113 @@ fn word(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes(std::array::from_fn(|byte| bytes[at + byte]))
 }
 
-/// One sequence, and all it begins with.
+/// What both begin with.
 struct Trial {
-    sequence: Sequence,
+    memory: Vec<(u32, Vec<u8>)>,
     state: State,
-    ram: Vec<u8>,
     /// After so many instructions an interrupt becomes pending.
     interrupt: Option<u64>,
+    /// Instructions that are executed.
+    executed: u64,
 }
 
 impl Trial {
-    fn new(seed: u64) -> Trial {
+    /// A random sequence.
+    fn sequence(seed: u64) -> Trial {
         let mut chance = Chance(seed);
         let c = &mut chance;
-        let (sequence, state, ram) = (Sequence::new(c), sequence::state(c), sequence::ram(c));
+        let memory = vec![(BEGIN, Sequence::new(c).bytes()), (SHORT_RAM.base, sequence::ram(c))];
+        let state = sequence::state(c);
         let interrupt = c.once_in(INTERRUPTED).then(|| u64::from(c.below(LENGTH as u32)));
-        Trial { sequence, state, ram, interrupt }
-    }
-
-    /// Executes `count` instructions of it on both.
-    fn run(&self, pair: &mut Pair, count: u64, mut seen: impl FnMut(u32)) {
-        pair.write(SHORT_RAM.base, &self.ram);
-        pair.arrange(&self.state);
-        match self.interrupt.filter(|after| *after < count) {
-            None => pair.run(count, seen),
-            Some(after) => {
-                pair.run(after, &mut seen);
-                pair.board.interrupt();
-                pair.witness.interrupt();
-                pair.run(count - after, seen);
-            }
-        }
+        Trial { memory, state, interrupt, executed: EXECUTED }
     }
 }
 
-/// What a campaign has shown.
+/// What a comparison has shown.
 #[derive(Default)]
 pub struct Outcome {
-    /// Runs that agreed, and runs in all.
-    pub agreed: u64,
-    /// All runs.
-    pub all: u64,
+    /// Runs that agreed.
+    agreed: u64,
+    /// Runs.
+    all: u64,
     /// Runs that differed in a way that is decided, by the reason.
-    pub known: BTreeMap<&'static str, u64>,
+    known: BTreeMap<&'static str, u64>,
     /// Runs that differed otherwise, by the instruction.
-    pub differing: BTreeMap<String, u64>,
-    /// Instructions that were executed, by name.
-    pub executed: BTreeMap<String, u64>,
+    differing: BTreeMap<String, u64>,
+    /// Instructions that were executed, by the emulator's name.
+    executed: BTreeMap<String, u64>,
     /// How runs ended: the exception, 0 for none.
-    pub endings: BTreeMap<u32, u64>,
-    /// Instructions that the board's fast path executed, of all.
-    pub by_fast_path: u64,
+    endings: BTreeMap<u32, u64>,
+    /// Instructions that the board's fast path executed.
+    by_fast_path: u64,
 }
 
-/// Compares `count` sequences, from this seed on.
+impl Outcome {
+    /// Runs a trial and takes down what it shows.
+    fn take(&mut self, pair: &mut Pair, trial: &Trial, mut seen: impl FnMut(u32)) {
+        let mut places = Vec::new();
+        pair.run(trial, trial.executed, |pc| places.push(pc));
+        for pc in places {
+            *self.executed.entry(name(pair.half(pc), pair.half(pc.wrapping_add(2)))).or_default() += 1;
+            seen(pc);
+        }
+        *self.endings.entry(pair.board.state().exception()).or_default() += 1;
+        self.all += 1;
+        if pair.differences().is_empty() {
+            self.agreed += 1;
+            return;
+        }
+        pair.even();
+        let found = first_difference(pair, trial);
+        pair.even();
+        if let Some(reason) = found.known {
+            *self.known.entry(reason).or_default() += 1;
+            return;
+        }
+        if self.differing.len() < PRINTED && !self.differing.contains_key(&found.label) {
+            println!("{found}");
+        }
+        *self.differing.entry(found.label).or_default() += 1;
+    }
+
+    /// Whether all differences are known.
+    pub fn is_good(&self) -> bool {
+        self.all > 0 && self.differing.is_empty()
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let executed: u64 = self.executed.values().sum();
+        writeln!(
+            f,
+            "{} runs, {} agree; {executed} instructions, {} by the fast path",
+            self.all, self.agreed, self.by_fast_path
+        )?;
+        let endings: Vec<String> =
+            self.endings.iter().map(|(exception, runs)| format!("{exception}: {runs}")).collect();
+        writeln!(f, "ended in exception (0: none) {}", endings.join(", "))?;
+        let names: Vec<String> =
+            self.executed.iter().map(|(name, times)| format!("{name} {times}")).collect();
+        writeln!(f, "executed: {}", names.join(", "))?;
+        for (reason, runs) in &self.known {
+            writeln!(f, "known: {runs} times {reason}")?;
+        }
+        for (label, runs) in &self.differing {
+            writeln!(f, "DIFFERS: {runs} times {label}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Compares `count` random sequences, from this seed on.
 pub fn sequences(count: u64, seed: u64) -> Outcome {
     let mut pair = Pair::new(&SHORT);
     let mut outcome = Outcome::default();
-    let mut printed = 0;
     for number in 0..count {
+        // An odd factor: other numbers have other seeds.
         let seed = seed.wrapping_add(number).wrapping_mul(0x2545_F491_4F6C_DD1D);
-        let trial = Trial::new(seed);
-        pair.write(BEGIN, &trial.sequence.bytes());
-        let mut places = Vec::new();
-        trial.run(&mut pair, EXECUTED, |pc| places.push(pc));
-        let half = |pc: u32| {
-            let at = pc.wrapping_sub(BEGIN) / 2;
-            trial.sequence.code.get(at as usize).copied()
-        };
-        for pc in places {
-            if let Some(first) = half(pc) {
-                *outcome.executed.entry(name(first, half(pc + 2).unwrap_or_default())).or_default() += 1;
-            }
-        }
-        *outcome.endings.entry(pair.board.state().exception()).or_default() += 1;
-        outcome.all += 1;
-        if pair.differences(SHORT_RAM).is_empty() {
-            outcome.agreed += 1;
-            continue;
-        }
-        let found = first_difference(&mut pair, &trial);
-        if let Some(reason) = found.known {
-            *outcome.known.entry(reason).or_default() += 1;
-            continue;
-        }
-        let label = found.label.clone();
-        if printed < PRINTED && !outcome.differing.contains_key(&label) {
-            printed += 1;
-            println!("{found}");
-        }
-        *outcome.differing.entry(label).or_default() += 1;
+        outcome.take(&mut pair, &Trial::sequence(seed), |_| {});
     }
     outcome.by_fast_path = pair.board.by_fast_path();
     outcome
@@ -193,8 +233,8 @@ struct Parting {
     text: String,
 }
 
-impl std::fmt::Display for Parting {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for Parting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
     }
 }
@@ -202,26 +242,28 @@ impl std::fmt::Display for Parting {
 /// Executes one instruction more each time until they differ.
 fn first_difference(pair: &mut Pair, trial: &Trial) -> Parting {
     let mut before = trial.state.clone();
-    for count in 1..=EXECUTED {
-        // One enters the handler of a fault with the instruction, the other before the next one.
-        trial.run(pair, count + 1, |_| {});
-        let same_handler = pair.board.state().exception() == pair.witness.state().exception();
+    for count in 1..=trial.executed {
         let mut last = before.r[15];
-        trial.run(pair, count, |pc| last = pc);
-        let differences = pair.differences(SHORT_RAM);
+        pair.run(trial, count, |pc| last = pc);
+        let differences = pair.differences();
         let (board, witness) = (pair.board.state(), pair.witness.state());
-        let is_between = board.exception() != witness.exception() && same_handler && count < EXECUTED;
-        if differences.is_empty() || is_between {
+        if differences.is_empty()
+            || board.exception() != witness.exception()
+                && count < trial.executed
+                && meets_again(pair, trial, count)
+        {
             before = board;
             continue;
         }
         let (first, second) = (pair.half(last), pair.half(last.wrapping_add(2)));
-        let what: Vec<&str> = differences.iter().map(|difference| difference.what.as_str()).collect();
-        let kind = if what.iter().any(|what| what.starts_with('[')) { "memory" } else { what[0] };
+        let kind = match differences.iter().find(|difference| difference.what.starts_with('[')) {
+            Some(_) => "memory",
+            None => &differences[0].what,
+        };
         let name = name(first, second);
         let lines: Vec<String> = differences.iter().map(|difference| format!("    {difference}")).collect();
         let text = format!(
-            "after {count}, interrupt {:?}: {first:04x} {second:04x} {:?} at {last:#x}\n  before {:x?} xpsr {:08x} fpscr {:08x} s {:x?}\n{}",
+            "after {count}, interrupt {:?}: {first:04x} {second:04x} {:?} at {last:#x}\n  before {:x?} xpsr {:08x} fpscr {:08x}\n  {:x?}\n{}",
             trial.interrupt,
             decode(first, second),
             before.r,
@@ -230,9 +272,28 @@ fn first_difference(pair: &mut Pair, trial: &Trial) -> Parting {
             before.s,
             lines.join("\n")
         );
-        return Parting { known: known::known(&name, [&board, &witness], &differences), label: format!("{name} {kind}"), text };
+        let label = format!("{name} {kind}");
+        let known = known::known(&name, base(first, second, &before), [&board, &witness], &differences);
+        return Parting { known, label, text };
     }
-    Parting { known: None, label: "not again".to_owned(), text: "they differ at first, and not again".to_owned() }
+    Parting {
+        known: None,
+        label: "not again".to_owned(),
+        text: "they differ at first, and not again".to_owned(),
+    }
+}
+
+/// Whether one enters the handler of a fault with the instruction, and the other before the next one.
+fn meets_again(pair: &mut Pair, trial: &Trial, count: u64) -> bool {
+    pair.run(trial, count + 1, |_| {});
+    pair.board.state().exception() == pair.witness.state().exception()
+}
+
+/// The base register of a load or store, before it.
+fn base(first: u16, second: u16, before: &State) -> Option<u32> {
+    let text = format!("{:?}", decode(first, second));
+    let number = text.split("rn: ").nth(1)?.split([',', ' ']).next()?;
+    before.r.get(number.parse::<usize>().ok()?).copied()
 }
 
 /// The instruction's name in the emulator's decoder.

@@ -6,6 +6,7 @@ use crate::command::{self, Failure, Outcome};
 use crate::firmware;
 use crate::programs::Programs;
 use crate::steps::Steps;
+use crate::witness;
 
 const HOW_TO_ADD: &str = "\
 To add one: let the environment raise the size of a test (CLINO_...: a number of scripts, of days, a seed), and make
@@ -32,9 +33,11 @@ enum Run {
     Tests(&'static str, &'static str, &'static [Variable]),
     /// The same once for each seed, which is in the variable that is named last.
     Seeds(&'static str, &'static str, &'static [Variable], &'static str, RangeInclusive<u32>),
+    /// The comparison of the two cores: random sequences, calls of each function of the image, seed.
+    Cores([&'static str; 3]),
 }
 
-use Run::{Script, Seeds, Tests};
+use Run::{Cores, Script, Seeds, Tests};
 
 const CAMPAIGNS: &[Campaign] = &[
     Campaign {
@@ -84,6 +87,11 @@ const CAMPAIGNS: &[Campaign] = &[
         ],
     },
     Campaign {
+        name: "cpu",
+        shows: "a million random instruction sequences and the image's functions on two cores (30 min)",
+        runs: &[Cores(["1000000", "10", "2"])],
+    },
+    Campaign {
         name: "power",
         shows: "the power cut at every step of the shipped image's saves (30 min)",
         runs: &[Tests("clino-host-tests::recovery", "a_cut_in_any_step", &[("CLINO_EVERY_CUT", "1")])],
@@ -121,8 +129,12 @@ pub fn run(names: &[String]) -> Outcome {
 
 fn all(steps: &mut Steps, wanted: &[&Campaign]) -> Outcome {
     let runs = || wanted.iter().flat_map(|campaign| campaign.runs);
-    if runs().filter_map(Run::program).any(|program| program.starts_with("clino-host-tests")) {
+    let has_cores = runs().any(|run| matches!(run, Cores(_)));
+    if has_cores || runs().filter_map(Run::program).any(|program| program.starts_with("clino-host-tests")) {
         firmware::build(steps)?;
+    }
+    if has_cores {
+        witness::install(steps)?;
     }
     // Scripts build what they need themselves.
     let built = if runs().any(|run| run.program().is_some()) { Some(Programs::build(steps)?) } else { None };
@@ -138,7 +150,7 @@ impl Run {
     /// The test program that it needs.
     fn program(&self) -> Option<&'static str> {
         match self {
-            Script(..) => None,
+            Script(..) | Cores(_) => None,
             Tests(program, ..) | Seeds(program, ..) => Some(program),
         }
     }
@@ -155,6 +167,7 @@ impl Run {
         };
         match self {
             Script(path, arguments) => steps.run(name, command::script(path, arguments)),
+            Cores(numbers) => steps.run(name, witness::cpu(numbers)),
             Tests(program, test, environment) => {
                 steps.run(&format!("{name} {test}"), tests(program, test, environment)?);
             }

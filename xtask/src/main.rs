@@ -15,6 +15,7 @@ mod size;
 mod steps;
 mod test;
 mod transcripts;
+mod witness;
 
 use std::env;
 use std::process::ExitCode;
@@ -39,6 +40,8 @@ Usage: cargo xtask <command>
   transcripts
              write the console transcripts of the documents anew, from runs of the firmware image
   size       flash and RAM of the firmware image, against its budget
+  witness    the image on a second, independent emulator, which it installs if it is missing (a quarter
+             of an hour), and the comparison of the two cores
   flash      put the firmware on a real STM32F407 board (needs probe-rs)
 
 Exit status: 0 it worked, 1 it did not, 2 the command line, a scenario or an image is wrong.
@@ -62,6 +65,7 @@ fn main() -> ExitCode {
         Some("size") if rest.is_empty() => size::run(),
         Some("book") if rest.is_empty() => book::run(),
         Some("transcripts") if rest.is_empty() => transcripts::run(),
+        Some("witness") if rest.is_empty() => witness::run(),
         Some("flash") if rest.is_empty() => flash::run(),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");

@@ -6,7 +6,7 @@
 use crate::command::{Failure, Outcome};
 use crate::programs::{self, Program, Programs};
 use crate::steps::{Step, Steps};
-use crate::{firmware, nextest, size};
+use crate::{firmware, nextest, size, witness};
 
 /// The package whose tests run the image; all other tests are portable.
 const IMAGE_TESTS: &str = "clino-host-tests";
@@ -68,6 +68,7 @@ fn everything(steps: &mut Steps) -> Outcome {
         beside.extend(longest_first(programs.tests()).map(all_of));
     }
     beside.push(selftest(&programs)?);
+    beside.extend(witness::daily(steps)?);
     beside.push(Step::new("documentation", programs::cargo(["test", "--doc"])));
     beside.extend(programs.examples().map(|example| Step::new(&example.name, example.command())));
     steps.side_by_side(beside);

@@ -46,10 +46,10 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
 use work::{Timer, Work};
 
+pub use bare::BareCore;
 pub(crate) use clocks::rate;
 pub(crate) use device::{CLASS_NAME, class, schema};
 pub(crate) use stall::BusyFlash;
-pub use bare::BareCore;
 pub use status::{CpuStats, Fault};
 
 /// "Nothing due".

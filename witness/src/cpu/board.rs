@@ -8,7 +8,7 @@ use rsemu::core::space::{AddressSpace, Mapping, Perms, RamStore, Region as Mappe
 use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config, Regs};
 
-use super::layout::{INTERRUPT, INTERRUPT_EXCEPTION, Region, TABLE};
+use super::layout::{INTERRUPT, INTERRUPT_EXCEPTION, Region, STOP, TABLE};
 use super::state::{Condition, State};
 
 /// `CPACR`: both halves of the floating-point unit.
@@ -70,7 +70,8 @@ impl Core {
     }
 
     fn memory(&self, address: u32) -> (Region, &RamStore) {
-        let found = self.memories.iter().find(|(region, _)| address.wrapping_sub(region.base) < region.length);
+        let found =
+            self.memories.iter().find(|(region, _)| address.wrapping_sub(region.base) < region.length);
         let (region, store) = found.expect("an address of a memory");
         (*region, store)
     }
@@ -143,10 +144,10 @@ impl Core {
         while done < count {
             let core = &self.bare.core;
             let before = core.current_exception().0;
-            if core.is_locked_up() || before != 0 && u32::from(before) != INTERRUPT_EXCEPTION {
+            let pc = core.pc();
+            if core.is_locked_up() || pc == STOP {
                 return;
             }
-            let pc = core.pc();
             self.bare.step();
             let after = self.bare.core.current_exception().0;
             // To enter the interrupt's handler is a step, but no instruction.

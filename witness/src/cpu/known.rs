@@ -21,45 +21,67 @@ const PRIVATE_BUS: std::ops::Range<u32> = 0xE000_0000..0xE010_0000;
 const FPSCR_AHP: u32 = 1 << 26;
 const SIGN: u32 = 1 << 31;
 
-/// Why the two may differ so after this instruction, if it is known.
-pub fn known(name: &str, [board, witness]: [&State; 2], differences: &[Difference]) -> Option<&'static str> {
+/// Why the two may differ so after this instruction, if it is known. `base` is its base register before it, if it has one.
+pub fn known(
+    name: &str,
+    base: Option<u32>,
+    [board, witness]: [&State; 2],
+    differences: &[Difference],
+) -> Option<&'static str> {
     let is = |what: &str| differences.iter().all(|difference| difference.what == what);
     let faulted = board.exception() == 3;
     let is_at = |places: &std::ops::Range<u32>| [board, witness].iter().any(|it| places.contains(&it.bfar));
     let is_memory = |difference: &Difference| difference.what.starts_with('[');
     let is_float = |difference: &Difference| difference.what.starts_with('s') && difference.what.len() < 4;
     let cfsr = differences.iter().find(|difference| difference.what == "cfsr");
-    if name == "LoadStoreMultiple" && faulted && differences.iter().all(|it| is_memory(it) || it.what.starts_with('r')) {
-        return Some("the base of LDM or STM after a fault (B1.5.10: as before the instruction)");
+    if name == "LoadStoreMultiple"
+        && faulted
+        && differences.iter().all(|it| is_memory(it) || it.what.starts_with('r'))
+    {
+        return Some(
+            "the base of LDM or STM after a fault: the instruction is abandoned, its registers are as before",
+        );
     }
-    if faulted && board.cfsr & INVSTATE != 0 && differences.iter().all(is_memory) {
-        return Some("PC and T in the frame after a branch to an even address (A2.3.1: the fault is the target's)");
+    if faulted
+        && board.cfsr & INVSTATE != 0
+        && (differences.iter().all(is_memory) || name == "Bx" || name == "Blx")
+    {
+        return Some(
+            "PC and T in the frame after a branch to an even address: the fault is the next instruction's (A2.3.1)",
+        );
     }
     if faulted && cfsr.is_some_and(|cfsr| cfsr.ours ^ cfsr.theirs == IACCVIOL | IBUSERR) && is("cfsr") {
-        return Some("CFSR after a fetch from an address that cannot be executed (B3.1: IACCVIOL, not IBUSERR)");
+        return Some("CFSR after a fetch from where nothing is executed (B3.1): IACCVIOL, not IBUSERR");
     }
-    if name == "Coproc" && cfsr.is_some_and(|cfsr| cfsr.ours ^ cfsr.theirs == NOCP | UNDEFINSTR) && is("cfsr") {
-        return Some("CFSR after an undefined instruction of the coprocessors' space (A6.7: UNDEFINSTR, not NOCP)");
+    if name == "Coproc" && cfsr.is_some_and(|cfsr| cfsr.ours ^ cfsr.theirs == NOCP | UNDEFINSTR) && is("cfsr")
+    {
+        return Some("CFSR after an undefined instruction in the coprocessors' space: UNDEFINSTR, not NOCP");
     }
     if BIT_BANDS.iter().any(is_at) {
-        return Some("an access across the words of a bit-band alias, or behind the memory it stands for (left open)");
+        return Some(
+            "an access across the words of a bit-band alias, or behind the memory it stands for (left open)",
+        );
     }
-    if is_at(&PRIVATE_BUS) {
-        return Some("an access to a hole in the processor's own bus (the second emulator answers 0)");
+    if is_at(&PRIVATE_BUS) || base.is_some_and(|base| PRIVATE_BUS.contains(&base)) {
+        return Some(
+            "an access to a part of the processor's own bus that one of them does not have (left open)",
+        );
     }
     let differ_in = |bits: u32| differences.iter().all(|it| (it.ours ^ it.theirs) & !bits == 0);
     if is("basepri") && differ_in(0x0f) {
-        return Some("the bits of BASEPRI that the part does not have (B1.4.3: zero)");
+        return Some("bits of BASEPRI that the part does not have: zero");
     }
     if is("fpscr") && differ_in(FPSCR_AHP) {
-        return Some("FPSCR.AHP (A2.5.3: can be written)");
+        return Some("FPSCR.AHP: can be written");
     }
     if is("fpscr") && board.fpscr & FPSCR_FZ != 0 && differ_in(FPSCR_IXC) {
-        return Some("FPSCR.IXC when a result is flushed to zero (A2.5.6: underflow alone)");
+        return Some("FPSCR.IXC when a result is flushed to zero: underflow alone");
     }
     let is_nan = |value: u32| value & 0x7fff_ffff > 0x7f80_0000;
-    if name.starts_with("Fp") && differences.iter().all(|it| is_float(it) && is_nan(it.ours) && it.ours ^ it.theirs == SIGN) {
-        return Some("the sign of a NaN that VSUB hands on (A2.5.5: the operand's)");
+    if name.starts_with("Fp")
+        && differences.iter().all(|it| is_float(it) && is_nan(it.ours) && it.ours ^ it.theirs == SIGN)
+    {
+        return Some("the sign of a NaN that VSUB hands on: the operand's");
     }
     None
 }

@@ -38,7 +38,7 @@ pub const WHOLE: [Region; 4] = [TABLE, CCM, FLASH, RAM];
 
 /// Vectors in the table.
 const VECTORS: u32 = 16 + 16;
-/// Where every exception but the interrupt leads: a branch to itself.
+/// Where every exception but the interrupt leads, and where a function returns to: a branch to itself.
 pub const STOP: u32 = TABLE.base + 0x400;
 /// Where the interrupt leads.
 pub const HANDLER: u32 = TABLE.base + 0x500;

@@ -18,13 +18,11 @@ const NOP: u16 = 0xBF00;
 /// `xPSR`: Thumb state.
 const T: u32 = 1 << 24;
 
-/// A sequence: its code, and where its instructions are.
+/// A sequence.
 #[derive(Clone, Debug)]
 pub struct Sequence {
     /// Halfwords from [`BEGIN`] on.
-    pub code: Vec<u16>,
-    /// The offsets of its instructions, in halfwords.
-    pub offsets: Vec<usize>,
+    code: Vec<u16>,
 }
 
 /// An instruction; a branch does not know yet how far it goes.
@@ -77,7 +75,7 @@ impl Sequence {
             encode(*piece, distance, &mut code);
         }
         code.resize(code.len() + 2 * LENGTH, NOP);
-        Sequence { code, offsets }
+        Sequence { code }
     }
 
     /// Its bytes.
@@ -108,12 +106,14 @@ fn encode(piece: Piece, distance: i32, code: &mut Vec<u16>) {
         }
         Piece::Branch => code.push(0xE000 | (halfwords & 0x7ff) as u16),
         Piece::WideConditional(word) => {
-            let word = word | (halfwords >> 11 & 0x3f) << 16 | halfwords & 0x7ff | sign(distance) * 0x0400_2800;
+            let word =
+                word | (halfwords >> 11 & 0x3f) << 16 | halfwords & 0x7ff | sign(distance) * 0x0400_2800;
             code.extend([(word >> 16) as u16, word as u16]);
         }
         Piece::Wide26(word) => {
             // J1 and J2 are the inverse of the exclusive or with the sign: both 1 for short distances.
-            let word = word | (halfwords >> 11 & 0x3ff) << 16 | halfwords & 0x7ff | sign(distance) << 26 | 0x2800;
+            let word =
+                word | (halfwords >> 11 & 0x3ff) << 16 | halfwords & 0x7ff | sign(distance) << 26 | 0x2800;
             code.extend([(word >> 16) as u16, word as u16]);
         }
     }
@@ -242,10 +242,25 @@ fn wide_data(c: &mut Chance, in_it: bool) -> u32 {
         // With a shifted register.
         6..=8 => {
             let op = c.of(&[0, 1, 2, 3, 4, 8, 10, 11, 13, 14]);
-            0xEA00_0000 | op << 21 | c.below(2) << 20 | n << 16 | c.below(8) << 12 | d << 8 | c.below(16) << 4 | m
+            0xEA00_0000
+                | op << 21
+                | c.below(2) << 20
+                | n << 16
+                | c.below(8) << 12
+                | d << 8
+                | c.below(16) << 4
+                | m
         }
         9 => 0xEA10_0F00 | c.of(&[0, 4, 8, 13]) << 21 | n << 16 | c.below(8) << 12 | c.below(16) << 4 | m,
-        10 => 0xEA4F_0000 | c.below(2) << 21 | c.below(2) << 20 | c.below(8) << 12 | d << 8 | c.below(16) << 4 | m,
+        10 => {
+            0xEA4F_0000
+                | c.below(2) << 21
+                | c.below(2) << 20
+                | c.below(8) << 12
+                | d << 8
+                | c.below(16) << 4
+                | m
+        }
         // PKHBT, PKHTB.
         11 => 0xEAC0_0000 | n << 16 | c.below(8) << 12 | d << 8 | c.below(4) << 6 | c.below(2) << 5 | m,
         // ADDW, SUBW, MOVW, MOVT.
@@ -366,14 +381,29 @@ fn wide_memory(c: &mut Chance) -> u32 {
     let n = pointer(c);
     let t = other(c, n);
     // STRB, LDRB, STRH, LDRH, STR, LDR, LDRSB, LDRSH.
-    let op = c.of(&[0xF800_0000, 0xF810_0000, 0xF820_0000, 0xF830_0000, 0xF840_0000, 0xF850_0000, 0xF910_0000, 0xF930_0000]);
+    let op = c.of(&[
+        0xF800_0000,
+        0xF810_0000,
+        0xF820_0000,
+        0xF830_0000,
+        0xF840_0000,
+        0xF850_0000,
+        0xF910_0000,
+        0xF930_0000,
+    ]);
     match c.below(12) {
         0..=2 => op | 1 << 23 | n << 16 | t << 12 | c.next() & c.of(&[0xFFF, 0x3F, 0x3C, 0x3C]),
         // Negative offset; before or after, with writing back.
         3..=5 => op | n << 16 | t << 12 | 0x800 | c.of(&[4, 1, 3, 5, 7]) << 8 | c.below(256),
         6 => op | n << 16 | t << 12 | c.below(4) << 4 | r(c),
         // LDR of a constant.
-        7 => (op & 0xFF50_0000 | 0x0010_0000) & !(1 << 23) | c.below(2) << 23 | 15 << 16 | t << 12 | c.below(64),
+        7 => {
+            (op & 0xFF50_0000 | 0x0010_0000) & !(1 << 23)
+                | c.below(2) << 23
+                | 15 << 16
+                | t << 12
+                | c.below(64)
+        }
         // LDRD, STRD: offset, before, after.
         8 | 9 => {
             let second = loop {
@@ -385,7 +415,15 @@ fn wide_memory(c: &mut Chance) -> u32 {
             // P, U, W.
             let (p, u, w) = c.of(&[(1, 0, 0), (1, 1, 0), (1, 0, 1), (1, 1, 1), (0, 0, 1), (0, 1, 1)]);
             let load = c.below(2);
-            0xE840_0000 | p << 24 | u << 23 | w << 21 | load << 20 | n << 16 | t << 12 | second << 8 | c.below(32)
+            0xE840_0000
+                | p << 24
+                | u << 23
+                | w << 21
+                | load << 20
+                | n << 16
+                | t << 12
+                | second << 8
+                | c.below(32)
         }
         // LDM, STM: after, before; two registers at least, without the base.
         _ => {
@@ -431,13 +469,17 @@ fn floats(c: &mut Chance) -> u32 {
         7 => c.of(&[0xEEB4_0A40, 0xEEB4_0AC0]) | vd | vm,
         8 => c.of(&[0xEEB5_0A40, 0xEEB5_0AC0]) | vd,
         // To and from integers.
-        9 | 10 => c.of(&[0xEEB8_0A40, 0xEEB8_0AC0, 0xEEBC_0A40, 0xEEBC_0AC0, 0xEEBD_0A40, 0xEEBD_0AC0]) | vd | vm,
+        9 | 10 => {
+            c.of(&[0xEEB8_0A40, 0xEEB8_0AC0, 0xEEBC_0A40, 0xEEBC_0AC0, 0xEEBD_0A40, 0xEEBD_0AC0]) | vd | vm
+        }
         // VMOV of a constant; to and from a register; VMRS of the flags or all, VMSR.
         11 => 0xEEB0_0A00 | vd | c.next() & 0x000F_000F,
         12 | 13 => c.of(&[0xEE00_0A10, 0xEE10_0A10]) | vn | t << 12,
         14 => c.of(&[0xEEF1_FA10, 0xEEF1_0A10 | t << 12, 0xEEE1_0A10 | t << 12]),
         // VLDR, VSTR.
-        _ => c.of(&[0xED80_0A00, 0xED90_0A00, 0xED00_0A00, 0xED10_0A00]) | vd | pointer(c) << 16 | c.below(16),
+        _ => {
+            c.of(&[0xED80_0A00, 0xED90_0A00, 0xED00_0A00, 0xED10_0A00]) | vd | pointer(c) << 16 | c.below(16)
+        }
     }
 }
 
@@ -463,7 +505,17 @@ pub fn state(c: &mut Chance) -> State {
     state.xpsr = T | c.next() & 0xF80F_0000;
     for float in &mut state.s {
         *float = match c.below(8) {
-            0 => c.of(&[0, 0x8000_0000, 0x7F80_0000, 0xFF80_0000, 0x7FC0_0000, 0x7F80_0001, 1, 0x007F_FFFF, 0x0080_0000]),
+            0 => c.of(&[
+                0,
+                0x8000_0000,
+                0x7F80_0000,
+                0xFF80_0000,
+                0x7FC0_0000,
+                0x7F80_0001,
+                1,
+                0x007F_FFFF,
+                0x0080_0000,
+            ]),
             1 => c.next(),
             // Between 2^-16 and 2^16.
             _ => c.next() & 0x807F_FFFF | (111 + c.below(32)) << 23,

@@ -49,7 +49,8 @@ struct Bus {
 
 impl CoreBus for Bus {
     fn access(&mut self, access: Access, _: bool) -> Option<u64> {
-        let is_in = |region: &Region| access.address.wrapping_sub(u64::from(region.base)) < u64::from(region.length);
+        let is_in =
+            |region: &Region| access.address.wrapping_sub(u64::from(region.base)) < u64::from(region.length);
         (access.kind == AccessKind::Write && self.flash.iter().any(is_in)).then_some(access.value)
     }
 
@@ -124,7 +125,8 @@ impl Core {
 
     /// Writes memory, as a programmer does.
     pub fn write(&mut self, address: u32, bytes: &[u8]) {
-        let found = self.memories.iter_mut().find(|(region, _)| address.wrapping_sub(region.base) < region.length);
+        let found =
+            self.memories.iter_mut().find(|(region, _)| address.wrapping_sub(region.base) < region.length);
         let (region, pages) = found.expect("an address of a memory");
         pages.write((address - region.base) as usize, bytes);
         self.processor.ask(Queued::Invalidate(u64::from(address), u64::from(address) + bytes.len() as u64));
@@ -132,7 +134,8 @@ impl Core {
 
     /// Reads memory.
     pub fn read(&self, address: u32, into: &mut [u8]) {
-        let found = self.memories.iter().find(|(region, _)| address.wrapping_sub(region.base) < region.length);
+        let found =
+            self.memories.iter().find(|(region, _)| address.wrapping_sub(region.base) < region.length);
         let (region, pages) = found.expect("an address of a memory");
         pages.read((address - region.base) as usize, into);
     }
@@ -178,8 +181,8 @@ impl Core {
         let mut rest = all.as_slice();
         let mut next = || take(&mut rest);
         let r: [u32; saved::CORE] = std::array::from_fn(|_| next());
-        let [n, z, c, v, q, ge, it, t, exception, primask, faultmask, control, other_sp]: [u32; saved::STATUS] =
-            std::array::from_fn(|_| next());
+        let [n, z, c, v, q, ge, it, t, exception, primask, faultmask, control, other_sp]: [u32;
+            saved::STATUS] = std::array::from_fn(|_| next());
         let s: [u32; saved::FLOATS] = std::array::from_fn(|_| next());
         let [fpscr, locked_up, ..]: [u32; saved::LAST] = std::array::from_fn(|_| next());
         State {

@@ -19,6 +19,10 @@ pub struct Line {
     pub driven_at: Ns,
     /// The end of the last character that the gateway sent, if DE has not fallen since.
     pub sent_at: Option<Ns>,
+    /// The end of the last character, until firmware looks at the port's status.
+    pub unnoticed: Option<Ns>,
+    /// From the end of a character to the first look at the port's status.
+    pub notices: Vec<Ns>,
     /// From the end of the last stop bit to DE low.
     pub releases: Vec<Ns>,
     /// From DE high to the end of the first character.
@@ -49,13 +53,24 @@ impl Line {
     pub fn send(&mut self, now: Ns, character: Ns) {
         self.sent += 1;
         if !self.is_driven || self.driven_at + character > now + 1 {
-            self.faults.push(format!("a character ends at {now} ns, DE high since {}: {}", self.driven_at, self.is_driven));
+            self.faults.push(format!(
+                "a character ends at {now} ns, DE high since {}: {}",
+                self.driven_at, self.is_driven
+            ));
         }
         match self.sent_at {
             Some(last) => self.characters.push(now - last),
             None => self.leads.push(now - self.driven_at),
         }
         self.sent_at = Some(now);
+        self.unnoticed = Some(now);
+    }
+
+    /// Firmware looks at the port's status.
+    pub fn look(&mut self, now: Ns) {
+        if let Some(sent) = self.unnoticed.take() {
+            self.notices.push(now - sent);
+        }
     }
 }
 
@@ -96,7 +111,11 @@ impl Sensors {
                 self.send(&burst, now);
             }
         }
-        let next = self.nodes.iter().filter_map(|node| node.next_event()).chain(self.waiting.iter().map(|(at, _)| *at));
+        let next = self
+            .nodes
+            .iter()
+            .filter_map(|node| node.next_event())
+            .chain(self.waiting.iter().map(|(at, _)| *at));
         if let Some(due) = next.filter(|due| *due > now).min() {
             context.schedule(VirtualNanos(due));
         }

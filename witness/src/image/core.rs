@@ -5,14 +5,14 @@ use std::sync::{Arc, Mutex};
 
 use clino_sim::node::Ns;
 use rigless::emulator::{
-    Access, AccessKind, BitAlias, CoreBus, DataModel, Error, Exit, HaltReason, HostCall, InterruptLine, Processor, Queued,
+    Access, AccessKind, BitAlias, CoreBus, DataModel, Error, Exit, HaltReason, HostCall, InterruptLine,
+    Processor, Queued,
 };
 use rigless::soc::{Endian, Width};
 use rigless::time::VirtualNanos;
 
 /// The processor's numbers of registers for a debugger.
 pub mod register {
-    pub const R0: usize = 0;
     pub const SP: usize = 13;
     pub const PC: usize = 15;
     pub const XPSR: usize = 16;
@@ -27,6 +27,15 @@ const NMIPENDSET: u64 = 1 << 31;
 /// `RCC_CR`, `HSERDY`.
 const RCC_CR: u64 = 0x4002_3800;
 const HSERDY: u64 = 1 << 17;
+
+/// Where the part has nothing, and answers with a bus error (RM0090 section 2.3). The emulator reads 0 there.
+const HOLES: [std::ops::Range<u64>; 5] = [
+    0x0020_0000..0x0800_0000,
+    0x0820_0000..0x1000_0000,
+    0x1001_0000..0x1FFF_0000,
+    0x2003_0000..0x2200_0000,
+    0x2400_0000..0x4000_0000,
+];
 
 /// Something to be done to the core.
 #[derive(Clone, Debug)]
@@ -86,7 +95,10 @@ impl Watched {
                 Order::Set(registers) => {
                     self.inner.set_gdb_register(register::XPSR, &THUMB.to_le_bytes());
                     for (number, value) in registers {
-                        assert!(self.inner.set_gdb_register(*number, &value.to_le_bytes()), "register {number}");
+                        assert!(
+                            self.inner.set_gdb_register(*number, &value.to_le_bytes()),
+                            "register {number}"
+                        );
                     }
                     orders.planted.push(now);
                 }
@@ -104,7 +116,7 @@ impl Watched {
     }
 }
 
-/// The bus, with a crystal that may be dead.
+/// The bus, with holes in it, and a crystal that may be dead.
 struct Through<'a> {
     bus: &'a mut dyn CoreBus,
     crystal_is_dead: bool,
@@ -112,6 +124,9 @@ struct Through<'a> {
 
 impl CoreBus for Through<'_> {
     fn access(&mut self, access: Access, from_code: bool) -> Option<u64> {
+        if HOLES.iter().any(|hole| hole.contains(&access.address)) {
+            return None;
+        }
         let is_ready = access.kind == AccessKind::Read && access.address == RCC_CR && self.crystal_is_dead;
         let value = self.bus.access(access, from_code)?;
         Some(if is_ready { value & !HSERDY } else { value })
@@ -155,12 +170,10 @@ impl Processor for Watched {
         self.inner.run(budget, &mut Through { bus, crystal_is_dead })
     }
 
+    // Everything else is the core's.
     fn waiting(&self) -> bool {
-        // A core that sleeps is let go on for what is due.
         self.inner.waiting()
     }
-
-    // Everything else is the core's.
     fn retired(&self) -> u64 {
         self.inner.retired()
     }
@@ -216,7 +229,13 @@ impl Processor for Watched {
     fn set_gdb_register(&mut self, number: usize, bytes: &[u8]) -> bool {
         self.inner.set_gdb_register(number, bytes)
     }
-    fn debugger_access(&mut self, write: Option<u64>, address: u64, width: Width, now: VirtualNanos) -> Option<u64> {
+    fn debugger_access(
+        &mut self,
+        write: Option<u64>,
+        address: u64,
+        width: Width,
+        now: VirtualNanos,
+    ) -> Option<u64> {
         self.inner.debugger_access(write, address, width, now)
     }
     fn take_debugger_trace(&mut self) -> Vec<u8> {

@@ -78,7 +78,8 @@ impl Board for Gateway {
             instructions_per_second: NonZeroU64::new(INSTRUCTIONS_PER_SECOND).expect("not 0"),
             boot: "flash",
         };
-        let mut spec: CoreSpec = core.spec_with_parts(&windows(self.mcu.bus()), Fpu::FpV4Sp, MpuRegions::Eight);
+        let mut spec: CoreSpec =
+            core.spec_with_parts(&windows(self.mcu.bus()), Fpu::FpV4Sp, MpuRegions::Eight);
         let (inner, orders) = (Arc::clone(&spec.processor), Arc::clone(&self.orders));
         spec.processor =
             Arc::new(move |endian| Ok(Box::new(Watched::new(inner(endian)?, Arc::clone(&orders)))));

@@ -26,10 +26,12 @@ use super::part::{Gateway, USART1, USART2, USART3, USART6};
 pub const MS: Ns = 1_000_000;
 /// `BSRR` of the ports with a DE pin, and the pin: T7, ISU, Modbus (`docs/wiring.md`).
 const DE: [(u64, u32); 3] = [(0x4002_0418, 8), (0x4002_0C18, 10), (0x4002_0818, 8)];
+/// Status of the USARTs of the three.
+const SR: [u64; 3] = [0x4001_1000, 0x4000_4800, 0x4001_1400];
 /// `IWDG_KR`, and the key that feeds.
 const IWDG_KR: u64 = 0x4000_3000;
 const FEED: u64 = 0xAAAA;
-/// A character of ten bits at the T7's rate, of eleven at the Modbus port's.
+/// A character of eleven bits at the Modbus port's rate.
 const MODBUS_CHARACTER: Ns = 11 * 1_000_000_000 / 19_200;
 /// PWM input 1 is channel 2 of TIM5, input 2 channel 1 of TIM2 (`docs/wiring.md`): timer, channel.
 const PWM: [(usize, u8); 2] = [(3, 2), (0, 1)];
@@ -88,15 +90,13 @@ pub struct Seen {
     pub causes: Vec<(Ns, u32)>,
     /// Registers at the end.
     pub registers: Vec<(u64, Option<u32>)>,
-    /// Instructions from an interrupt of the T7's USART to the first access of its handler to the USART.
-    pub latencies: Vec<u64>,
     /// Instructions in all.
     pub instructions: u64,
 }
 
 /// The run's driver.
 struct Watch {
-    setting_until: Ns,
+    until: Ns,
     lines: [Shared; 3],
     edges: [VecDeque<(Ns, bool)>; 2],
     pin_resets: VecDeque<Ns>,
@@ -104,12 +104,9 @@ struct Watch {
     orders: SharedOrders,
     feeds: Vec<Ns>,
     causes: Vec<(Ns, u32)>,
-    started: Option<usize>,
     /// Addresses to be read at the end, and what they held.
     wanted: Vec<u64>,
     registers: Vec<(u64, Option<u32>)>,
-    latencies: Vec<u64>,
-    last_end: Option<(Ns, u64)>,
     instructions: u64,
 }
 
@@ -120,7 +117,7 @@ impl Watch {
         let others = self.pin_resets.front().copied().into_iter().chain(self.crystal_stops);
         let next = edges.chain(others).filter(|at| *at > now).min().unwrap_or(Ns::MAX);
         // Hosts are asked at every stop.
-        next.min(now + MS).min(self.setting_until)
+        next.min(now + MS).min(self.until)
     }
 }
 
@@ -144,19 +141,23 @@ impl Driver<Gateway> for Watch {
             }
         } else if access.address == RCC_CSR {
             self.causes.push((now, value as u32));
-        } else if access.address == USART1_SR
-            && let Some((_, instructions)) = self.last_end.take()
-        {
-            self.latencies.push(access.instruction_count - instructions);
+        } else if let Some(line) = SR.iter().position(|address| *address == access.address) {
+            self.lines[line].lock().expect("no panic").look(now);
         }
     }
 
-    fn on_stop(&mut self, session: &mut Session<Gateway>, stop: Stop, host: &mut dyn Lent) -> Option<VirtualNanos> {
+    fn on_stop(
+        &mut self,
+        session: &mut Session<Gateway>,
+        stop: Stop,
+        host: &mut dyn Lent,
+    ) -> Option<VirtualNanos> {
         let now = stop.at.0;
         self.instructions = stop.instruction_count;
-        if now >= self.setting_until {
+        if now >= self.until {
             for address in std::mem::take(&mut self.wanted) {
-                let value = session.mcu().peek_at(stop.at, address).or_else(|| host.read(address, Width::W32).ok());
+                let value =
+                    session.mcu().peek_at(stop.at, address).or_else(|| host.read(address, Width::W32).ok());
                 self.registers.push((address, value.map(|value| value as u32)));
             }
             return None;
@@ -183,13 +184,9 @@ impl Driver<Gateway> for Watch {
             self.pin_resets.pop_front();
             session.reset_by_pin(stop.at, stop.instruction_count, host);
         }
-        let _ = self.started;
         Some(VirtualNanos(self.next(now)))
     }
 }
-
-/// `USART1_SR`.
-const USART1_SR: u64 = 0x4001_1000;
 
 /// A look at a register that changes nothing.
 trait PeekAt {
@@ -214,13 +211,22 @@ pub struct World {
 }
 
 /// Runs the image.
-pub fn run(elf: &Path, bytes: &[u8], setting: &Setting, world: &World, wanted: &[u64]) -> Result<Seen, String> {
+pub fn run(
+    elf: &Path,
+    bytes: &[u8],
+    setting: &Setting,
+    world: &World,
+    wanted: &[u64],
+) -> Result<Seen, String> {
     let lines: [Shared; 3] = std::array::from_fn(|_| Shared::new(Line::default().into()));
     let said = |error: &dyn std::fmt::Display| error.to_string();
     let mut board = Gateway::new(Arc::clone(&world.orders), setting.lsi_hz).map_err(|error| said(&error))?;
     if setting.is_connected {
         board.attach(USART1, Sensors::new(t7_nodes(&setting.motion), Arc::clone(&lines[0]), 115_200));
-        board.attach(USART3, Sensors::new(vec![isu_node(&setting.motion[3])], Arc::clone(&lines[1]), isu::BAUD));
+        board.attach(
+            USART3,
+            Sensors::new(vec![isu_node(&setting.motion[3])], Arc::clone(&lines[1]), isu::BAUD),
+        );
     }
     board.attach(USART2, Host::new(Arc::clone(&world.console)));
     board.attach(USART6, Host::on_pair(Arc::clone(&world.modbus), Arc::clone(&lines[2]), MODBUS_CHARACTER));
@@ -228,7 +234,7 @@ pub fn run(elf: &Path, bytes: &[u8], setting: &Setting, world: &World, wanted: &
         if setting.is_connected { edges(&setting.motion[4 + input], setting.until) } else { VecDeque::new() }
     });
     let driver = Watch {
-        setting_until: setting.until,
+        until: setting.until,
         lines: lines.clone(),
         edges,
         pin_resets: setting.pin_resets.iter().copied().collect(),
@@ -236,11 +242,8 @@ pub fn run(elf: &Path, bytes: &[u8], setting: &Setting, world: &World, wanted: &
         orders: Arc::clone(&world.orders),
         feeds: Vec::new(),
         causes: Vec::new(),
-        started: None,
         wanted: wanted.to_vec(),
         registers: Vec::new(),
-        latencies: Vec::new(),
-        last_end: None,
         instructions: 0,
     };
     let image = Image::new(elf, bytes.to_vec(), None).map_err(|error| said(&error))?;
@@ -253,19 +256,32 @@ pub fn run(elf: &Path, bytes: &[u8], setting: &Setting, world: &World, wanted: &
     }
     let mut complaints = Vec::new();
     complaints.extend(session.unmapped().iter().map(|it| it.to_string()));
-    complaints.extend(session.refused().iter().map(|(address, fault)| format!("refused at={address:#010x} {fault}")));
+    complaints.extend(
+        session.refused().iter().map(|(address, fault)| format!("refused at={address:#010x} {fault}")),
+    );
     complaints.extend(session.unimplemented().iter().map(|(address, it)| {
-        format!("unimplemented at={address:#010x} {}.{} reads={} writes={}", it.instance, it.register, it.reads, it.writes)
+        format!(
+            "unimplemented at={address:#010x} {}.{} reads={} writes={}",
+            it.instance, it.register, it.reads, it.writes
+        )
     }));
-    complaints.extend(session.undefined().iter().map(|(address, it)| format!("undefined at={address:#010x} {}", it.instance)));
-    complaints.extend(session.unrouted().iter().map(|(instance, number)| format!("unrouted {instance} {number}")));
-    complaints.extend(session.told().map(|it| format!("told {}.{}: {}", it.instance, it.register, it.reason)));
+    complaints.extend(
+        session
+            .undefined()
+            .iter()
+            .map(|(address, it)| format!("undefined at={address:#010x} {}", it.instance)),
+    );
+    complaints
+        .extend(session.unrouted().iter().map(|(instance, number)| format!("unrouted {instance} {number}")));
+    complaints
+        .extend(session.told().map(|it| format!("told {}.{}: {}", it.instance, it.register, it.reason)));
     let cause = |cause: ResetCause| match cause {
         ResetCause::Core => "software".to_owned(),
         ResetCause::Model(name) => name.to_owned(),
         other => format!("{other:?}").to_lowercase(),
     };
-    let restarts = session.resets().iter().map(|it| Restart { at: it.at.0, cause: cause(it.cause) }).collect();
+    let restarts =
+        session.resets().iter().map(|it| Restart { at: it.at.0, cause: cause(it.cause) }).collect();
     let driver = finished.driver;
     Ok(Seen {
         lines,
@@ -274,7 +290,6 @@ pub fn run(elf: &Path, bytes: &[u8], setting: &Setting, world: &World, wanted: &
         feeds: driver.feeds,
         causes: driver.causes,
         registers: driver.registers,
-        latencies: driver.latencies,
         instructions: driver.instructions,
     })
 }
