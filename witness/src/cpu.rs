@@ -118,7 +118,7 @@ fn word(bytes: &[u8], at: usize) -> u32 {
 struct Trial {
     memory: Vec<(u32, Vec<u8>)>,
     state: State,
-    /// After so many instructions an interrupt becomes pending.
+    /// After this number of instructions an interrupt becomes pending.
     interrupt: Option<u64>,
     /// Instructions that are executed.
     executed: u64,

@@ -386,21 +386,30 @@ fn told(text: &str) -> String {
 
 /// Faults that a wild program counter and a ruined stack pointer lead to.
 fn faults(image: &Image<'_>, report: &mut Report) -> Result<(), String> {
-    let cases: [(&str, Vec<(usize, u32)>); 4] = [
-        ("pc in the device region, 0xF0000000", vec![(register::PC, 0xF000_0000)]),
-        ("pc in a hole, 0x30000000", vec![(register::PC, 0x3000_0000)]),
-        ("sp below the stack, 0x0FFFFFF0", vec![(register::SP, 0x0FFF_FFF0)]),
-        ("sp in a hole, 0x30000000", vec![(register::SP, 0x3000_0000)]),
+    // What is planted, and what the crash report says: the cause, CFSR (ARM DDI 0403 B3.2.15: IACCVIOL, IBUSERR, STKERR).
+    let cases: [(&str, (usize, u32), [&str; 2]); 4] = [
+        (
+            "pc in the device region, 0xF0000000",
+            (register::PC, 0xF000_0000),
+            ["memory_fault", "cfsr 0x00000001"],
+        ),
+        ("pc in a hole, 0x30000000", (register::PC, 0x3000_0000), ["bus_fault", "cfsr 0x00000100"]),
+        (
+            "sp below the stack, 0x0FFFFFF0",
+            (register::SP, 0x0FFF_FFF0),
+            ["stack_overflow", "cfsr 0x00001000"],
+        ),
+        ("sp in a hole, 0x30000000", (register::SP, 0x3000_0000), ["stack_overflow", "cfsr 0x00001000"]),
     ];
     let mut wrong = Vec::new();
-    for (name, registers) in cases {
-        let (seen, text) = planted(image, registers, 500 * MS)?;
+    for (name, register, expected) in cases {
+        let (seen, text) = planted(image, vec![register], 500 * MS)?;
         let at_once = |at: Ns| at < 300 * MS + 40 * MS;
         match seen.restarts.as_slice() {
             [restart] if restart.cause == "software" && at_once(restart.at) => {}
             restarts => wrong.push(format!("{name}: {restarts:?}")),
         }
-        if !text.contains("mode normal") || !text.contains("crash: cause") {
+        if !text.contains("mode normal") || expected.iter().any(|what| !told(&text).contains(what)) {
             wrong.push(format!("{name}: {}", told(&text)));
         }
         report.figure(name, told(&text));
@@ -442,6 +451,14 @@ fn resets(image: &Image<'_>, report: &mut Report) -> Result<(), String> {
     report.figure("RCC_CSR after a software reset", format!("{software:#010x}"));
     report.figure("the console after a software reset", told(&text));
 
+    // RM0090 section 7.3.21: power-on with brown-out and pin, the pin, software (bit 28).
+    for (name, seen, bits) in
+        [("power-up", flags(0), 0x0E00_0000), ("pin", pin, 0x0400_0000), ("software", software, 0x1000_0000)]
+    {
+        if seen & bits != bits {
+            wrong.push(format!("RCC_CSR after {name}: {seen:#010x}"));
+        }
+    }
     report.check("resets: the causes are told apart", wrong);
     Ok(())
 }

@@ -14,7 +14,7 @@ const HELD: [Ns; 6] = [5 * MS, 5 * MS, 5 * MS, 560 * MS, 40 * MS, 40 * MS];
 const OFF: [i64; 6] = [600, 600, 600, 3_500, 45_000, 45_000];
 /// From when a line of the console is made to its first character on the wire, at most: the line before.
 const LINE: Ns = 25 * MS;
-/// A moving sensor is looked at every so many nanoseconds: 47°/s turn it by 0.001° meanwhile.
+/// A moving sensor is looked at every 20 µs: 47°/s turn it by 0.001° meanwhile.
 const LOOK: usize = 20_000;
 /// A full turn, micro-degrees.
 const TURN: i64 = 360_000_000;
