@@ -15,7 +15,7 @@ use super::{Outcome, Pair, Trial};
 
 /// Instructions of a call, at most.
 const EXECUTED: u64 = 2_000;
-/// Words of RAM that are filled for a call; the rest is as the calls before have left it.
+/// Words of RAM that are filled for a call; the rest is 0.
 const FILLED: u32 = 0x400;
 /// `xPSR`: Thumb state.
 const T: u32 = 1 << 24;
@@ -85,6 +85,8 @@ fn call(address: u32, c: &mut Chance) -> Trial {
         };
         word.to_le_bytes()
     });
-    let ram = words.collect();
-    Trial { memory: vec![(RAM.base, ram)], state, interrupt: None, executed: EXECUTED }
+    let mut ram: Vec<u8> = words.collect();
+    ram.resize(RAM.length as usize, 0);
+    let stack = vec![0; CCM.length as usize];
+    Trial { memory: vec![(RAM.base, ram), (CCM.base, stack)], state, interrupt: None, executed: EXECUTED }
 }
