@@ -69,6 +69,19 @@ const CAMPAIGNS: &[Campaign] = &[
         runs: &[Tests("clino-commissioning::isu_power_cut", "every_character", &[])],
     },
     Campaign {
+        name: "pc",
+        shows: "the PC tool killed at every frame of a change of address, and its log a thousand times (20 min)",
+        runs: &[
+            Tests("clino::bus", "killed::", &[("CLINO_PC_KILLS", "all")]),
+            Tests("clino::bus", "log::killed", &[("CLINO_LOG_KILLS", "1000")]),
+        ],
+    },
+    Campaign {
+        name: "fleet",
+        shows: "300 gateways on one broker: loss, times, load; an hour without the broker (10 min, 10 GB)",
+        runs: &[Tests("clino::fleet", "load::", &[])],
+    },
+    Campaign {
         name: "storage",
         shows: "the power cut at every word of saves, every seed (5 min)",
         runs: &[Tests("clino-storage::power", "campaign", &[])],

@@ -64,6 +64,11 @@ const CHECKS: &[Check] = &[
         alone: true,
         ..script("throughput", "crates/clino/checks/throughput.sh", "frames a second of the bench tool")
     },
+    Check {
+        alone: true,
+        ..script("pc", "crates/clino/checks/pc.sh", "the PC tool on a bus: polling, scans, log, first angle")
+    },
+    script("systems", "crates/clino/checks/systems.sh", "the PC tool builds for Windows and macOS"),
 ];
 
 /// Targets without an operating system for which the reusable crates are built.

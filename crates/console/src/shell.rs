@@ -330,9 +330,7 @@ impl<'o> Shell<'o> {
             return true;
         }
         match self.mode {
-            Mode::Stream { audience, .. } => {
-                self.stream.next(host, &mut Reply { audience, out: self.out })
-            }
+            Mode::Stream { audience, .. } => self.stream.next(host, &mut Reply { audience, out: self.out }),
             Mode::Question { until, .. } if host.now() >= until => {
                 let line = &mut self.editor.line;
                 if !line.is_untouched() {

@@ -21,9 +21,7 @@ pub mod slot;
 mod tests;
 
 pub use crate::refusal::Number;
-pub use setting::{
-    Definition, Form, Given, NO_SLOT, Named, Setting, Settable, Shown, Tabled, fingerprint,
-};
+pub use setting::{Definition, Form, Given, NO_SLOT, Named, Settable, Setting, Shown, Tabled, fingerprint};
 
 mod change;
 

@@ -36,9 +36,8 @@ impl TaskEvent {
 }
 
 /// Runs one task, whatever its operation is: in the image once for each bus.
-pub(crate) type TaskRunner<P> = Runner<
-    dyn Operation<Protocol = P, Event = TaskEvent, Report = TaskEvent, Error = Infallible>,
->;
+pub(crate) type TaskRunner<P> =
+    Runner<dyn Operation<Protocol = P, Event = TaskEvent, Report = TaskEvent, Error = Infallible>>;
 
 /// A protocol with tasks of its own.
 pub(crate) trait Tasks: Commissionable {

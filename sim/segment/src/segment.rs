@@ -151,6 +151,11 @@ impl Segment {
         Arc::clone(&self.log)
     }
 
+    /// The bit rate of a sensor just now, by its place, in bit/s.
+    pub fn node_baud(&self, node: usize) -> Option<u32> {
+        self.slots.get(node).map(Slot::baud)
+    }
+
     /// The earliest event of the segment itself.
     fn find_next(&self) -> Option<Ps> {
         let characters = self.drivers.iter().filter_map(Driver::next_event);

@@ -48,7 +48,7 @@ impl<P: Protocol> OutstandingReplies<P> {
         self.list.retain(|reply| reply.until > now);
         if self.list.is_full() {
             // Only a caller that ignored `may_ask` comes here.
-            self.list.remove(0);
+            _ = self.take(0);
         }
         _ = self.list.push(reply);
     }
@@ -68,6 +68,13 @@ impl<P: Protocol> OutstandingReplies<P> {
         fits: impl Fn(&P::Expected) -> bool,
     ) -> Option<OutstandingReply<P::Expected>> {
         let index = self.list.iter().position(|reply| reply.until > asked && fits(&reply.expected))?;
-        Some(self.list.remove(index))
+        self.take(index)
+    }
+
+    /// Takes one out; the later ones move up. One by one: `Vec::remove` needs the 1.5 KB of `memmove`.
+    fn take(&mut self, index: usize) -> Option<OutstandingReply<P::Expected>> {
+        let mut carried = self.list.pop()?;
+        self.list.iter_mut().skip(index).rev().for_each(|place| core::mem::swap(place, &mut carried));
+        Some(carried)
     }
 }

@@ -62,7 +62,9 @@ impl Work {
             Task::Identify(module) => put(place, || Ok(Work::Identify(run(Identify::new(module))))),
             Task::Reset(module) => put(place, || Ok(Work::Reset(run(Reset::new(module))))),
             Task::ResetNull(module) => put(place, || Ok(Work::ResetNull(run(ResetNull::new(module))))),
-            Task::Program(module, change) => put(place, || Ok(Work::Program(run(Program::new(module, change)?)))),
+            Task::Program(module, change) => {
+                put(place, || Ok(Work::Program(run(Program::new(module, change)?))))
+            }
             Task::Repair(module) => put(place, || Ok(Work::Repair(run(Repair::new(module))))),
         }
     }

@@ -80,16 +80,25 @@ impl Work {
             Task::Sweep(rates) => put(place, || Ok(Work::Sweep(run(Sweep::new(serial, rates))))),
             Task::Zero(device, axis) => put(place, || Ok(Work::Zero(run(SetZero::new(device, axis))))),
             Task::Set(device, setting) => put(place, || Ok(Work::Set(run(Set::new(device, setting)?)))),
-            Task::Address { from, to } => put(place, || Ok(Work::Address(run(ChangeAddress::new(from, to)?)))),
-            Task::Baud(device, rate) => put(place, || Ok(Work::Baud(run(ChangeBaud::new(device, line, rate)?)))),
+            Task::Address { from, to } => {
+                put(place, || Ok(Work::Address(run(ChangeAddress::new(from, to)?))))
+            }
+            Task::Baud(device, rate) => {
+                put(place, || Ok(Work::Baud(run(ChangeBaud::new(device, line, rate)?))))
+            }
         }
     }
 
     /// Whether it can begin.
     #[inline(never)]
     pub fn check(task: &Task) -> Result<(), EncodeError> {
-        let mut place = None;
-        Work::begin(task, Serial::T7_DEFAULT, &mut place)
+        match *task {
+            Task::Identify(device) => Identify::new(device).map(|_| ()),
+            Task::Sweep(_) | Task::Zero(..) => Ok(()),
+            Task::Set(device, setting) => Set::new(device, setting).map(|_| ()),
+            Task::Address { from, to } => ChangeAddress::new(from, to).map(|_| ()),
+            Task::Baud(device, rate) => ChangeBaud::new(device, BaudRate::B115200, rate).map(|_| ()),
+        }
     }
 }
 

@@ -211,7 +211,9 @@ pub(crate) fn slot(reader: &mut Reader<'_>) -> Option<SlotConfig> {
 /// The codes of the kinds are still the same.
 fn source(reader: &mut Reader<'_>) -> Option<Source> {
     let code = reader.byte()?;
-    let Some(kind) = Kind::from_code(code) else { return reader.refuse(Reject::Code { what: "source", code }) };
+    let Some(kind) = Kind::from_code(code) else {
+        return reader.refuse(Reject::Code { what: "source", code });
+    };
     if kind == Kind::Off {
         return Some(Source::Off);
     }
