@@ -7,6 +7,7 @@ use crate::command::{self, Failure, Outcome};
 use crate::firmware::{self, SHIPPED, Variant};
 use crate::programs::{self, Programs};
 use crate::steps::Steps;
+use crate::witness;
 
 const HOW_TO_ADD: &str = "\
 To add one: let the environment raise the size of a test (CLINO_...: a number of scripts, of days, a seed), and make
@@ -35,9 +36,11 @@ enum Run {
     Seeds(&'static str, &'static str, &'static [Variable], &'static str, RangeInclusive<u32>),
     /// All tests of a program on the image for another board.
     On(Board, &'static str),
+    /// The comparison of the two cores: random sequences, calls of each function of the image, seed.
+    Cores([&'static str; 3]),
 }
 
-use Run::{On, Script, Seeds, Tests};
+use Run::{Cores, On, Script, Seeds, Tests};
 
 const CAMPAIGNS: &[Campaign] = &[
     Campaign {
@@ -109,6 +112,11 @@ const CAMPAIGNS: &[Campaign] = &[
         ],
     },
     Campaign {
+        name: "cpu",
+        shows: "a million random instruction sequences and the image's functions on two cores (30 min)",
+        runs: &[Cores(["1000000", "10", "2"])],
+    },
+    Campaign {
         name: "power",
         shows: "the power cut at every step of the shipped image's saves (30 min)",
         runs: &[Tests("clino-host-tests::recovery", "a_cut_in_any_step", &[("CLINO_EVERY_CUT", "1")])],
@@ -156,12 +164,16 @@ pub fn run(names: &[String]) -> Outcome {
 
 fn all(steps: &mut Steps, wanted: &[&Campaign]) -> Outcome {
     let runs = || wanted.iter().flat_map(|campaign| campaign.runs);
-    if runs().filter_map(Run::program).any(|program| program.starts_with("clino-host-tests")) {
+    let has_cores = runs().any(|run| matches!(run, Cores(_)));
+    if has_cores || runs().filter_map(Run::program).any(|program| program.starts_with("clino-host-tests")) {
         let boards = runs().filter_map(Run::board).map(Variant::of);
         let mut images = vec![SHIPPED];
         images.extend(boards);
         images.dedup();
         firmware::build_all(steps, &images)?;
+    }
+    if has_cores {
+        witness::install(steps)?;
     }
     // Scripts build what they need themselves.
     let built = if runs().any(|run| run.program().is_some()) { Some(Programs::build(steps)?) } else { None };
@@ -177,7 +189,7 @@ impl Run {
     /// The test program that it needs.
     fn program(&self) -> Option<&'static str> {
         match self {
-            Script(..) => None,
+            Script(..) | Cores(_) => None,
             Tests(program, ..) | Seeds(program, ..) | On(_, program) => Some(program),
         }
     }
@@ -202,6 +214,7 @@ impl Run {
         };
         match self {
             Script(path, arguments) => steps.run(name, command::script(path, arguments)),
+            Cores(numbers) => steps.run(name, witness::cpu(numbers)),
             Tests(program, test, environment) => {
                 steps.run(&format!("{name} {test}"), tests(program, test, environment)?);
             }

@@ -17,6 +17,7 @@ mod size;
 mod steps;
 mod test;
 mod transcripts;
+mod witness;
 
 use std::env;
 use std::process::ExitCode;
@@ -44,6 +45,8 @@ Usage: cargo xtask <command>
   transcripts
              write the console transcripts of the documents anew, from runs of the firmware image
   size       flash and RAM of the firmware image, against its budget
+  witness    the image on a second, independent emulator, which it installs if it is missing (a quarter
+             of an hour), and the comparison of the two cores
   flash [--board NAME]
              put the firmware on a real board (needs probe-rs)
   image [--board NAME]
@@ -73,6 +76,7 @@ fn main() -> ExitCode {
         Some("size") if rest.is_empty() => size::run(),
         Some("book") if rest.is_empty() => book::run(),
         Some("transcripts") if rest.is_empty() => transcripts::run(),
+        Some("witness") if rest.is_empty() => witness::run(),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");
             return ExitCode::SUCCESS;

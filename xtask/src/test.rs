@@ -7,7 +7,7 @@ use crate::command::{self, Failure, Outcome};
 use crate::firmware::{self, MODBUS_ONLY, SHIPPED, Variant, WITHOUT_CONSOLE};
 use crate::programs::{self, Program, Programs};
 use crate::steps::{Step, Steps};
-use crate::{boards, nextest, size};
+use crate::{boards, nextest, size, witness};
 
 /// The package whose tests run the image; all other tests are portable.
 const IMAGE_TESTS: &str = "clino-host-tests";
@@ -110,6 +110,7 @@ fn everything(steps: &mut Steps) -> Outcome {
         }
     }
     beside.push(selftest(&programs)?);
+    beside.extend(witness::daily(steps)?);
     beside.push(Step::new("documentation", programs::cargo(["test", "--doc"])));
     beside.push(Step::new("the codec as the image has it", command::cargo(SHORT_MESSAGES)));
     beside.extend(programs.examples().map(|example| Step::new(&example.name, example.command())));

@@ -30,7 +30,7 @@ mod usart;
 mod watchdog;
 mod wrapped;
 
-pub use cpu::{CpuStats, Fault};
+pub use cpu::{BareCore, CpuStats, Fault};
 pub use machine::{Board, BuildError, Stopped};
 pub use model::{BoardModel, NoSuchBoard};
 pub use ports::{HostPorts, Ports, SerialPort};
