@@ -10,6 +10,7 @@ mod mbpoll;
 mod node;
 mod python;
 mod ser2net;
+mod sigrok;
 
 use std::fs::{self, File};
 use std::io::Write as _;
@@ -21,6 +22,7 @@ pub use mbpoll::Mbpoll;
 pub use node::Node;
 pub use python::Python;
 pub use ser2net::Ser2net;
+pub use sigrok::Sigrok;
 
 /// Says on standard error that a test did not test what it is for, and why: also when the test's own output is captured.
 /// `cargo nextest` shows nothing of tests that pass: what is in the file that `CLINO_SKIPPED` names is shown at the end

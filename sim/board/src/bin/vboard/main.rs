@@ -21,7 +21,7 @@ use std::time::Instant;
 
 use arguments::{Arguments, Duration, USAGE};
 use clino_board::elf::{ElfError, Image};
-use clino_board::run::Run;
+use clino_board::run::{Extras, Run};
 use clino_board::scenario::Scenario;
 use clino_sim::node::Ns;
 use pace::Pace;
@@ -37,7 +37,7 @@ const BAD_INPUT: u8 = 2;
 
 /// In real time, virtual time goes on by this much at once.
 const STEP: Ns = 1_000_000;
-/// A run without an end keeps the log of this much virtual time, unless the log is wanted.
+/// A run without an end keeps the log of this much virtual time, unless the log or the levels are wanted.
 const REMEMBERED: Ns = 600_000_000_000;
 
 fn main() -> ExitCode {
@@ -70,7 +70,9 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
         None => image,
     };
     let bus_log = wanted.bus_log.as_deref().map(create).transpose()?;
-    let mut run = Run::new(&image, &scenario).map_err(|why| why.to_string())?;
+    let vcd = wanted.vcd.as_deref().map(create).transpose()?;
+    let extras = Extras { levels: vcd.is_some(), adapters: wanted.bus_ptys };
+    let mut run = Run::with(&image, &scenario, extras).map_err(|why| why.to_string())?;
     if let Some(step) = wanted.cut_power {
         run.board().cut_power_at(step, step);
     }
@@ -78,7 +80,7 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
         Duration::Of(duration) => run.set_duration(duration),
         _ if wanted.forever() => {
             run.set_duration(Ns::MAX);
-            if bus_log.is_none() {
+            if bus_log.is_none() && vcd.is_none() {
                 run.remember(REMEMBERED);
             }
         }
@@ -110,6 +112,9 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
         let mut file = BufWriter::new(file);
         let written = run.write_bus_log(&mut file).and_then(|()| file.flush());
         written.map_err(|why| format!("{}: {why}", path.display()))?;
+    }
+    if let (Some(path), Some(file)) = (&wanted.vcd, vcd) {
+        run.write_vcd(file).map_err(|why| format!("{}: {why}", path.display()))?;
     }
     Ok(well)
 }
@@ -162,16 +167,16 @@ fn in_real_time(run: &mut Run, wanted: &Arguments, interrupted: &AtomicBool) -> 
 
 #[cfg(target_os = "linux")]
 fn open_ports(run: &mut Run, wanted: &Arguments, out: &mut impl Write) -> io::Result<serve::Ports> {
-    if wanted.console_pty || wanted.modbus_pty {
+    if wanted.has_ptys() {
         run.attend();
     }
-    serve::Ports::open(run, wanted.console_pty, wanted.modbus_pty, out)
+    serve::Ports::open(run, wanted, out)
 }
 
 #[cfg(not(target_os = "linux"))]
 fn open_ports(_run: &mut Run, wanted: &Arguments, _out: &mut impl Write) -> io::Result<NoPorts> {
-    if wanted.console_pty || wanted.modbus_pty {
-        return Err(io::Error::other("--console-pty and --modbus-pty need Linux"));
+    if wanted.has_ptys() {
+        return Err(io::Error::other("pseudo-terminals need Linux"));
     }
     Ok(NoPorts)
 }
