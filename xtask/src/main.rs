@@ -7,6 +7,7 @@ mod circles;
 mod command;
 mod firmware;
 mod flash;
+mod hil;
 mod lint;
 mod nextest;
 mod programs;
@@ -40,6 +41,9 @@ Usage: cargo xtask <command>
              write the console transcripts of the documents anew, from runs of the firmware image
   size       flash and RAM of the firmware image, against its budget
   flash      put the firmware on a real STM32F407 board (needs probe-rs)
+  hil --virtual | --console PORT [...]
+             the image on a board with this computer at its ports: assertions, times, a report;
+             or on the virtual board. `hil --help` says more; docs/bring-up.md how to wire it
 
 Exit status: 0 it worked, 1 it did not, 2 the command line, a scenario or an image is wrong.
 ";
@@ -63,6 +67,7 @@ fn main() -> ExitCode {
         Some("book") if rest.is_empty() => book::run(),
         Some("transcripts") if rest.is_empty() => transcripts::run(),
         Some("flash") if rest.is_empty() => flash::run(),
+        Some("hil") => hil::run(&rest),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");
             return ExitCode::SUCCESS;

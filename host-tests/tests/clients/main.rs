@@ -11,6 +11,7 @@
 mod bench;
 mod board;
 mod console;
+mod hil;
 mod modbus;
 mod scripts;
 mod sigrok;

@@ -9,7 +9,7 @@
 //! | `pwm1`, `pwm2` | the PWM inputs |
 //! | `nrst` | the reset pin: low for 20 us at each reset but that of power-up |
 //!
-//! All have one bit. Time is in nanoseconds since power-up.
+//! On the part the core starts at the end of that pulse, here at its beginning. All have one bit. Time is in nanoseconds since power-up.
 
 use std::io::{self, BufWriter, Write};
 
@@ -87,7 +87,7 @@ pub fn driver_enable(log: &SegmentLog) -> Vec<(Ns, bool)> {
 /// The reset pin over time.
 pub fn reset_pin(incidents: &[Incident]) -> Vec<(Ns, bool)> {
     let resets = incidents.iter().filter(|incident| matches!(incident.event, Event::Reset(_)));
-    resets.flat_map(|reset| [(reset.at.saturating_sub(RESET_PULSE), false), (reset.at, true)]).collect()
+    resets.flat_map(|reset| [(reset.at, false), (reset.at + RESET_PULSE, true)]).collect()
 }
 
 fn value(high: bool) -> Value {
@@ -124,7 +124,6 @@ mod tests {
         use crate::incident::ResetCause;
         let reset = |at| Incident { at, event: Event::Reset(ResetCause::Watchdog) };
         let lockup = Incident { at: 40_000, event: Event::Lockup };
-        assert_eq!(reset_pin(&[lockup, reset(50_000)]), [(30_000, false), (50_000, true)]);
-        assert_eq!(reset_pin(&[reset(5_000)]), [(0, false), (5_000, true)]);
+        assert_eq!(reset_pin(&[lockup, reset(50_000)]), [(50_000, false), (70_000, true)]);
     }
 }

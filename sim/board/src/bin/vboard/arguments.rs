@@ -7,7 +7,7 @@ use clino_sim::node::Ns;
 
 pub const USAGE: &str = "\
 usage: vboard --elf FILE [--scenario FILE] [--duration TIME] [--bus-log FILE]
-              [--vcd FILE] [--realtime] [--console-pty] [--modbus-pty] [--t7-pty] [--isu-pty]
+              [--vcd FILE] [--rtt FILE] [--realtime] [--console-pty] [--modbus-pty] [--t7-pty] [--isu-pty]
               [--flash FILE] [--cut-power STEP]
 
   --elf FILE       firmware image to run
@@ -17,6 +17,7 @@ usage: vboard --elf FILE [--scenario FILE] [--duration TIME] [--bus-log FILE]
   --bus-log FILE   write every character and every DE edge on both RS485 buses and the Modbus port to FILE
   --vcd FILE       write the levels of the pairs, DE, the console's TX, PWM and the reset pin to FILE,
                    for GTKWave, PulseView and sigrok (docs/bring-up.md)
+  --rtt FILE       write the log that the image makes with defmt to FILE, as a probe reads it: defmt-print decodes it
   --realtime       no faster than the wall clock
   --console-pty    in real time, with the console on a pseudo-terminal
   --modbus-pty     in real time, with the Modbus port on a pseudo-terminal
@@ -47,6 +48,8 @@ pub struct Arguments {
     pub bus_log: Option<PathBuf>,
     /// Where the levels of the lines go.
     pub vcd: Option<PathBuf>,
+    /// Where the raw log goes.
+    pub rtt: Option<PathBuf>,
     /// Virtual time keeps to the wall clock.
     pub realtime: bool,
     /// The console is on a pseudo-terminal.
@@ -90,6 +93,7 @@ impl Arguments {
                     wanted.duration = Duration::parse(value()?).map_err(|why| format!("{flag}: {why}"))?;
                 }
                 "--bus-log" => wanted.bus_log = Some(value()?.into()),
+                "--rtt" => wanted.rtt = Some(value()?.into()),
                 "--vcd" => wanted.vcd = Some(value()?.into()),
                 "--flash" => wanted.flash = Some(value()?.into()),
                 "--cut-power" => {

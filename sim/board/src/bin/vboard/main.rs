@@ -71,6 +71,7 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
     };
     let bus_log = wanted.bus_log.as_deref().map(create).transpose()?;
     let vcd = wanted.vcd.as_deref().map(create).transpose()?;
+    let mut log = Log(wanted.rtt.as_deref().map(create).transpose()?);
     let extras = Extras { levels: vcd.is_some(), adapters: wanted.bus_ptys };
     let mut run = Run::with(&image, &scenario, extras).map_err(|why| why.to_string())?;
     if let Some(step) = wanted.cut_power {
@@ -93,9 +94,9 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
 
     let begun = Instant::now();
     if wanted.realtime {
-        in_real_time(&mut run, wanted, &interrupted).map_err(|why| why.to_string())?;
+        in_real_time(&mut run, wanted, &mut log, &interrupted).map_err(|why| why.to_string())?;
     } else {
-        at_full_speed(&mut run, &interrupted);
+        at_full_speed(&mut run, &mut log, &interrupted).map_err(|why| why.to_string())?;
     }
     if interrupted.load(Ordering::Relaxed) {
         eprintln!("interrupted");
@@ -120,7 +121,7 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
 }
 
 /// Runs to the end, until it is interrupted or the reader of the console closes it.
-fn at_full_speed(run: &mut Run, interrupted: &AtomicBool) {
+fn at_full_speed(run: &mut Run, log: &mut Log, interrupted: &AtomicBool) -> io::Result<()> {
     let mut out = io::stdout();
     let mut printed = Ok(());
     while !interrupted.load(Ordering::Relaxed) && printed.is_ok() {
@@ -129,14 +130,21 @@ fn at_full_speed(run: &mut Run, interrupted: &AtomicBool) {
                 printed = writeln!(out, "{}", line.text);
             }
         });
+        log.take(run)?;
         if !more {
             break;
         }
     }
+    Ok(())
 }
 
 /// Likewise, no faster than the wall clock, with the ports served that are wanted.
-fn in_real_time(run: &mut Run, wanted: &Arguments, interrupted: &AtomicBool) -> io::Result<()> {
+fn in_real_time(
+    run: &mut Run,
+    wanted: &Arguments,
+    log: &mut Log,
+    interrupted: &AtomicBool,
+) -> io::Result<()> {
     let mut out = io::stdout();
     let mut ports = open_ports(run, wanted, &mut out)?;
     let mut pace = Pace::default();
@@ -151,6 +159,7 @@ fn in_real_time(run: &mut Run, wanted: &Arguments, interrupted: &AtomicBool) -> 
             }
         });
         ports.fetch()?;
+        log.take(run)?;
         if !more {
             break;
         }
@@ -163,6 +172,18 @@ fn in_real_time(run: &mut Run, wanted: &Arguments, interrupted: &AtomicBool) -> 
     }
     eprintln!("{:.3} s behind the wall clock", pace.lost().as_secs_f64());
     Ok(())
+}
+
+/// Where the image's log goes, if it is wanted: as it comes, so that another program may follow it.
+struct Log(Option<File>);
+
+impl Log {
+    fn take(&mut self, run: &mut Run) -> io::Result<()> {
+        match &mut self.0 {
+            Some(file) => file.write_all(&run.board().take_rtt()),
+            None => Ok(()),
+        }
+    }
 }
 
 #[cfg(target_os = "linux")]
