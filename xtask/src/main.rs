@@ -10,6 +10,7 @@ mod flash;
 mod hil;
 mod lint;
 mod nextest;
+mod pictures;
 mod programs;
 mod sim;
 mod size;
@@ -39,6 +40,7 @@ Usage: cargo xtask <command>
   book       the documents as a book, below target/book, with mdBook
   transcripts
              write the console transcripts of the documents anew, from runs of the firmware image
+  pictures   draw the pictures of docs/bring-up.md anew, from captures of the virtual board
   size       flash and RAM of the firmware image, against its budget
   flash      put the firmware on a real STM32F407 board (needs probe-rs)
   hil --virtual | --console PORT [...]
@@ -66,6 +68,7 @@ fn main() -> ExitCode {
         Some("size") if rest.is_empty() => size::run(),
         Some("book") if rest.is_empty() => book::run(),
         Some("transcripts") if rest.is_empty() => transcripts::run(),
+        Some("pictures") if rest.is_empty() => pictures::run(),
         Some("flash") if rest.is_empty() => flash::run(),
         Some("hil") => hil::run(&rest),
         Some("help" | "--help" | "-h") => {

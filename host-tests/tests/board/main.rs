@@ -17,6 +17,7 @@ mod long_times;
 mod main_job;
 mod meaning;
 mod orders;
+mod pictures;
 mod port;
 mod publication;
 mod pwm;

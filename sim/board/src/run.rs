@@ -341,6 +341,10 @@ impl Run {
                 changes: driver(log),
             }));
         }
+        for bus in self.buses.iter().filter(|bus| bus.adapter.is_some()) {
+            let changes = vcd::adapter(&lock(&bus.log));
+            signals.push(Signal { name: format!("{}_adapter", bus.name), initial: false, changes });
+        }
         for input in 0..2 {
             let changes = self.board.pwm_edges(input);
             signals.push(Signal { name: format!("pwm{}", input + 1), initial: false, changes });

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `t7_pair`, `isu_pair`, `modbus_pair` | the pair as its receivers sample it: high while idle |
 //! | `t7_de`, `isu_de`, `modbus_de` | the gateway's driver enable |
+//! | `t7_adapter`, `isu_adapter` | the driver of the computer's adapter, where one is in place of the sensors |
 //! | `console_tx` | what the gateway sends at the console |
 //! | `pwm1`, `pwm2` | the PWM inputs |
 //! | `nrst` | the reset pin: low for 20 us at each reset but that of power-up |
@@ -79,6 +80,15 @@ pub fn write(signals: &[Signal], end: Ns, out: impl Write) -> io::Result<()> {
 pub fn driver_enable(log: &SegmentLog) -> Vec<(Ns, bool)> {
     let edge = |event: &&LineEvent| match **event {
         LineEvent::De { at, high } => Some((at, high)),
+        _ => None,
+    };
+    log.in_order().iter().filter_map(edge).collect()
+}
+
+/// Whether a computer's line driver is on over time; it is the only node of its pair.
+pub fn adapter(log: &SegmentLog) -> Vec<(Ns, bool)> {
+    let edge = |event: &&LineEvent| match **event {
+        LineEvent::Drive { at, on, .. } => Some((at, on)),
         _ => None,
     };
     log.in_order().iter().filter_map(edge).collect()

@@ -1,6 +1,6 @@
 //! The board: a real one behind an ST-LINK, or the virtual one with a pseudo-terminal for each port.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -48,6 +48,8 @@ pub struct VirtualBoard {
     /// Where its log comes, as a probe reads it; the image explains it.
     log: PathBuf,
     elf: PathBuf,
+    /// What it says on standard error.
+    notes: PathBuf,
 }
 
 impl Board {
@@ -108,6 +110,17 @@ impl Board {
         }
     }
 
+    /// What the virtual board has to say when something goes wrong.
+    pub fn last_words(&self) -> String {
+        match self {
+            Board::Virtual(board) => {
+                let notes = fs::read_to_string(&board.notes).unwrap_or_default();
+                format!("; the virtual board: {}", notes.replace('\n', "; "))
+            }
+            Board::Real(_) => String::new(),
+        }
+    }
+
     /// Ends the virtual board; the levels of all its lines since power-up. A real board goes on.
     ///
     /// # Errors
@@ -131,7 +144,8 @@ impl VirtualBoard {
     fn start(arguments: &Arguments) -> Result<(VirtualBoard, Ports), String> {
         let folder = std::env::temp_dir().join(format!("clino-hil-{}", std::process::id()));
         fs::create_dir_all(&folder).map_err(|why| format!("{}: {why}", folder.display()))?;
-        let [scenario, capture, log] = ["scenario.toml", "board.vcd", "log"].map(|name| folder.join(name));
+        let [scenario, capture, log, notes] =
+            ["scenario.toml", "board.vcd", "log", "notes"].map(|name| folder.join(name));
         let [pwm1, pwm2] = VIRTUAL_PWM;
         let faults = arguments.scenario.as_deref().map_or(Ok(String::new()), fs::read_to_string);
         let faults = faults.map_err(|why| format!("the scenario: {why}"))?;
@@ -139,6 +153,7 @@ impl VirtualBoard {
             "{faults}\n[[pwm]]\nchannel = 1\nmotion.constant = {pwm1}\n[[pwm]]\nchannel = 2\nmotion.constant = {pwm2}\n"
         );
         fs::write(&scenario, pwm).map_err(|why| format!("{}: {why}", scenario.display()))?;
+        let complaints = File::create(&notes).map_err(|why| format!("{}: {why}", notes.display()))?;
         let program = arguments.programs.join("vboard");
         let failed = |why: std::io::Error| format!("{}: {why}", program.display());
         let mut command = Command::new(&program);
@@ -152,10 +167,16 @@ impl VirtualBoard {
             .arg("--rtt")
             .arg(&log);
         command.args(["--realtime", "--console-pty", "--modbus-pty", "--t7-pty", "--isu-pty"]);
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().map_err(failed)?;
+        let mut child = command.stdout(Stdio::piped()).stderr(complaints).spawn().map_err(failed)?;
         let output = child.stdout.take().ok_or_else(|| format!("{}: no output", program.display()))?;
-        let mut board =
-            VirtualBoard { child, output: BufReader::new(output), capture, log, elf: arguments.elf.clone() };
+        let mut board = VirtualBoard {
+            child,
+            output: BufReader::new(output),
+            capture,
+            log,
+            elf: arguments.elf.clone(),
+            notes,
+        };
         let mut port = |name: &str| {
             let mut line = String::new();
             board.output.read_line(&mut line).map_err(failed)?;

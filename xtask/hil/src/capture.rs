@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -11,23 +11,93 @@ use vcd::{Command as Entry, Parser, ScopeItem, TimescaleUnit, Value};
 /// A line over time: its level before the first change, and each change in nanoseconds.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Line {
+    /// The level before the first change.
     pub initial: bool,
+    /// Each change and the level from then on.
     pub changes: Vec<(u64, bool)>,
+}
+
+/// Bits of a character: start, eight data bits, stop.
+pub const BITS: u64 = 10;
+
+impl Line {
+    /// The level from `at` on.
+    pub fn level(&self, at: u64) -> bool {
+        let end = self.changes.partition_point(|&(change, _)| change <= at);
+        end.checked_sub(1).and_then(|last| self.changes.get(last)).map_or(self.initial, |&(_, high)| high)
+    }
+
+    /// Intervals in which it is high, begun and ended within the capture.
+    pub fn highs(&self) -> Vec<(u64, u64)> {
+        let mut rise = None;
+        let mut intervals = Vec::new();
+        for &(at, high) in &self.changes {
+            match (high, rise) {
+                (true, None) => rise = Some(at),
+                (false, Some(from)) => {
+                    intervals.push((from, at));
+                    rise = None;
+                }
+                _ => {}
+            }
+        }
+        intervals
+    }
+
+    /// Whether it is high at some time between the two.
+    pub fn is_high_within(&self, from: u64, until: u64) -> bool {
+        self.level(from) || self.changes.iter().any(|&(at, high)| high && (from..=until).contains(&at))
+    }
+
+    /// First falling edge from `from` on.
+    pub fn falling(&self, from: u64) -> Option<u64> {
+        let first = self.changes.partition_point(|&(at, _)| at < from);
+        self.changes.get(first..)?.iter().find(|(_, high)| !high).map(|&(at, _)| at)
+    }
+
+    /// Last edge after `after`, up to `until`.
+    pub fn last_edge(&self, after: u64, until: u64) -> Option<u64> {
+        let end = self.changes.partition_point(|&(at, _)| at <= until);
+        self.changes.get(..end)?.last().map(|&(at, _)| at).filter(|at| *at > after)
+    }
+
+    /// The characters that begin in this interval, 8N1: start, end and byte.
+    pub fn bytes(&self, from: u64, until: u64, baud: u64) -> Vec<(u64, u64, u8)> {
+        let bits = |halves: u64| halves * 1_000_000_000 / (2 * baud);
+        let mut at = from;
+        let mut bytes = Vec::new();
+        while let Some(start) = self.falling(at).filter(|start| *start < until) {
+            let bit = |place: u64| u8::from(self.level(start + bits(2 * place + 3))) << place;
+            bytes.push((start, start + bits(2 * BITS), (0..8).map(bit).sum()));
+            at = start + bits(2 * BITS - 1);
+        }
+        bytes
+    }
+}
+
+/// Reads all lines of a dump in a file.
+///
+/// # Errors
+/// As [`parse`], with the file's name.
+pub fn read(path: &Path) -> Result<HashMap<String, Line>, String> {
+    let named = |why: String| format!("{}: {why}", path.display());
+    let file = File::open(path).map_err(|why| named(why.to_string()))?;
+    parse(BufReader::new(file)).map_err(named)
 }
 
 /// Reads all lines of a dump.
 ///
 /// # Errors
 /// It is none, or cannot be read.
-pub fn read(path: &Path) -> Result<HashMap<String, Line>, String> {
-    let failed = |why: std::io::Error| format!("{}: {why}", path.display());
-    let mut parser = Parser::new(BufReader::new(File::open(path).map_err(failed)?));
+pub fn parse(dump: impl BufRead) -> Result<HashMap<String, Line>, String> {
+    let failed = |why: std::io::Error| why.to_string();
+    let mut parser = Parser::new(dump);
     let header = parser.parse_header().map_err(failed)?;
     let unit = match header.timescale {
         Some((count, TimescaleUnit::PS)) => (u64::from(count), 1_000),
         Some((count, TimescaleUnit::NS)) => (u64::from(count), 1),
         Some((count, TimescaleUnit::US)) => (u64::from(count) * 1_000, 1),
-        other => return Err(format!("{}: time scale {other:?}", path.display())),
+        other => return Err(format!("time scale {other:?}")),
     };
     let mut names = HashMap::new();
     collect(&header.items, &mut names);

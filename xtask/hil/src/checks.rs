@@ -40,26 +40,14 @@ pub fn all(arguments: &Arguments, report: &mut Report) -> Result<(), String> {
         None => Board::flash(&arguments.elf)?,
     };
     let mut bench = Bench { arguments, report, console };
-    start::check(&mut bench, &board)?;
-    pwm::check(&mut bench)?;
-    let t7 = bench.sensors(&T7, ports.t7.as_deref())?;
-    let isu = bench.sensors(&ISU, ports.isu.as_deref())?;
-    bench.uplink(&ports, t7.is_some() && isu.is_some())?;
-    if !arguments.short {
-        stored::check(&mut bench)?;
+    if let Err(why) = bench.with(&board, &ports) {
+        return Err(format!("{why}{}", board.last_words()));
     }
-    if let Some(driver) = &arguments.analyser {
-        wires::captured(&mut bench, driver);
-    }
-    drop((t7, isu));
-    stored::leave_as_delivered(&mut bench)?;
     match board.end()? {
         Some(capture) => wires::of_virtual_board(&mut bench, &capture),
         None if arguments.analyser.is_none() => {
-            bench.report.skip(
-                "times on the wires",
-                "no logic analyser (--analyser DRIVER); bring-up.md has pictures",
-            );
+            let why = "no logic analyser (--analyser DRIVER); docs/bring-up.md has pictures for a scope";
+            bench.report.skip("times on the wires", why);
         }
         None => {}
     }
@@ -67,6 +55,22 @@ pub fn all(arguments: &Arguments, report: &mut Report) -> Result<(), String> {
 }
 
 impl Bench<'_> {
+    /// All checks that need the running board.
+    fn with(&mut self, board: &Board, ports: &Ports) -> Result<(), String> {
+        start::check(self, board)?;
+        pwm::check(self)?;
+        let t7 = self.sensors(&T7, ports.t7.as_deref())?;
+        let isu = self.sensors(&ISU, ports.isu.as_deref())?;
+        self.uplink(ports, t7.is_some() && isu.is_some())?;
+        if !self.arguments.short {
+            stored::check(self)?;
+        }
+        if let Some(driver) = &self.arguments.analyser {
+            wires::captured(self, driver);
+        }
+        stored::leave_as_delivered(self)
+    }
+
     /// Checks a bus with simulated sensors behind the adapter at this port, or behind the one that is moved there.
     fn sensors(&mut self, bus: &bus::Bus, port: Option<&str>) -> Result<Option<Sensors>, String> {
         if let Some(port) = port {

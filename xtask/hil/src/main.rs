@@ -16,10 +16,8 @@
 
 mod arguments;
 mod board;
-mod capture;
 mod checks;
 mod console;
-mod measure;
 mod modbus;
 mod patience;
 mod port;

@@ -3,14 +3,14 @@
 //! A character begins at a falling edge of the idle line and has ten bits (8N1). Its bit time is measured between its start
 //! and its last edge, to which the nominal rate gives the number of bits.
 
-use crate::capture::Line;
-
-const BITS: u64 = 10;
+use crate::capture::{BITS, Line};
 
 /// Smallest and largest of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
+    /// The smallest.
     pub least: f64,
+    /// The largest.
     pub most: f64,
 }
 
@@ -33,36 +33,42 @@ pub struct Figures {
     pub lead_bits: Option<Range>,
     /// End of the last stop bit to DE low, ns; negative where the stop bit was cut.
     pub tail_ns: Option<Range>,
-    /// Characters of the gateway with a low stop bit.
+    /// Of those, frames with a low stop bit; their times do not count.
     pub broken: usize,
 }
 
-/// Measures. A frame that a reset has cut is not judged: the pins float then, and the resistor at DE switches the driver off.
-pub fn measure(pair: &Line, de: &Line, reset: Option<&Line>, baud: u64) -> Figures {
+/// Measures the frames, from DE's rise to its fall, that are not `disturbed` by something that is not the gateway's doing.
+pub fn measure(pair: &Line, de: &Line, disturbed: impl Fn(u64, u64) -> bool, baud: u64) -> Figures {
     let nominal = 1e9 / baud as f64;
     let mut figures = Figures::default();
     let (mut time, mut bits) = (0.0, 0.0);
     let mut last_of_frames = Vec::new();
-    let is_cut = |fall: u64| reset.is_some_and(|reset| !level(reset, fall));
-    for (rise, fall) in high(de).into_iter().filter(|&(_, fall)| !is_cut(fall)) {
+    for (rise, fall) in de.highs().into_iter().filter(|&(rise, fall)| !disturbed(rise, fall)) {
         let mut at = rise;
         let mut last_start = None;
         let mut first_start = None;
-        while let Some(start) = falling(pair, at).filter(|start| *start < fall) {
+        let (time_before, bits_before, mut broken) = (time, bits, 0);
+        while let Some(start) = pair.falling(at).filter(|start| *start < fall) {
             first_start = first_start.or(Some(start));
             last_start = Some(start);
             let end = start + (BITS as f64 * nominal) as u64;
             let half = (nominal / 2.0) as u64;
-            if let Some(edge) = last_edge(pair, start, end - half) {
+            if let Some(edge) = pair.last_edge(start, end - half) {
                 let length = (edge - start) as f64;
                 let count = (length / nominal).round();
                 (time, bits) = (time + length, bits + count);
             }
-            figures.broken += usize::from(!level(pair, end - half));
+            broken += usize::from(!pair.level(end - half));
             at = end - half;
         }
         let (Some(first), Some(last)) = (first_start, last_start) else { continue };
         figures.frames += 1;
+        figures.broken += usize::from(broken > 0);
+        if broken > 0 {
+            // Another driver has been on: nothing of the frame is the gateway's alone.
+            (time, bits) = (time_before, bits_before);
+            continue;
+        }
         Range::add(&mut figures.lead_bits, (first - rise) as f64 / nominal);
         last_of_frames.push((last, fall));
     }
@@ -71,40 +77,6 @@ pub fn measure(pair: &Line, de: &Line, reset: Option<&Line>, baud: u64) -> Figur
         Range::add(&mut figures.tail_ns, fall as f64 - (last as f64 + BITS as f64 * figures.bit_ns));
     }
     figures
-}
-
-/// Intervals in which the line is high, begun and ended within the capture.
-fn high(line: &Line) -> Vec<(u64, u64)> {
-    let mut rise = None;
-    let mut intervals = Vec::new();
-    for &(at, high) in &line.changes {
-        match (high, rise) {
-            (true, None) => rise = Some(at),
-            (false, Some(from)) => {
-                intervals.push((from, at));
-                rise = None;
-            }
-            _ => {}
-        }
-    }
-    intervals
-}
-
-/// First falling edge from `from` on.
-fn falling(line: &Line, from: u64) -> Option<u64> {
-    let first = line.changes.partition_point(|&(at, _)| at < from);
-    line.changes.get(first..)?.iter().find(|(_, high)| !high).map(|&(at, _)| at)
-}
-
-/// Last edge after `after`, up to `until`.
-fn last_edge(line: &Line, after: u64, until: u64) -> Option<u64> {
-    let end = line.changes.partition_point(|&(at, _)| at <= until);
-    line.changes.get(..end)?.last().map(|&(at, _)| at).filter(|at| *at > after)
-}
-
-fn level(line: &Line, at: u64) -> bool {
-    let end = line.changes.partition_point(|&(change, _)| change <= at);
-    end.checked_sub(1).and_then(|last| line.changes.get(last)).map_or(line.initial, |&(_, high)| high)
 }
 
 #[cfg(test)]
@@ -129,7 +101,7 @@ mod tests {
     fn the_figures_are_those_of_the_wires() {
         // 3 characters of 8.7 us a bit from 1 ms on end at 1.261 ms.
         let (pair, de) = frame(&[0x01, 0x01, 0x83], 8_700, (999_000, 1_263_500));
-        let figures = measure(&pair, &de, None, 115_200);
+        let figures = measure(&pair, &de, |_, _| false, 115_200);
         assert_eq!((figures.frames, figures.broken), (1, 0));
         assert!((figures.bit_ns - 8_700.0).abs() < 0.01, "{figures:?}");
         let (lead, tail) = (figures.lead_bits.unwrap(), figures.tail_ns.unwrap());
@@ -140,25 +112,24 @@ mod tests {
     #[test]
     fn a_cut_stop_bit_is_negative_and_a_break_is_broken() {
         let (pair, de) = frame(&[0x55], 8_681, (990_000, 1_080_000));
-        assert!(measure(&pair, &de, None, 115_200).tail_ns.unwrap().least < 0.0);
+        assert!(measure(&pair, &de, |_, _| false, 115_200).tail_ns.unwrap().least < 0.0);
         let mut pair = pair;
         pair.changes = vec![(1_000_000, false), (1_200_000, true)];
         let de = Line { initial: false, changes: vec![(990_000, true), (1_100_000, false)] };
-        assert_eq!(measure(&pair, &de, None, 115_200).broken, 1);
+        assert_eq!(measure(&pair, &de, |_, _| false, 115_200).broken, 1);
     }
 
     #[test]
-    fn a_frame_that_a_reset_cuts_is_not_judged() {
+    fn a_disturbed_frame_is_not_judged() {
         let (pair, de) = frame(&[0x55], 8_681, (990_000, 1_040_000));
-        assert_eq!(measure(&pair, &de, None, 115_200).frames, 1);
-        let reset = Line { initial: true, changes: vec![(1_039_000, false), (1_060_000, true)] };
-        assert_eq!(measure(&pair, &de, Some(&reset), 115_200).frames, 0);
+        assert_eq!(measure(&pair, &de, |_, _| false, 115_200).frames, 1);
+        assert_eq!(measure(&pair, &de, |rise, fall| (rise, fall) == (990_000, 1_040_000), 115_200).frames, 0);
     }
 
     #[test]
     fn what_others_say_is_not_measured() {
         let (mut pair, de) = frame(&[0x55], 8_681, (990_000, 1_090_000));
         pair.changes.extend([(2_000_000, false), (2_020_000, true)]);
-        assert_eq!(measure(&pair, &de, None, 115_200).frames, 1);
+        assert_eq!(measure(&pair, &de, |_, _| false, 115_200).frames, 1);
     }
 }

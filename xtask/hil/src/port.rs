@@ -8,14 +8,14 @@ use std::time::Duration;
 
 use serial2::{CharSize, FlowControl, Parity, SerialPort, Settings, StopBits};
 
-/// What the reading thread waits for bytes before it looks whether anybody still listens.
+/// What the reading thread waits for bytes before it looks whether it is still wanted.
 const READ: Duration = Duration::from_millis(200);
 const CHUNK: usize = 512;
 
 /// An open port.
 pub struct Port {
     serial: Arc<SerialPort>,
-    bytes: Receiver<Vec<u8>>,
+    bytes: Receiver<Result<Vec<u8>, String>>,
 }
 
 impl Port {
@@ -44,19 +44,22 @@ impl Port {
             loop {
                 match reader.read(&mut buffer) {
                     Ok(length) => {
-                        if sender.send(buffer.get(..length).unwrap_or_default().to_vec()).is_err() {
+                        if sender.send(Ok(buffer.get(..length).unwrap_or_default().to_vec())).is_err() {
                             return;
                         }
                     }
                     Err(why) if why.kind() == io::ErrorKind::TimedOut => {
                         // An empty piece is nothing, and fails when nothing listens.
-                        if sender.send(Vec::new()).is_err() {
+                        if sender.send(Ok(Vec::new())).is_err() {
                             return;
                         }
                     }
                     Err(why) if why.kind() == io::ErrorKind::Interrupted => {}
-                    // The port is gone; who waits for bytes finds that the channel is.
-                    Err(_) => return,
+                    Err(why) => {
+                        // Whoever waits for bytes hears it, if anyone does.
+                        let _ = sender.send(Err(format!("the port has vanished: {why}")));
+                        return;
+                    }
                 }
             }
         });
@@ -78,7 +81,7 @@ impl Port {
     pub fn receive(&self, longest: Duration) -> Result<Vec<u8>, String> {
         use std::sync::mpsc::RecvTimeoutError as Error;
         match self.bytes.recv_timeout(longest) {
-            Ok(bytes) => Ok(bytes),
+            Ok(bytes) => bytes,
             Err(Error::Timeout) => Ok(Vec::new()),
             Err(Error::Disconnected) => Err("the port has vanished".to_owned()),
         }
