@@ -14,7 +14,6 @@ use heapless::spsc::Consumer;
 use rtic::Mutex;
 
 use crate::app::bus_level::{LocalResources, SharedResources};
-use crate::app::modbus_level;
 use crate::clock::Alarm;
 use crate::{clock, ports, shared, watchdog};
 
@@ -78,7 +77,7 @@ pub fn run(local: &mut LocalResources<'_>, shared: &mut SharedResources<'_>) -> 
             shared::note_work();
         }
         if gateway.has_task_event(Requester::Modbus) {
-            modbus_level::waker().wake_by_ref();
+            shared::wake_modbus();
         }
         let gateway_at = shared::BUSES.map(|bus| gateway.poll_at(bus));
         let next = ports_at.into_iter().chain(gateway_at).chain([Some(pwm1_at), Some(pwm2_at)]);

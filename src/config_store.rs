@@ -82,10 +82,12 @@ impl ConfigStore {
     }
 
     /// Stores the configuration in force.
-    pub fn save(&mut self, shared: &mut impl Quiet) -> Result<Saved, StorageError> {
-        let (saved, stored) = silently(shared, |gateway, modbus| {
-            (self.store.save(gateway, modbus), (gateway.fingerprint(), *modbus))
+    pub fn save(&mut self, shared: &mut dyn Quiet) -> Result<Saved, StorageError> {
+        let mut result = None;
+        silently(shared, &mut |gateway, modbus| {
+            result = Some((self.store.save(gateway, modbus), (gateway.fingerprint(), *modbus)));
         })?;
+        let (saved, stored) = result.ok_or(StorageError::Busy)?;
         let saved = saved.map_err(told)?;
         shared.note(Kept { next: Some(stored), unread: false });
         Ok(match saved {
@@ -95,50 +97,51 @@ impl ConfigStore {
     }
 
     /// Discards the stored configuration: the next start uses the configuration as delivered.
-    pub fn factory_reset(&mut self, shared: &mut impl Quiet) -> Result<(), StorageError> {
-        let forgotten = silently(shared, |_, _| self.store.factory_reset())?;
+    pub fn factory_reset(&mut self, shared: &mut dyn Quiet) -> Result<(), StorageError> {
+        let mut result = None;
+        silently(shared, &mut |_, _| result = Some(self.store.factory_reset()))?;
+        let forgotten = result.ok_or(StorageError::Busy)?;
         // After a failure the old settings may be there, or nothing.
         shared.note(Kept { next: forgotten.is_ok().then_some(self.delivered), unread: false });
         forgotten.map(|_| ()).map_err(told)
     }
 }
 
+/// Something to do with the gateway and the settings of the Modbus port.
+pub type Work<'a> = &'a mut dyn FnMut(&Gateway, &Settings);
+
 /// Access to the levels above the main loop, for storing.
 pub trait Quiet {
     /// Does something that may stall the core with the gateway and the settings of the Modbus port, while no line
-    /// driver is on and none can be switched on; `None` if one is on now.
+    /// driver is on and none can be switched on; `false`, and nothing is done, if one is on now.
     ///
     /// A driver that is on while the core stands still holds its line against all nodes. An answer that comes in
     /// meanwhile is lost, and asked for again.
-    fn while_silent<R>(&mut self, work: impl FnOnce(&Gateway, &Settings) -> R) -> Option<R>;
+    fn while_silent(&mut self, work: Work<'_>) -> bool;
 
     /// Sets the known content of the flash.
     fn note(&mut self, kept: Kept);
 }
 
 /// Waits until all lines have sent their frames; `false` if a line does not fall silent.
-pub fn await_silence(shared: &mut impl Quiet) -> bool {
-    silently(shared, |_, _| ()).is_ok()
+pub fn await_silence(shared: &mut dyn Quiet) -> bool {
+    silently(shared, &mut |_, _| ()).is_ok()
 }
 
-/// Waits until all lines are silent, and does this with the gateway.
-fn silently<R>(
-    shared: &mut impl Quiet,
-    mut work: impl FnMut(&Gateway, &Settings) -> R,
-) -> Result<R, StorageError> {
+/// Waits until all lines are silent, and does this with the gateway, once.
+fn silently(shared: &mut dyn Quiet, work: Work<'_>) -> Result<(), StorageError> {
     let begin = clock::now();
     while clock::now().since(begin) < LONGEST_WAIT {
         watchdog::check_in(MonitoredTask::Console);
-        let result = shared.while_silent(|gateway, modbus| {
+        let is_done = shared.while_silent(&mut |gateway, modbus| {
             // No other monitored task can check in meanwhile: this takes less than the shortest of their deadlines, stalls left
             // out.
             watchdog::check_in(MonitoredTask::Storage);
-            let result = clock::across_stall(|| work(gateway, modbus));
+            clock::across_stall(|| work(gateway, modbus));
             watchdog::rest(MonitoredTask::Storage);
-            result
         });
-        if let Some(result) = result {
-            return Ok(result);
+        if is_done {
+            return Ok(());
         }
         cortex_m::asm::wfi();
     }

@@ -5,7 +5,7 @@ use core::cell::RefCell;
 use core::convert::Infallible;
 
 use clino_bus::{DriverEnable, Instant};
-use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
+use clino_console::{BusState, Host, Port, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
@@ -21,8 +21,7 @@ use heapless::spsc::{Consumer, Producer};
 use rtic::Mutex;
 
 use crate::app::idle::{LocalResources, SharedResources};
-use crate::app::{bus_level, modbus_level};
-use crate::config_store::{self, ConfigStore, Kept, Quiet};
+use crate::config_store::{self, ConfigStore, Kept, Quiet, Work};
 use crate::{board, bus, clock, params, ports, shared, start, watchdog};
 
 /// Runs for ever. The console is on its stack for good: 1.4 KB.
@@ -31,7 +30,8 @@ pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
     let common = Common { shared: RefCell::new(shared), writer: RefCell::new(writer) };
     let console = Console(&common);
     let mut host = Gateway { start, store, keys, common: &common };
-    let mut shell = Shell::new(console);
+    let mut out = Port(console);
+    let mut shell = Shell::new(&mut out);
     loop {
         if host.start.mode != Mode::Normal && clock::now().since(Instant::ZERO) >= params::SAFE_MODE {
             start::retry();
@@ -41,7 +41,7 @@ pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
         } else if let Some(request) = common.with(|shared| shared.deferred.lock(Option::take)).flatten() {
             let well = host.carry_out_deferred(request);
             common.with(|shared| shared.done.lock(|done| *done = Some(well)));
-            modbus_level::waker().wake_by_ref();
+            shared::wake_modbus();
         } else if !(console.has_room() && shell.poll(&mut host)) {
             shared::sleep_until_work();
         }
@@ -90,17 +90,20 @@ impl<'a> Common<'a> {
 }
 
 impl Quiet for &Common<'_> {
-    fn while_silent<R>(&mut self, work: impl FnOnce(&clino_gateway::Gateway, &Settings) -> R) -> Option<R> {
+    fn while_silent(&mut self, work: Work<'_>) -> bool {
         self.with(|shared| {
             let SharedResources { gateway, settings, t7, isu, uplink, .. } = shared;
             gateway.lock(|gateway| {
                 let driving = t7.lock(|port| port.is_driving())
                     || isu.lock(|port| port.is_driving())
                     || uplink.lock(|port| port.is_driving());
-                (!driving).then(|| settings.lock(|settings| work(gateway, settings)))
+                if !driving {
+                    settings.lock(|settings| work(gateway, settings));
+                }
+                !driving
             })
         })
-        .flatten()
+        .unwrap_or(false)
     }
 
     fn note(&mut self, kept: Kept) {
@@ -221,20 +224,20 @@ impl Host for Gateway<'_> {
         let news = self.look(|gateway| gateway.task_event(Requester::Console));
         if news.is_some() {
             // The task has waited for this.
-            bus_level::waker().wake_by_ref();
+            shared::wake_bus();
         }
         news
     }
 
     fn change_slot(&mut self, slot: u8, named: Named<'_>) -> Result<(), Refusal> {
         let result = self.common.gateway(|gateway| gateway.change(slot, named, Requester::Console));
-        bus_level::waker().wake_by_ref();
+        shared::wake_bus();
         result.unwrap_or(Err(Refusal::Busy))
     }
 
     fn order(&mut self, order: Order) -> Result<(), Refusal> {
         let result = self.common.gateway(|gateway| gateway.carry_out(order, Requester::Console));
-        bus_level::waker().wake_by_ref();
+        shared::wake_bus();
         result.unwrap_or(Err(Refusal::Busy))
     }
 
@@ -289,6 +292,6 @@ impl Host for Gateway<'_> {
 
     fn set_modbus(&mut self, settings: Settings) {
         self.common.with(|shared| shared.new_settings.lock(|place| *place = Some(settings)));
-        modbus_level::waker().wake_by_ref();
+        shared::wake_modbus();
     }
 }

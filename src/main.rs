@@ -178,28 +178,28 @@ mod app {
     #[task(binds = USART1, priority = 4, shared = [t7])]
     fn t7_port(mut cx: t7_port::Context) {
         if cx.shared.t7.lock(|port| port.on_interrupt()) {
-            bus_level::waker().wake_by_ref();
+            shared::wake_bus();
         }
     }
 
     #[task(binds = USART3, priority = 4, shared = [isu])]
     fn isu_port(mut cx: isu_port::Context) {
         if cx.shared.isu.lock(|port| port.on_interrupt()) {
-            bus_level::waker().wake_by_ref();
+            shared::wake_bus();
         }
     }
 
     #[task(binds = TIM5, priority = 4, shared = [pwm1])]
     fn pwm1_port(mut cx: pwm1_port::Context) {
         if cx.shared.pwm1.lock(|port| port.on_interrupt()) {
-            bus_level::waker().wake_by_ref();
+            shared::wake_bus();
         }
     }
 
     #[task(binds = TIM2, priority = 4, shared = [pwm2])]
     fn pwm2_port(mut cx: pwm2_port::Context) {
         if cx.shared.pwm2.lock(|port| port.on_interrupt()) {
-            bus_level::waker().wake_by_ref();
+            shared::wake_bus();
         }
     }
 
@@ -211,10 +211,10 @@ mod app {
             shared::note_work();
         }
         if rung.bus || rung.round {
-            bus_level::waker().wake_by_ref();
+            shared::wake_bus();
         }
         if rung.modbus || rung.round {
-            modbus_level::waker().wake_by_ref();
+            shared::wake_modbus();
         }
     }
 
@@ -226,7 +226,7 @@ mod app {
     #[task(binds = USART6, priority = 3, shared = [uplink])]
     fn modbus_port(mut cx: modbus_port::Context) {
         if cx.shared.uplink.lock(|port| port.on_interrupt()) {
-            modbus_level::waker().wake_by_ref();
+            shared::wake_modbus();
         }
     }
 

@@ -13,7 +13,6 @@ use clino_recovery::{MonitoredTask, Start};
 use heapless::spsc::{Consumer, Producer};
 use rtic::Mutex;
 
-use crate::app::bus_level;
 use crate::app::modbus_level::SharedResources;
 use crate::clock::Alarm;
 use crate::config_store::Kept;
@@ -132,7 +131,7 @@ impl binding::Site for Site<'_> {
     }
 
     fn wake(&self) {
-        bus_level::waker().wake_by_ref();
+        shared::wake_bus();
     }
 
     fn driver_enable(&self, bus: clino_gateway::Bus) -> DriverEnable {

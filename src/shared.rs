@@ -8,6 +8,7 @@ use core::task::{Context, Poll};
 use clino_gateway::{Bus, Reading, Snapshot};
 use clino_recovery::MonitoredTask;
 
+use crate::app::{bus_level, modbus_level};
 use crate::watchdog;
 
 /// The buses.
@@ -38,6 +39,18 @@ pub fn sleep_until_work() {
         }
         WORK.swap(false, Ordering::Relaxed)
     }) {}
+}
+
+/// Wakes the bus level.
+#[inline(never)]
+pub fn wake_bus() {
+    bus_level::waker().wake_by_ref();
+}
+
+/// Wakes the Modbus level.
+#[inline(never)]
+pub fn wake_modbus() {
+    modbus_level::waker().wake_by_ref();
 }
 
 /// Ends when the task is woken.

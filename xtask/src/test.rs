@@ -3,7 +3,7 @@
 //! `cargo nextest`, where it is installed, packs the tests of all programs onto the cores. Without it, programs run side by
 //! side, one core each.
 
-use crate::command::{Failure, Outcome};
+use crate::command::{self, Failure, Outcome};
 use crate::programs::{self, Program, Programs};
 use crate::steps::{Step, Steps};
 use crate::{firmware, nextest, size};
@@ -16,6 +16,10 @@ const SELFTEST: &str = "clino-board::selftest";
 
 /// Its tests wait most of the time: for silence, and for answers of simulated sensors.
 const WAITING: &str = "clino::sim";
+
+/// The codec without the feature that the other tests of it need.
+const SHORT_MESSAGES: [&str; 6] =
+    ["test", "--package", "clino-codec", "--no-default-features", "--test", "short_messages"];
 
 /// Programs that take longest, longest first: what is left for the end should be short.
 const LONGEST: [&str; 8] = [
@@ -69,6 +73,7 @@ fn everything(steps: &mut Steps) -> Outcome {
     }
     beside.push(selftest(&programs)?);
     beside.push(Step::new("documentation", programs::cargo(["test", "--doc"])));
+    beside.push(Step::new("the codec as the image has it", command::cargo(SHORT_MESSAGES)));
     beside.extend(programs.examples().map(|example| Step::new(&example.name, example.command())));
     steps.side_by_side(beside);
     Ok(())

@@ -1,24 +1,34 @@
 //! Time: an [`Instant`] says when, a [`Duration`] says how long.
 //!
-//! An [`Instant`] has 64 bits at 1 MHz, which last 584 000 years. A [`Duration`] has 32 bits, which hold 71.58 minutes.
+//! An [`Instant`] has 63 bits at 1 MHz, which last 292 000 years. A [`Duration`] has 32 bits, which hold 71.58 minutes.
 //! The longest waits of the settings are an hour (stale limit, report interval, alarm delay) and 20 minutes (period), so
 //! every wait on a bus fits. A Cortex-M4 compares and divides 32 bits in one instruction; it divides 64 bits in a loop.
 //!
 //! An age has no limit. [`Instant::micros_since`] and [`Instant::millis_since`] return it in 64 bits.
 //!
-//! Arithmetic saturates. The time between two instants in the wrong order is zero, which is the safe answer to "how long
-//! ago" and "how long until". `docs/decisions.md` (*Own types of time*) says why this is not the `fugit` crate.
+//! Durations, and what is subtracted from an instant, saturate. The time between two instants in the wrong order is zero,
+//! which is the safe answer to "how long ago" and "how long until". The sum of an instant and a duration need not
+//! saturate: no instant is made later than [`Instant::NEVER`], and above that there is room for two thousand million of the longest
+//! durations.
+//!
+//! The 64 bits are kept as two words: a compiler for a core of 32 bits aligns them by four bytes, not eight, and passes them in two
+//! registers. `docs/decisions.md` (*Own types of time*) has the figures, and says why this is not the `fugit` crate.
 
+use core::cmp::Ordering;
 use core::ops::{Add, Sub};
 
 const MICROS_PER_MILLI: u32 = 1_000;
 /// The same, for ages.
 const MICROS_PER_MILLI_64: u64 = 1_000;
+/// [`Instant::NEVER`] in microseconds.
+const LATEST: u64 = u64::MAX >> 1;
 
 /// An instant, in microseconds since reset.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Instant(u64);
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct Instant {
+    low: u32,
+    high: u32,
+}
 
 /// A length of time, in microseconds, of at most 71.58 minutes ([`Duration::MAX`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -27,23 +37,27 @@ pub struct Duration(u32);
 
 impl Instant {
     /// The reset of the chip.
-    pub const ZERO: Instant = Instant(0);
-    /// The last instant, later than any that is reached.
-    pub const NEVER: Instant = Instant(u64::MAX);
+    pub const ZERO: Instant = Instant::of(0);
+    /// Later than any instant that is reached: 292 000 years after reset.
+    pub const NEVER: Instant = Instant::of(LATEST);
 
-    /// `us` microseconds after reset.
+    /// `us` microseconds after reset; at most [`Instant::NEVER`].
     pub const fn from_micros(us: u64) -> Instant {
-        Instant(us)
+        Instant::of(if us > LATEST { LATEST } else { us })
+    }
+
+    const fn of(us: u64) -> Instant {
+        Instant { low: us as u32, high: (us >> u32::BITS) as u32 }
     }
 
     /// `ms` milliseconds after reset.
     pub const fn from_millis(ms: u32) -> Instant {
-        Instant((ms as u64).saturating_mul(MICROS_PER_MILLI_64))
+        Instant::of((ms as u64).saturating_mul(MICROS_PER_MILLI_64))
     }
 
     /// Microseconds since reset.
     pub const fn as_micros(self) -> u64 {
-        self.0
+        (self.high as u64) << u32::BITS | self.low as u64
     }
 
     /// Time from `earlier` to `self`: zero in the wrong order, [`Duration::MAX`] for that much and more. For comparison
@@ -55,7 +69,7 @@ impl Instant {
 
     /// Microseconds from `earlier` to `self`, without a limit; zero in the wrong order.
     pub const fn micros_since(self, earlier: Instant) -> u64 {
-        self.0.saturating_sub(earlier.0)
+        self.as_micros().saturating_sub(earlier.as_micros())
     }
 
     /// Milliseconds from `earlier` to `self`, rounded down, without a limit; zero in the wrong order.
@@ -111,11 +125,36 @@ impl Duration {
     }
 }
 
-/// Saturates at [`Instant::NEVER`].
+impl PartialOrd for Instant {
+    fn partial_cmp(&self, other: &Instant) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Instant {
+    fn cmp(&self, other: &Instant) -> Ordering {
+        self.as_micros().cmp(&other.as_micros())
+    }
+}
+
+impl core::fmt::Debug for Instant {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_tuple("Instant").field(&self.as_micros()).finish()
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for Instant {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Instant({=u64})", self.as_micros());
+    }
+}
+
+/// Does not overflow: see the module documentation.
 impl Add<Duration> for Instant {
     type Output = Instant;
     fn add(self, duration: Duration) -> Instant {
-        Instant(self.0.saturating_add(duration.0.into()))
+        Instant::of(self.as_micros().wrapping_add(duration.0.into()))
     }
 }
 
@@ -123,7 +162,7 @@ impl Add<Duration> for Instant {
 impl Sub<Duration> for Instant {
     type Output = Instant;
     fn sub(self, duration: Duration) -> Instant {
-        Instant(self.0.saturating_sub(duration.0.into()))
+        Instant::of(self.as_micros().saturating_sub(duration.0.into()))
     }
 }
 

@@ -4,7 +4,7 @@ use clino_bus::{Duration, ExchangeOutcome, Instant, Protocol, Serial};
 
 /// What an operation wants next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step<A, Q, R, E> {
+pub enum Step<A, Q> {
     /// One exchange.
     Ask {
         /// The address to ask.
@@ -30,16 +30,14 @@ pub enum Step<A, Q, R, E> {
     },
     /// The line runs at this bit rate from now on.
     Serial(Serial),
-    /// The end. Asking again gives the same.
-    Done(Result<R, E>),
+    /// The end: [`Operation::result`] has the result. Asking again gives the same.
+    Done,
 }
 
 /// The step type of an operation.
 pub type StepOf<O> = Step<
     <<O as Operation>::Protocol as Protocol>::Address,
     <<O as Operation>::Protocol as Protocol>::Request,
-    <O as Operation>::Report,
-    <O as Operation>::Error,
 >;
 
 /// How far an operation is, in exchanges or so. `of` is an estimate that may grow; `done` never exceeds it.
@@ -72,6 +70,9 @@ pub trait Operation {
     /// What to do next. May be asked any number of times, except that a [`Step::Serial`] is said once and taken as
     /// done: otherwise only time and [`on`](Self::on) move it.
     fn next(&mut self, now: Instant) -> StepOf<Self>;
+
+    /// How it has ended, once [`next`](Self::next) has returned [`Step::Done`]; before, it need not be true.
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>>;
 
     /// An exchange asked for has ended; one answer, when collecting.
     fn on(&mut self, outcome: &ExchangeOutcome<Self::Protocol>) -> Option<Self::Event>;

@@ -3,7 +3,7 @@
 use clino_bus::{ExchangeOutcome, Fault, Instant, Isu, Master, Protocol, Serial, T7};
 use clino_codec::isu::{DeviceError, Response};
 
-use crate::operation::{Operation, Step, StepOf, TaskProgress};
+use crate::operation::{Operation, Step, TaskProgress};
 
 /// A protocol whose answers tell whether the request arrived whole.
 pub trait Commissionable: Protocol {
@@ -63,6 +63,9 @@ pub type ActionOf<O> = RunnerAction<
 /// [`Runner::is_exclusive`]. Taking turns, one exchange each, is fair to both: polling keeps at least half of its rate,
 /// and all of it while the operation waits.
 ///
+/// A program with several operations on one bus gives them one report, event and error, and runs them as one
+/// `Runner<dyn Operation<…>>`: the runner is in its image once for each protocol, not once for each operation.
+///
 /// ```
 /// use clino_bus::{Instant, Master, Serial, T7, Timing};
 /// use clino_codec::t7::Address;
@@ -83,11 +86,12 @@ pub type ActionOf<O> = RunnerAction<
 /// }
 /// ```
 #[derive(Debug)]
-pub struct Runner<O> {
-    operation: O,
+pub struct Runner<O: ?Sized> {
     asking: Asking,
     tries_left: Option<u8>,
     wait: Option<Instant>,
+    /// The last field, so that a reference to a runner can become one to a `Runner<dyn Operation<…>>`.
+    operation: O,
 }
 
 /// Which exchange the next outcomes of the master belong to.
@@ -98,28 +102,30 @@ enum Asking {
     All,
 }
 
-impl<O: Operation> Runner<O>
+impl<O> Runner<O> {
+    /// Has not begun.
+    pub const fn new(operation: O) -> Self {
+        Runner { operation, asking: Asking::None, tries_left: None, wait: None }
+    }
+}
+
+impl<O: Operation + ?Sized> Runner<O>
 where
     O::Protocol: Commissionable,
 {
-    /// Has not begun.
-    pub fn new(operation: O) -> Self {
-        Runner { operation, asking: Asking::None, tries_left: None, wait: None }
-    }
-
     /// The next thing to do. [`RunnerAction::Idle`] while an exchange is in hand, this operation's or another.
     pub fn poll(&mut self, master: &mut Master<O::Protocol>, now: Instant) -> ActionOf<O> {
         if self.is_asking() || master.is_asking() {
             return RunnerAction::Idle;
         }
-        let step = self.next(now);
+        let step = self.operation.next(now);
         self.wait = match &step {
             Step::Wait { until } => Some(*until),
             Step::Ask { address, request, .. } | Step::Collect { address, request, .. } => {
                 // Not before a late answer can be distinguished from its own.
                 master.ask_at(*address, request).filter(|&at| at > now)
             }
-            Step::Serial(_) | Step::Done(_) => None,
+            Step::Serial(_) | Step::Done => None,
         };
         if self.wait.is_some() {
             return RunnerAction::Idle;
@@ -139,7 +145,9 @@ where
             }
             Step::Wait { .. } => return RunnerAction::Idle,
             Step::Serial(serial) => return RunnerAction::Serial(serial),
-            Step::Done(result) => return RunnerAction::Done(result),
+            Step::Done => {
+                return self.operation.result().map_or(RunnerAction::Idle, RunnerAction::Done);
+            }
         };
         match begun {
             Ok(frame) => RunnerAction::Send(frame),
@@ -149,12 +157,6 @@ where
                 RunnerAction::Idle
             }
         }
-    }
-
-    /// A function of its own, so that what it takes on the stack is given back before an exchange begins.
-    #[inline(never)]
-    fn next(&mut self, now: Instant) -> StepOf<O> {
-        self.operation.next(now)
     }
 
     /// An exchange of this operation has ended; an answer has come, when it is collecting.

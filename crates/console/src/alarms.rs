@@ -6,7 +6,7 @@ use clino_gateway::{Alarm, AlarmDetail, MAX_SLOTS, Reading};
 use crate::job::{Job, Outcome};
 use crate::json;
 use crate::slots::LAST_SLOT;
-use crate::value::{DECIMALS, Value};
+use crate::value::thousandths;
 
 /// `alarms`: each alarm that is active or waits for its acknowledgement.
 pub fn alarms(job: &mut Job<'_, '_>) -> Outcome {
@@ -14,7 +14,7 @@ pub fn alarms(job: &mut Job<'_, '_>) -> Outcome {
     let mut quiet = true;
     for slot in 0..MAX_SLOTS {
         let Some(reading) = job.host.reading(slot) else { break };
-        for (alarm, ..) in Alarm::ALL {
+        for alarm in Alarm::EACH {
             if let Some(detail) = job.host.alarm(reading.slot.into(), alarm) {
                 show(job, alarm, &detail, &reading);
                 quiet = false;
@@ -22,7 +22,7 @@ pub fn alarms(job: &mut Job<'_, '_>) -> Outcome {
         }
     }
     if quiet {
-        job.reply.say(if job.reply.is_for_people() { "no alarms\n" } else { "{\"alarm\":null}\n" });
+        job.reply.either("no alarms\n", "{\"alarm\":null}\n");
     }
     Ok(())
 }
@@ -30,15 +30,14 @@ pub fn alarms(job: &mut Job<'_, '_>) -> Outcome {
 #[inline(never)]
 fn show(job: &mut Job<'_, '_>, alarm: Alarm, detail: &AlarmDetail, reading: &Reading) {
     if !job.reply.is_for_people() {
-        _ = json::alarm(job.reply.out, alarm, Some(*detail), reading, job.now);
-        return;
+        return json::alarm(&mut job.reply, alarm, Some(*detail), reading, job.now);
     }
     let AlarmDetail { state, age_ms, extreme } = *detail;
-    let (slot, name, state, seconds) = (reading.slot, alarm.name(), state.name(), age_ms / 1_000);
-    _ = write!(job.reply.out, "slot {slot:>2}  {name:<8}  {state:<14}  {seconds} s");
+    let values = [reading.slot.into(), alarm.name().into(), state.name().into(), (age_ms / 1_000).into()];
+    job.reply.print("slot {0>2}  {1<8}  {2<14}  {3} s", &values);
     if let Some(extreme) = extreme {
         let unit = if alarm == Alarm::Rate { "deg/s" } else { "deg" };
-        _ = write!(job.reply.out, "  extreme {} {unit}", Value::Decimal(extreme.into(), DECIMALS as u8));
+        job.reply.print("  extreme {0} {1}", &[thousandths(extreme), unit.into()]);
     }
     job.reply.say("\n");
 }

@@ -7,38 +7,18 @@ use clino_codec::angle::Range;
 use clino_codec::t7::Direction;
 use clino_gateway::Bus;
 use clino_gateway::config::Kind;
-use clino_gateway::settings::{Form, Setting, bus, console, port, slot};
+use clino_gateway::settings::Form;
 
+use crate::choice::Choice;
 use crate::command::{Command, Verb};
 use crate::line::Line;
+use crate::rows::{FILTER, Table, of_modbus, of_target, rows};
 use crate::typed::split;
 use crate::words::{IsuVerb, T7Verb, Words};
 
 /// Targets of `show` and `set` beside slots, which have numbers.
 const TARGETS: &[&str] = &["t7", "isu", "modbus", "console"];
 const ON_OFF: &[&str] = &["on", "off"];
-
-/// What can stand at a place of a line.
-#[derive(Clone, Copy)]
-enum Expected {
-    Command,
-    One(&'static [&'static str]),
-}
-
-impl Expected {
-    const NOTHING: Expected = Expected::One(&[]);
-
-    fn get(self, place: usize) -> Option<&'static str> {
-        match self {
-            Expected::Command => Command::name_at(place),
-            Expected::One(words) => words.get(place).copied(),
-        }
-    }
-
-    fn all(self) -> impl Iterator<Item = &'static str> {
-        (0_usize..).map_while(move |place| self.get(place))
-    }
-}
 
 /// Completes the word before the cursor, with a blank behind it if it is whole.
 #[inline(never)]
@@ -76,13 +56,14 @@ fn next<'a>(rest: &mut &'a str) -> Option<&'a str> {
 }
 
 /// What can follow these words.
-fn expected(mut words: &str) -> Expected {
-    let Some(first) = next(&mut words) else { return Expected::Command };
-    let Some(command) = Command::named(first) else { return Expected::NOTHING };
+#[inline(never)]
+fn expected(mut words: &str) -> Choice {
+    let Some(first) = next(&mut words) else { return Choice::Commands };
+    let Some(command) = Command::named(first) else { return Choice::NOTHING };
     let behind = words;
     let (second, third) = (next(&mut words), next(&mut words));
-    Expected::One(match (command.verb, second, third) {
-        (Verb::Help, None, _) => return Expected::Command,
+    Choice::Words(match (command.verb, second, third) {
+        (Verb::Help, None, _) => return Choice::Commands,
         (Verb::T7, None, _) => T7Verb::NAMES,
         (Verb::T7, Some("scan"), None) => &["all"],
         (Verb::T7, Some("direction"), Some(_)) => Direction::NAMES,
@@ -94,38 +75,29 @@ fn expected(mut words: &str) -> Expected {
         (Verb::Show | Verb::Set, None, _) => TARGETS,
         (Verb::Set, Some(target), _) => {
             let (_, behind) = split(behind);
-            match target {
-                "t7" => of_settings(behind, &bus::T7_SETTINGS, &bus::NAMES),
-                "isu" => of_settings(behind, &bus::ISU_SETTINGS, &bus::NAMES),
-                "modbus" => of_settings(behind, &port::SETTINGS, &port::NAMES),
-                "console" => of_settings(behind, &console::SETTINGS, &console::NAMES),
-                _ => of_settings(behind, &slot::SETTINGS, &slot::NAMES),
-            }
+            return of_settings(behind, of_target(target));
         }
-        (Verb::Modbus, ..) => of_settings(behind, &port::SETTINGS, &port::NAMES),
+        (Verb::Modbus, ..) => return of_settings(behind, of_modbus),
         _ => &[],
     })
 }
 
 /// What can follow settings and their values: a name, or the words that its value can be.
-fn of_settings<T>(
-    mut words: &str,
-    table: &'static [Setting<T>],
-    names: &'static [&'static str],
-) -> &'static [&'static str] {
+#[inline(never)]
+fn of_settings(mut words: &str, table: Table) -> Choice {
     while let Some(name) = next(&mut words) {
-        let Some(setting) = table.iter().find(|setting| setting.name == name) else { return &[] };
+        let Some((_, row)) = rows(table).find(|(_, row)| row.name == name) else { return Choice::NOTHING };
         let Some(value) = next(&mut words) else {
-            return match setting.form {
+            return Choice::Words(match *row.form {
                 Form::Flag => ON_OFF,
                 Form::Choice(words) => words,
                 _ => &[],
-            };
+            });
         };
         // Behind `mean` and `median` stands how many angles they go over.
-        if name == "filter" && value != "off" && next(&mut words).is_none() {
-            return &[];
+        if name == FILTER && value != "off" && next(&mut words).is_none() {
+            return Choice::NOTHING;
         }
     }
-    names
+    Choice::Settings(table)
 }

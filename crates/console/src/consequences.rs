@@ -1,39 +1,37 @@
 //! Side effects of an order: named in the question to a person, and in the answers for programs.
 
-use core::fmt::{self, Display, Write};
-
 use clino_codec::isu::eeprom;
 use clino_commissioning::t7::DeviceSetting;
 use clino_commissioning::{Report, SettingChange};
 use clino_gateway::Consequence;
-use clino_gateway::order::Order;
 use clino_gateway::task::{TaskEvent, isu, t7};
 
 use crate::causes;
+use crate::error::{UNCONFIRMED, UNCONFIRMED_SHARED, UNCONFIRMED_SILENCED};
 use crate::reply::Reply;
+use crate::sensor_task::SensorTask;
+use crate::split::split_before;
 use crate::value::Value;
 
 /// Tells a person the effects of a task on the sensor, its slots and other nodes.
 #[inline(never)]
-pub fn tell(order: &Order, consequence: Consequence, out: &mut dyn Write) {
-    _ = out.write_str("this writes to the sensor's memory");
-    match order {
-        Order::T7(t7::Task::Baud(_, rate)) => {
-            let rate = rate.bits_per_second();
-            _ = write!(out, "; the bus changes to {rate} bit/s, too; only save keeps that over a restart");
-        }
-        order => _ = out.write_str(effect(order)),
-    }
-    if consequence != Consequence::NONE {
-        _ = write!(out, "; {}", Effect(consequence));
+pub fn tell(task: &SensorTask, consequence: Consequence, reply: &mut Reply<'_>) {
+    reply.say("this writes to the sensor's memory");
+    let rate = match task {
+        SensorTask::T7(t7::Task::Baud(_, rate)) => rate.bits_per_second(),
+        _ => 0,
+    };
+    reply.print(effect(task), &[rate.into()]);
+    if let Some(Effect { row, values, .. }) = Effect::of(consequence) {
+        reply.say("; ");
+        reply.print(sentence(row), &values);
     }
 }
 
-const fn effect(order: &Order) -> &'static str {
-    match order {
-        Order::T7(task) => of_t7(task),
-        Order::Isu(task) => of_isu(task),
-        _ => "",
+const fn effect(task: &SensorTask) -> &'static str {
+    match task {
+        SensorTask::T7(task) => of_t7(task),
+        SensorTask::Isu(task) => of_isu(task),
     }
 }
 
@@ -48,7 +46,8 @@ const fn of_t7(task: &t7::Task) -> &'static str {
         Task::Set(_, DeviceSetting::Damping(_)) => "; all its axes average over this time",
         Task::Set(_, DeviceSetting::Range(_)) => "; all its axes then use this range",
         Task::Address { .. } => "; its slots follow it; only save keeps that over a restart",
-        Task::Identify(_) | Task::Sweep(_) | Task::Baud(..) => "",
+        Task::Baud(..) => "; the bus changes to {0} bit/s, too; only save keeps that over a restart",
+        Task::Identify(_) | Task::Sweep(_) => "",
     }
 }
 
@@ -70,50 +69,55 @@ const fn of_isu(task: &isu::Task) -> &'static str {
     }
 }
 
-/// Effect of an order on other nodes and slots, in words.
-pub struct Effect(pub Consequence);
+/// Effect of an order on other nodes and slots.
+struct Effect {
+    /// The error of a program that has not confirmed it.
+    row: &'static str,
+    /// The note when no question is asked: its kind, and the name of the first value.
+    note: &'static str,
+    values: [Value<'static>; 3],
+}
 
-impl Display for Effect {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Consequence { silenced: 0, shared: None } => Ok(()),
-            Consequence { silenced: 0, shared: Some(slot) } => {
-                write!(out, "slot {slot} already reads the new address")
-            }
-            Consequence { silenced, .. } => {
-                let (nodes, verbs) = if silenced == 1 { ("node", "stays") } else { ("nodes", "stay") };
-                write!(
-                    out,
-                    "{silenced} other {nodes} of the bus {verbs} at its present bit rate and will not answer"
-                )
-            }
-        }
+impl Effect {
+    #[inline(never)]
+    fn of(consequence: Consequence) -> Option<Effect> {
+        let Consequence { silenced, shared } = consequence;
+        let (row, note, first) = match shared {
+            _ if silenced > 0 => (UNCONFIRMED_SILENCED, "silenced silenced", silenced),
+            Some(slot) => (UNCONFIRMED_SHARED, "shared slot", slot),
+            None => return None,
+        };
+        let (nodes, verb) = if silenced == 1 { ("node", "stays") } else { ("nodes", "stay") };
+        Some(Effect { row, note, values: [first.into(), nodes.into(), verb.into()] })
     }
 }
 
-/// The same with a name, behind `why`.
-pub fn named(consequence: Consequence) -> (&'static str, Value<'static>) {
-    match consequence.shared {
-        Some(slot) => ("why slot", slot.into()),
-        None => ("why silenced", consequence.silenced.into()),
+/// What an error of a program that has not confirmed says of the effect.
+fn sentence(row: &'static str) -> &'static str {
+    let (_, sentence) = split_before(row, b'|');
+    let (effect, _) = split_before(sentence, b';');
+    effect.strip_prefix('|').unwrap_or("")
+}
+
+/// Writes the error of a program that has not confirmed.
+#[inline(never)]
+pub fn unconfirmed(reply: &mut Reply<'_>, consequence: Consequence) {
+    match Effect::of(consequence) {
+        Some(Effect { row, values, .. }) => reply.refuse(row, &values),
+        None => reply.refuse(UNCONFIRMED, &[]),
     }
 }
 
 /// Notes it in the answer when no question is asked.
 #[inline(never)]
 pub fn warn(reply: &mut Reply<'_>, consequence: Consequence) {
-    match consequence {
-        Consequence { silenced: 0, shared: None } => {}
-        Consequence { shared: Some(slot), .. } => {
-            reply.hint("shared", &Effect(consequence), "slot", &[slot.into()]);
-        }
-        Consequence { silenced, .. } => {
-            reply.hint("silenced", &Effect(consequence), "silenced", &[silenced.into()]);
-        }
+    if let Some(Effect { row, note, values }) = Effect::of(consequence) {
+        reply.hint(note, sentence(row), &values);
     }
 }
 
 /// Names the step that remains after a task.
+#[inline(never)]
 pub fn remind(reply: &mut Reply<'_>, news: &TaskEvent) {
     let why = match news {
         TaskEvent::T7(t7::TaskEvent::Baud(Report { change: SettingChange::Changed { .. }, .. })) => {
@@ -132,12 +136,12 @@ pub fn remind(reply: &mut Reply<'_>, news: &TaskEvent) {
         }
         _ => return,
     };
-    reply.hint("unsaved", &why, "", &[]);
+    reply.hint("unsaved", why, &[]);
 }
 
 /// What to do next, for people: a program has the cause.
 fn advise(reply: &mut Reply<'_>, step: Option<&'static str>) {
     if let Some(step) = step.filter(|_| reply.is_for_people()) {
-        reply.hint("next", &step, "", &[]);
+        reply.hint("next", step, &[]);
     }
 }

@@ -5,11 +5,12 @@ use clino_gateway::order::Order;
 use clino_gateway::trace::{Entry, TRACED};
 
 use crate::job::{Job, Outcome};
+use crate::label::Label;
 use crate::meter::BUSES;
 use crate::reply::Reply;
 use crate::slots::LAST_SLOT;
 use crate::table;
-use crate::value::Label;
+use crate::value::Value;
 
 /// `counters [SLOT]`, `counters clear`
 pub fn counters(job: &mut Job<'_, '_>) -> Outcome {
@@ -36,7 +37,7 @@ fn of_buses(job: &mut Job<'_, '_>) {
         }
     }
     if let Some(counters) = job.host.modbus_counters() {
-        let names = "messages errors exceptions requests unanswered overruns";
+        let row = "counters messages errors exceptions requests unanswered overruns";
         let values = [
             counters.messages,
             counters.errors,
@@ -45,14 +46,10 @@ fn of_buses(job: &mut Job<'_, '_>) {
             counters.unanswered,
             counters.overruns,
         ];
-        job.reply.begin_list("counters", "modbus".into());
-        job.reply.counts(names, &values.map(u32::from));
-        job.reply.end_list();
+        job.reply.numbers(row, "modbus".into(), &values.map(u32::from));
     }
     let counts = [job.host.lost_characters(), job.presence.damaged, job.presence.own];
-    job.reply.begin_list("counters", "console".into());
-    job.reply.counts("lost damaged echoed", &counts);
-    job.reply.end_list();
+    job.reply.numbers("counters lost damaged echoed", "console".into(), &counts);
 }
 
 #[inline(never)]
@@ -84,7 +81,7 @@ fn of_slot(job: &mut Job<'_, '_>, slot: u8) {
         ("response_min_us", counters.response_min()),
         ("response_max_us", counters.response_max()),
     ] {
-        job.reply.entry(Label::plain(name), is_known.then_some(time.as_micros()).into());
+        job.reply.entry(&Label::plain(name), is_known.then_some(time.as_micros()).into());
     }
     job.reply.end_list();
 }
@@ -122,24 +119,19 @@ fn last(job: &mut Job<'_, '_>, most: u8) {
 }
 
 fn row(reply: &mut Reply<'_>, entry: &Entry) {
-    let bus = entry.bus.name();
-    let Entry { at, address, command, purpose, verdict, .. } = *entry;
-    let (took, purpose, verdict) = (entry.took(), purpose.name(), verdict.name());
-    if reply.is_for_people() {
-        let (at, took) = (at.as_micros(), took.as_micros());
-        _ = writeln!(
-            reply.out,
-            "{at:>12}  {bus:<3}  {address:>4}  {command:>4}  {took:>7}  {purpose:<12}  {verdict}"
-        );
-        return;
-    }
+    let bus = Value::Text(entry.bus.name());
     let values = [
-        at.as_micros().into(),
-        address.into(),
-        command.into(),
-        took.as_micros().into(),
-        purpose.into(),
-        verdict.into(),
+        entry.at.as_micros().into(),
+        entry.address.into(),
+        entry.command.into(),
+        entry.took().as_micros().into(),
+        entry.purpose.name().into(),
+        entry.verdict.name().into(),
+        bus,
     ];
-    reply.list("trace", bus.into(), "at_us address code took_us purpose verdict", &values);
+    if reply.is_for_people() {
+        reply.print("{0>12}  {6<3}  {1>4}  {2>4}  {3>7}  {4<12}  {5}\n", &values);
+    } else {
+        reply.list("trace at_us address code took_us purpose verdict", bus, &values);
+    }
 }

@@ -8,20 +8,19 @@
 //!
 //! Limit: a line longer than the terminal is wide is not redrawn beyond its last row.
 
-use core::fmt::Write;
-
 use crate::complete::complete;
 use crate::history::History;
 use crate::keys::{Key, Keys};
 use crate::line::{Line, NOT_SAVED, PROMPT, Reason};
+use crate::out::{Out, repeat};
 use crate::received::Received;
 use crate::split::split_before;
 
 /// Most keys of one line. A person does not press as many; a port that echoes does.
 const MOST_KEYS: u16 = 1_000;
 /// Draws the screen anew: home, erase all (ECMA-48, CUP and ED).
-const CLEAR_SCREEN: &str = "\x1b[H\x1b[2J";
-const BACK: &str = "\x08";
+const CLEAR_SCREEN: &[u8] = b"\x1b[H\x1b[2J";
+const BACK: u8 = 0x08;
 
 /// How characters are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,7 +99,7 @@ impl Editor {
     }
 
     /// Takes a character.
-    pub fn take(&mut self, received: Received, manner: Manner, out: &mut dyn Write) -> Option<Event> {
+    pub fn take(&mut self, received: Received, manner: Manner, out: &mut dyn Out) -> Option<Event> {
         if received.lost > 0 {
             self.keys.interrupt();
             self.line.spoil(Reason::Lost, received.lost.into());
@@ -130,7 +129,7 @@ impl Editor {
         }
     }
 
-    fn edit(&mut self, key: Key, manner: Manner, out: &mut dyn Write) {
+    fn edit(&mut self, key: Key, manner: Manner, out: &mut dyn Out) {
         let (length, cursor) = (self.line.length(), self.line.cursor());
         let line = &mut self.line;
         // Where the text begins to differ from what is drawn, if it does.
@@ -162,7 +161,7 @@ impl Editor {
                 from = Some(0);
             }
             Key::Redraw if manner == Manner::PROMPT => {
-                _ = out.write_str(CLEAR_SCREEN);
+                out.put(CLEAR_SCREEN);
                 return self.draw(out);
             }
             _ => {
@@ -180,36 +179,36 @@ impl Editor {
         }
         match key {
             _ if manner == Manner::PROMPT => self.redraw((length, cursor), from, out),
-            Key::Character(byte) if manner.shows => _ = out.write_char(char::from(byte)),
+            Key::Character(byte) if manner.shows => out.put(&[byte]),
             _ => {}
         }
     }
 
     /// Draws prompt and line.
-    pub fn draw(&self, out: &mut dyn Write) {
-        _ = out.write_str(if self.is_unsaved { NOT_SAVED } else { "" });
-        _ = out.write_str(PROMPT);
-        _ = out.write_str(self.line.text());
+    pub fn draw(&self, out: &mut dyn Out) {
+        out.put(if self.is_unsaved { NOT_SAVED.as_bytes() } else { b"" });
+        out.put(PROMPT.as_bytes());
+        out.put(self.line.text().as_bytes());
         back(out, self.line.length().saturating_sub(self.line.cursor()));
     }
 
     /// Draws what has changed since the line had this length and cursor: the text from `from` on, or only the cursor.
-    fn redraw(&self, (length, cursor): (usize, usize), from: Option<usize>, out: &mut dyn Write) {
+    fn redraw(&self, (length, cursor): (usize, usize), from: Option<usize>, out: &mut dyn Out) {
         let line = &self.line;
         let mut drawn = cursor;
         if let Some(from) = from {
             back(out, cursor.saturating_sub(from));
-            _ = out.write_str(line.text().get(from..).unwrap_or(""));
-            (line.length()..length).for_each(|_| _ = out.write_char(' '));
+            out.put(line.text().get(from..).unwrap_or("").as_bytes());
+            repeat(out, b' ', length.saturating_sub(line.length()));
             drawn = length.max(line.length());
         }
         back(out, drawn.saturating_sub(line.cursor()));
-        _ = out.write_str(line.text().get(drawn..line.cursor()).unwrap_or(""));
+        out.put(line.text().get(drawn..line.cursor()).unwrap_or("").as_bytes());
     }
 }
 
-fn back(out: &mut dyn Write, columns: usize) {
-    (0..columns).for_each(|_| _ = out.write_str(BACK));
+fn back(out: &mut dyn Out, columns: usize) {
+    repeat(out, BACK, columns);
 }
 
 /// Where the word before the cursor begins.

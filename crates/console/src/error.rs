@@ -1,199 +1,90 @@
-//! Why a command was not carried out.
+//! Why a command was not carried out: one row for each kind of error, and what the gateway refuses in these rows.
+//!
+//! A row is `kind names|sentence`, see [`Reply::refuse`]: who finds the error names its row and its values, and nothing is
+//! built, returned and taken apart in between. Without a sentence the kind is the sentence.
 
-use core::fmt::{self, Display};
-
-use clino_codec::t7::EncodeError;
+use clino_codec::t7::{EncodeError, Field};
 use clino_gateway::config::Kind;
 use clino_gateway::order::Refusal;
 use clino_gateway::settings::Number;
-use clino_gateway::{Consequence, DegradedMode, INTERNAL_OSCILLATOR_PPM, Status, UART_TOLERANCE_PPM};
+use clino_gateway::{DegradedMode, INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM};
 
-use crate::consequences::{self, Effect};
-use crate::host::StorageError;
-use crate::line::{Damage, ERROR, LONGEST_LINE, Reason};
+use crate::label::Label;
+use crate::line::{Damage, LONGEST_LINE, Reason};
 use crate::reply::Reply;
-use crate::value::{Label, Value};
+use crate::value::{Value, thousandths};
 
-/// Why a command was not carried out.
-pub enum Error<'a> {
-    /// There is no such command.
-    Unknown,
-    /// Something is missing that this command needs.
-    Missing(&'static str),
-    /// A word is missing, one of these.
-    MissingOne { what: &'static str, expected: &'static [&'static str] },
-    /// A setting that is named twice: one of the values is not meant.
-    Twice(&'static str),
-    /// A word that is none of those expected.
-    Word { value: &'a str, expected: &'static [&'static str] },
-    /// A number out of its range, in units of its last decimal; or no number.
-    Range { what: Label, word: &'a str, value: Option<i64>, least: i64, most: i64, decimals: u8 },
-    /// An address that no single sensor of this kind has.
-    NotOne { kind: Kind, value: u8 },
-    /// A name that is too long, or has other characters.
-    Name,
-    /// A setting that slots of this kind do not have.
-    NotOf { setting: &'static str, kind: Kind },
-    /// A negative number, or a word that looks like one, without `--` before it.
-    BareMinus,
-    /// A word, or an option with the dashes before it, that this command does not take.
-    Unexpected(&'static str, &'a str),
-    /// An option of one letter that this command does not take.
-    UnexpectedLetter(char),
-    /// The gateway refuses the order.
-    Refused(Refusal),
-    /// The line is not what was typed, or cannot be known to be.
-    Damaged(Damage),
-    /// It came during a task that a person waits for.
-    Working,
-    /// A quotation mark without its other one, or in the middle of a word.
-    Quotes,
-    /// An irreversible command of a program without `--yes`.
-    Unconfirmed(Consequence),
-    /// The slot has no value that could be taken.
-    NoValue { slot: u8, status: Status },
-    /// The storage cannot be read or written.
-    Storage(StorageError),
-    /// This board does not have it.
-    Absent(&'static str),
-}
+/// There is no such command.
+pub const UNKNOWN: &str = "unknown_command|unknown command, try help";
+/// Something is missing that this command needs.
+pub const MISSING: &str = "missing_argument what|missing {0}";
+/// A word is missing, one of these.
+pub const MISSING_ONE: &str = "missing_argument what expected|missing {0}: {1}";
+/// A setting that is named twice: one of the values is not meant.
+pub const TWICE: &str = "named_twice what|{0} is named twice";
+/// A word that is none of those expected.
+pub const WORD: &str = "bad_argument value expected|{0}: expected {1}";
+/// A number out of its range; the last value is the word that was typed.
+pub const RANGE: &str = "out_of_range what value least most|{0} {4} is not between {2} and {3}";
+/// The same of something that is no number.
+pub const NO_NUMBER: &str = "bad_argument what value least most|{0} {1} is not a number between {2} and {3}";
+/// An address that no sensor of this kind has.
+pub const ADDRESS: &str = "out_of_range what value allowed|{0} {1} is not {2}";
+/// A name that is too long, or has other characters.
+pub const NAME: &str = "bad_argument why|a name has up to 16 printable characters, no quotation mark";
+/// A setting that slots of this kind do not have.
+pub const NO_EFFECT: &str = "no_effect what why|{0} has no effect on kind {1}";
+/// A negative number, or a word that looks like one, without `--` before it.
+pub const BARE_MINUS: &str = "bad_argument why|put -- before a negative number";
+/// A word that this command does not take.
+pub const UNEXPECTED_WORD: &str = "unexpected_argument value|unexpected argument {0}";
+/// An option that this command does not take, by its name.
+pub const UNEXPECTED_NAME: &str = "unexpected_option value|unexpected option --{0}";
+/// The same, by its letter.
+pub const UNEXPECTED_LETTER: &str = "unexpected_option value|unexpected option -{0}";
+/// It came during a task that a person waits for.
+pub const WORKING: &str = "busy why|line not carried out, a task is running: Ctrl-C stops it";
+/// A quotation mark without its other one, or in the middle of a word.
+pub const QUOTES: &str = "bad_argument why|a quotation mark that is not closed, or within a word";
+/// The slot has no value that could be taken.
+pub const NO_VALUE: &str = "no_value slot status|slot {0} is {1}";
+/// This board does not have it.
+pub const ABSENT: &str = "absent what|this board has no {0}";
 
-impl Error<'_> {
-    /// Writes it: a sentence for people, `{"error":{"kind":…,…}}` for programs.
-    #[inline(never)]
-    pub fn write(&self, reply: &mut Reply<'_>) {
-        if reply.is_for_people() {
-            _ = writeln!(reply.out, "{ERROR}{self}");
-            return;
-        }
-        let (kind, names, values) = self.parts();
-        _ = write!(reply.out, "{{\"error\":{{\"kind\":\"{kind}\"");
-        if !names.is_empty() {
-            reply.members(names, &values);
-        }
-        reply.say("}}\n");
-    }
+const BUSY: &str = "busy|busy, try again";
+const BELOW: &str = "out_of_range what value least most|{0} {1} is not between {2} and {3}";
+const SHORTER: &str = "does_not_fit what value least why|{0} {1} is less than {3} {2}";
+// What follows the others is always long enough.
+const SHORTER_STALE: &str =
+    "does_not_fit what value least why|{0} {1} is less than {3} {2}: set both, or stale_auto on";
+const EXCLUDED: &str = "excluded what why|{0}: conflicts with another setting of the same change";
+const BIT_RATE: &str = "bit_rate value why|{0} bit/s is not among {1}";
+const FOR_ONE: &str = "refused why|this must not go to the address of all nodes";
+const REFUSED: &str = "refused why|{0}";
+const INEXACT_CLOCK: &str = "inexact_clock clock_off_percent most_percent why|\
+                             the clock may be off by {0} %, a UART tolerates {1} %: sensors are not written to";
+const NO_BUSES: &str = "no_buses why|safe mode: the buses are not served";
+const TOO_LONG: &str = "line_too_long most characters|line not carried out, characters more than {0}: {1}";
+const DAMAGED: &str = "damaged_line reason characters|line not carried out, {2}: {1}";
+/// A number that a T7 does not accept; the last value names it.
+const NOT_FOR_T7: &str = "out_of_range value least most|{3} {0} is not between {1} and {2}";
+/// An irreversible command of a program without `--yes`. Its effect on other nodes and slots stands before the semicolon.
+pub const UNCONFIRMED: &str = "unconfirmed why|irreversible, needs --yes";
+/// The same, and a slot already reads the new address.
+pub const UNCONFIRMED_SHARED: &str =
+    "unconfirmed why slot|slot {0} already reads the new address; irreversible, needs --yes";
+/// The same, and other nodes fall silent.
+pub const UNCONFIRMED_SILENCED: &str = "unconfirmed why silenced|\
+    {0} other {1} of the bus {2} at its present bit rate and will not answer; irreversible, needs --yes";
 
-    /// Its kind, and what belongs to it: as many values as there are names.
-    fn parts(&self) -> (&'static str, &'static str, [Value<'_>; 4]) {
-        const NONE: Value<'static> = Value::None;
-        let why = Value::Words(self);
-        match *self {
-            Error::Unknown => ("unknown_command", "", [NONE; 4]),
-            Error::Missing(what) => ("missing_argument", "what", [what.into(), NONE, NONE, NONE]),
-            Error::MissingOne { what, expected } => {
-                ("missing_argument", "what expected", [what.into(), Value::OneOf(expected), NONE, NONE])
-            }
-            Error::Twice(what) => ("named_twice", "what", [what.into(), NONE, NONE, NONE]),
-            Error::Word { value, expected } => {
-                ("bad_argument", "value expected", [value.into(), Value::OneOf(expected), NONE, NONE])
-            }
-            Error::Range { what, word, value, least, most, decimals } => {
-                let kind = if value.is_some() { "out_of_range" } else { "bad_argument" };
-                let value = value.map_or(Value::Text(word), |value| scaled(value, decimals));
-                (kind, RANGE, [Value::Label(what), value, scaled(least, decimals), scaled(most, decimals)])
-            }
-            Error::NotOne { kind, value } => {
-                ("out_of_range", ADDRESS, ["address".into(), value.into(), one(kind).into(), NONE])
-            }
-            Error::Name => ("bad_argument", "why", [why, NONE, NONE, NONE]),
-            Error::NotOf { setting, .. } => ("no_effect", "what why", [setting.into(), why, NONE, NONE]),
-            Error::BareMinus => ("bad_argument", "why", [why, NONE, NONE, NONE]),
-            Error::Unexpected(dashes, value) => {
-                let kind = if dashes.is_empty() { "unexpected_argument" } else { "unexpected_option" };
-                (kind, "value", [value.into(), NONE, NONE, NONE])
-            }
-            Error::UnexpectedLetter(ref letter) => {
-                ("unexpected_option", "value", [Value::Words(letter), NONE, NONE, NONE])
-            }
-            Error::Refused(Refusal::Range { number, least, most }) => {
-                let [least, most] = [least, most].map(|limit| scaled(limit, number.decimals));
-                ("out_of_range", RANGE, [Value::Label(label(&number)), told(&number), least, most])
-            }
-            Error::Refused(Refusal::Shorter { number, least }) => (
-                "does_not_fit",
-                "what value least why",
-                [Value::Label(label(&number)), told(&number), told(&least), why],
-            ),
-            Error::Refused(Refusal::Address { kind, value }) => {
-                ("out_of_range", ADDRESS, ["address".into(), value.into(), addresses(kind).into(), NONE])
-            }
-            Error::Refused(Refusal::Excluded(what)) => {
-                ("excluded", "what why", [what.into(), why, NONE, NONE])
-            }
-            Error::Refused(Refusal::T7(EncodeError::OutOfRange { value, min, max, .. })) => {
-                ("out_of_range", "value least most", [value.into(), min.into(), max.into(), NONE])
-            }
-            Error::Refused(Refusal::BitRate { value, .. }) => {
-                ("bit_rate", "value why", [value.into(), why, NONE, NONE])
-            }
-            Error::Refused(Refusal::T7(_) | Refusal::Isu(_)) => ("refused", "why", [why, NONE, NONE, NONE]),
-            Error::Refused(Refusal::Busy) => ("busy", "", [NONE; 4]),
-            Error::Refused(Refusal::Degraded(DegradedMode::InexactClock)) => {
-                let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(percent);
-                ("inexact_clock", "clock_off_percent most_percent why", [off, most, why, NONE])
-            }
-            Error::Refused(Refusal::Degraded(_)) => ("no_buses", "why", [why, NONE, NONE, NONE]),
-            Error::Damaged(Damage { reason: Reason::TooLong, characters }) => {
-                let most = Value::from(LONGEST_LINE as u64);
-                ("line_too_long", "most characters", [most, characters.into(), NONE, NONE])
-            }
-            Error::Damaged(Damage { reason, characters }) => {
-                ("damaged_line", "reason characters", [reason.name().into(), characters.into(), NONE, NONE])
-            }
-            Error::Working => ("busy", "why", [why, NONE, NONE, NONE]),
-            Error::Quotes => ("bad_argument", "why", [why, NONE, NONE, NONE]),
-            Error::Unconfirmed(Consequence { silenced: 0, shared: None }) => {
-                ("unconfirmed", "why", [why, NONE, NONE, NONE])
-            }
-            Error::Unconfirmed(consequence) => {
-                let (names, value) = consequences::named(consequence);
-                ("unconfirmed", names, [why, value, NONE, NONE])
-            }
-            Error::NoValue { slot, status } => {
-                ("no_value", "slot status", [slot.into(), status.name().into(), NONE, NONE])
-            }
-            Error::Storage(error) => (error.name(), "", [NONE; 4]),
-            Error::Absent(what) => ("absent", "what", [what.into(), NONE, NONE, NONE]),
-        }
-    }
-}
-
-/// Names of the values of a number out of its range.
-const RANGE: &str = "what value least most";
-
-/// Names of the values of an invalid address.
-const ADDRESS: &str = "what value allowed";
-
-/// Parts per million in percent.
-fn percent(ppm: u32) -> Value<'static> {
-    // Ten of them are a thousandth of a percent.
-    Value::Thousandths((ppm / 10).into())
-}
-
-fn scaled(number: i64, decimals: u8) -> Value<'static> {
-    Value::Decimal(number, decimals)
-}
-
-fn label(number: &Number) -> Label {
-    Label { name: number.name, unit: number.unit }
-}
-
-fn told(number: &Number) -> Value<'static> {
-    Value::Decimal(number.value, number.decimals)
-}
-
-/// The addresses that a slot of a kind can have.
-const fn addresses(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Isu => "1 to 14, or 0 if it is alone",
-        Kind::Off => "0 to 100 or 127",
-        Kind::T7 | Kind::Pwm => one(kind),
-    }
+/// An error with one value, found while a line is taken apart.
+pub struct Mistake<'a> {
+    pub row: &'static str,
+    pub value: &'a str,
 }
 
 /// The addresses that one sensor of a kind can have.
-const fn one(kind: Kind) -> &'static str {
+pub const fn one(kind: Kind) -> &'static str {
     match kind {
         Kind::T7 => "1 to 100 or 127",
         Kind::Isu => "1 to 14",
@@ -202,73 +93,67 @@ const fn one(kind: Kind) -> &'static str {
     }
 }
 
-impl Display for Error<'_> {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Error::Unknown => out.write_str("unknown command, try help"),
-            Error::Missing(what) => write!(out, "missing {what}"),
-            Error::MissingOne { what, expected } => {
-                write!(out, "missing {what}: {}", Value::OneOf(expected))
-            }
-            Error::Twice(what) => write!(out, "{what} is named twice"),
-            Error::Word { value, expected } => write!(out, "{value}: expected {}", Value::OneOf(expected)),
-            Error::Range { what, word, value, least, most, decimals } => {
-                let number = if value.is_none() { "a number " } else { "" };
-                let [least, most] = [*least, *most].map(|number| scaled(number, *decimals));
-                write!(out, "{what} {word} is not {number}between {least} and {most}")
-            }
-            Error::BareMinus => out.write_str("put -- before a negative number"),
-            Error::Unexpected("", value) => write!(out, "unexpected argument {value}"),
-            Error::Unexpected(dashes, value) => write!(out, "unexpected option {dashes}{value}"),
-            Error::UnexpectedLetter(letter) => write!(out, "unexpected option -{letter}"),
-            Error::NotOne { kind, value } => write!(out, "address {value} is not {}", one(*kind)),
-            Error::Name => out.write_str("a name has up to 16 printable characters, no quotation mark"),
-            Error::NotOf { setting, kind } => write!(out, "{setting} has no effect on kind {}", kind.name()),
-            Error::Refused(Refusal::Range { number, least, most }) => {
-                let [least, most] = [least, most].map(|limit| scaled(*limit, number.decimals));
-                write!(out, "{} {} is not between {least} and {most}", label(number), told(number))
-            }
-            Error::Refused(Refusal::Shorter { number, least }) => {
-                let (what, than) = (label(number), label(least));
-                write!(out, "{what} {} is less than {than} {}", told(number), told(least))?;
-                // What follows the others is always long enough.
-                if number.name == "stale" { out.write_str(": set both, or stale_auto on") } else { Ok(()) }
-            }
-            Error::Refused(Refusal::Address { kind, value }) => {
-                write!(out, "address {value} is not {}", addresses(*kind))
-            }
-            Error::Refused(Refusal::Excluded(what)) => {
-                write!(out, "{what}: conflicts with another setting of the same change")
-            }
-            Error::Refused(Refusal::BitRate { value, allowed }) => {
-                write!(out, "{value} bit/s is not among")?;
-                allowed.iter().try_for_each(|rate| write!(out, " {rate}"))
-            }
-            Error::Refused(Refusal::T7(error)) => write!(out, "{error}"),
-            Error::Refused(Refusal::Isu(cause)) => {
-                out.write_str(clino_gateway::task::Reason::from(cause).name())
-            }
-            Error::Refused(Refusal::Busy) => out.write_str("busy, try again"),
-            Error::Refused(Refusal::Degraded(DegradedMode::InexactClock)) => {
-                let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(percent);
-                write!(
-                    out,
-                    "the clock may be off by {off} %, a UART tolerates {most} %: sensors are not written to"
-                )
-            }
-            Error::Refused(Refusal::Degraded(_)) => out.write_str("safe mode: the buses are not served"),
-            Error::Damaged(Damage { reason, characters }) => {
-                write!(out, "line not carried out, {}: {characters}", reason.words())
-            }
-            Error::Working => out.write_str("line not carried out, a task is running: Ctrl-C stops it"),
-            Error::Quotes => out.write_str("a quotation mark that is not closed, or within a word"),
-            Error::Unconfirmed(consequence) => {
-                let separator = if *consequence == Consequence::NONE { "" } else { "; " };
-                write!(out, "{}{separator}irreversible, needs --yes", Effect(*consequence))
-            }
-            Error::NoValue { slot, status } => write!(out, "slot {slot} is {}", status.name()),
-            Error::Storage(error) => out.write_str(error.name()),
-            Error::Absent(what) => write!(out, "this board has no {what}"),
+/// The addresses that a slot of a kind can have.
+const fn of_slot(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Isu => "1 to 14, or 0 if it is alone",
+        Kind::Off => "0 to 100 or 127",
+        Kind::T7 | Kind::Pwm => one(kind),
+    }
+}
+
+/// Writes why the gateway refuses an order.
+#[inline(never)]
+pub fn refused(reply: &mut Reply<'_>, refusal: &Refusal) {
+    let label = |number: &Number| Label { name: number.name, unit: number.unit };
+    let value = |number: &Number| Value::Decimal(number.value, number.decimals);
+    match *refusal {
+        Refusal::Range { number, least, most } => {
+            let [least, most] = [least, most].map(|limit| Value::Decimal(limit, number.decimals));
+            reply.refuse(BELOW, &[Value::Label(&label(&number)), value(&number), least, most]);
+        }
+        Refusal::Shorter { number, least } => {
+            let (what, than) = (label(&number), label(&least));
+            let row = if number.name == "stale" { SHORTER_STALE } else { SHORTER };
+            reply.refuse(row, &[Value::Label(&what), value(&number), value(&least), Value::Label(&than)]);
+        }
+        Refusal::Address { kind, value } => {
+            reply.refuse(ADDRESS, &["address".into(), Value::Decimal(value, 0), of_slot(kind).into()]);
+        }
+        Refusal::Excluded(what) => reply.refuse(EXCLUDED, &[what.into()]),
+        Refusal::BitRate { value, allowed } => {
+            reply.refuse(BIT_RATE, &[value.into(), Value::Rates(allowed)]);
+        }
+        Refusal::T7(EncodeError::OutOfRange { field, value, min, max }) => {
+            let what = match field {
+                Field::Offset => "offset_mdeg",
+                Field::Damping => "damping_ms",
+                _ => "value",
+            };
+            reply.refuse(NOT_FOR_T7, &[value.into(), min.into(), max.into(), what.into()]);
+        }
+        Refusal::T7(EncodeError::NotForAll { .. }) => reply.refuse(FOR_ONE, &[]),
+        Refusal::Isu(cause) => {
+            reply.refuse(REFUSED, &[clino_gateway::task::Reason::from(&cause).name().into()]);
+        }
+        Refusal::Busy => reply.refuse(BUSY, &[]),
+        Refusal::Degraded(DegradedMode::InexactClock) => {
+            // Ten parts per million are a thousandth of a percent.
+            let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(|ppm| thousandths(ppm / 10));
+            reply.refuse(INEXACT_CLOCK, &[off, most]);
+        }
+        Refusal::Degraded(_) => reply.refuse(NO_BUSES, &[]),
+    }
+}
+
+/// Writes that a line is not what was typed, or cannot be known to be.
+#[inline(never)]
+pub fn damaged(reply: &mut Reply<'_>, damage: Damage) {
+    let Damage { reason, characters } = damage;
+    match reason {
+        Reason::TooLong => reply.refuse(TOO_LONG, &[(LONGEST_LINE as u32).into(), characters.into()]),
+        reason => {
+            reply.refuse(DAMAGED, &[reason.name().into(), characters.into(), reason.words().into()]);
         }
     }
 }

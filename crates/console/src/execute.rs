@@ -1,12 +1,13 @@
 //! Carries out a line.
 
 use crate::audience::Audience;
-use crate::command::{Command, Verb, describe_all};
-use crate::error::Error;
+use crate::command::{Command, Verb};
+use crate::error::UNKNOWN;
+use crate::help::{describe, describe_all};
 use crate::host::Host;
 use crate::job::{Job, Outcome, Reported};
 use crate::meter::Meter;
-use crate::pending::{Next, Pending};
+use crate::pending::Next;
 use crate::presence::Presence;
 use crate::reply::Reply;
 use crate::typed::{self, Typed};
@@ -33,52 +34,67 @@ pub fn execute<'j>(
 fn carry_out<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Outcome {
     let (name, rest) = typed::split(line);
     let command = command(job, if name == "?" { "help" } else { name })?;
-    job.typed.take(rest).map_err(|error| job.refuse(&error))?;
+    job.typed.take(rest).map_err(|mistake| job.mistaken(&mistake))?;
     if job.typed.help {
-        command.describe(&mut job.reply);
+        describe(&mut job.reply, command);
         return Ok(());
     }
-    match command.verb {
-        Verb::List => slots::list(job),
-        Verb::Read => slots::read(job),
-        Verb::Watch => slots::watch(job),
-        Verb::Slot => slots::slot(job),
-        Verb::Show => slots::show(job),
-        Verb::Set => slots::set(job),
-        Verb::Zero => slots::zero(job),
-        Verb::Bus => buses::bus(job),
-        Verb::T7 => tasks::t7(job),
-        Verb::Isu => tasks::isu(job),
-        Verb::Cancel => tasks::cancel(job),
-        Verb::Counters => diagnostics::counters(job),
-        Verb::Trace => diagnostics::trace(job),
-        Verb::Alarms => alarms::alarms(job),
-        Verb::Acknowledge => alarms::acknowledge(job),
-        Verb::Extremes => extremes::extremes(job),
-        Verb::Load => buses::load(job),
-        Verb::Export => export::export(job),
-        Verb::Modbus => system::modbus(job),
-        Verb::Save => system::save(job),
-        Verb::FactoryReset => job.confirmed(Pending::FactoryReset),
-        Verb::Reboot => job.confirmed(Pending::Reboot),
-        Verb::ResetCause => system::reset_cause(job),
-        Verb::Version => system::version(job),
-        Verb::Json => {
-            let programs = job.one_of("mode")?;
-            job.end()?;
-            *job.next = Next::Speak(if programs { Audience::Programs } else { Audience::People });
-            Ok(())
-        }
-        Verb::Help => {
-            match job.typed.next() {
-                Some(name) => self::command(job, name)?.describe(&mut job.reply),
-                None => describe_all(&mut job.reply),
-            }
-            Ok(())
-        }
+    action(command.verb)(job)
+}
+
+/// What a command does. Each is a function of its own, so that one does not pay for the stack of the others.
+const fn action(verb: Verb) -> fn(&mut Job<'_, '_>) -> Outcome {
+    match verb {
+        Verb::List => slots::list,
+        Verb::Read => slots::read,
+        Verb::Watch => slots::watch,
+        Verb::Slot => slots::slot,
+        Verb::Show => slots::show,
+        Verb::Set => slots::set,
+        Verb::Zero => slots::zero,
+        Verb::Bus => buses::bus,
+        Verb::T7 => tasks::t7,
+        Verb::Isu => tasks::isu,
+        Verb::Cancel => tasks::cancel,
+        Verb::Counters => diagnostics::counters,
+        Verb::Trace => diagnostics::trace,
+        Verb::Alarms => alarms::alarms,
+        Verb::Acknowledge => alarms::acknowledge,
+        Verb::Extremes => extremes::extremes,
+        Verb::Load => buses::load,
+        Verb::Export => export::export,
+        Verb::Modbus => system::modbus,
+        Verb::Save => system::save,
+        Verb::FactoryReset => system::factory_reset,
+        Verb::Reboot => system::reboot,
+        Verb::ResetCause => system::reset_cause,
+        Verb::Version => system::version,
+        Verb::Json => json,
+        Verb::Help => help,
     }
 }
 
+/// `json on|off`
+fn json(job: &mut Job<'_, '_>) -> Outcome {
+    let programs = job.one_of("mode")?;
+    job.end()?;
+    *job.next = Next::Speak(if programs { Audience::Programs } else { Audience::People });
+    Ok(())
+}
+
+/// `help [COMMAND]`
+fn help(job: &mut Job<'_, '_>) -> Outcome {
+    match job.typed.next() {
+        Some(name) => {
+            let command = command(job, name)?;
+            describe(&mut job.reply, command);
+        }
+        None => describe_all(&mut job.reply),
+    }
+    Ok(())
+}
+
+#[inline(never)]
 fn command(job: &mut Job<'_, '_>, name: &str) -> Result<&'static Command, Reported> {
-    Command::named(name).ok_or_else(|| job.refuse(&Error::Unknown))
+    Command::named(name).ok_or_else(|| job.refuse(UNKNOWN, &[]))
 }

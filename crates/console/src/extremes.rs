@@ -5,7 +5,7 @@ use clino_gateway::{Detail, ExtremeAngle, Source};
 
 use crate::job::{Job, Outcome, Reported};
 use crate::slots::LAST_SLOT;
-use crate::value::Value;
+use crate::value::thousandths;
 
 /// Milliseconds in a second.
 const MS_PER_S: u64 = 1_000;
@@ -43,8 +43,8 @@ fn show(job: &mut Job<'_, '_>, slot: u8, named: bool) {
     };
     let now = job.now;
     let (low, high) = (extremes.lowest(now), extremes.highest(now));
-    let angle = |extreme: Option<ExtremeAngle>| extreme.map(|e| Value::Thousandths(e.mdeg.into())).into();
+    let angle = |extreme: Option<ExtremeAngle>| extreme.map(|e| thousandths(e.mdeg)).into();
     let age = |extreme: Option<ExtremeAngle>| extreme.map(|e| e.age_ms / MS_PER_S).into();
     let values = [angle(low), age(low), angle(high), age(high)];
-    job.reply.list("extremes", slot.into(), "lowest_deg lowest_age_s highest_deg highest_age_s", &values);
+    job.reply.list("extremes lowest_deg lowest_age_s highest_deg highest_age_s", slot.into(), &values);
 }

@@ -131,6 +131,16 @@ pub enum Saved {
     Written,
 }
 
+impl Saved {
+    /// The name used in every text interface.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Saved::Unchanged => "unchanged",
+            Saved::Written => "written",
+        }
+    }
+}
+
 /// Why something cannot be stored or forgotten.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StorageError {

@@ -4,7 +4,7 @@ use clino_bus::Instant;
 use clino_recovery::Mode;
 
 use crate::host::Host;
-use crate::reply::Reply;
+use crate::reply::{Members, Reply};
 use crate::value::Value;
 
 /// The greeting of a person, before the first prompt.
@@ -19,32 +19,36 @@ pub const fn greeting(mode: Mode) -> &'static str {
 }
 
 /// The first line of the stream: identity of the gateway, and how to get a prompt.
+#[inline(never)]
 pub fn introduce(reply: &mut Reply<'_>, host: &dyn Host) {
-    identify(host, &mut |values| {
-        reply.begin_list("stream", "started".into());
-        reply.members(IDENTITY, values);
-        reply.members("prompt", &[HOW_TO_GET_A_PROMPT.into()]);
-        reply.end_list();
-    });
+    reply.begin_list("stream", "started".into());
+    identify(reply.rest_of_line(IDENTITY), host);
+    reply.more("prompt", &[HOW_TO_GET_A_PROMPT.into()]);
+    reply.end_list();
+}
+
+/// `version`
+#[inline(never)]
+pub fn version(reply: &mut Reply<'_>, host: &dyn Host) {
+    reply.begin("clino");
+    identify(reply.rest_of_line(IDENTITY), host);
+    reply.end();
 }
 
 /// What ends the stream, as its first line says.
 pub const HOW_TO_GET_A_PROMPT: &str = "Enter or Ctrl-C";
 
 /// Names of the values of [`identify`].
-pub const IDENTITY: &str = "version uptime_ms mode clock power_ups boots uid";
+const IDENTITY: &str = "version uptime_ms mode clock power_ups boots uid";
 
-/// Hands out version, time since reset and start of the gateway.
-pub fn identify(host: &dyn Host, tell: &mut dyn FnMut(&[Value<'_>])) {
+/// Writes version, time since reset and start of the gateway.
+fn identify(mut line: Members<'_, '_>, host: &dyn Host) {
     let start = host.start();
-    let values = [
-        host.version().into(),
-        host.now().millis_since(Instant::ZERO).into(),
-        start.mode.name().into(),
-        start.clock.name().into(),
-        start.power_ups.into(),
-        start.boots.into(),
-        Value::Words(&start.uid),
-    ];
-    tell(&values);
+    line.text(host.version());
+    line.next(host.now().millis_since(Instant::ZERO).into());
+    line.text(start.mode.name());
+    line.text(start.clock.name());
+    line.count(start.power_ups);
+    line.count(start.boots);
+    line.next(Value::Uid(&start.uid));
 }

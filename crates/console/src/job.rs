@@ -6,16 +6,19 @@
 use clino_bus::Instant;
 use clino_gateway::order::{Order, Refusal};
 
-use crate::error::Error;
+use crate::choice::Choice;
+use crate::consequences;
+use crate::error::{self, MISSING, MISSING_ONE, Mistake, NO_NUMBER, RANGE, WORD};
 use crate::host::Host;
+use crate::label::Label;
 use crate::meter::Meter;
 use crate::number;
 use crate::pending::{Next, Pending};
 use crate::presence::Presence;
 use crate::reply::Reply;
 use crate::typed::{Opt, Typed};
-use crate::value::Label;
-use crate::words::{Words, place};
+use crate::value::Value;
+use crate::words::Words;
 
 /// A command in hand.
 pub struct Job<'j, 'a> {
@@ -39,43 +42,48 @@ pub type Outcome = Result<(), Reported>;
 impl<'a> Job<'_, 'a> {
     /// Writes an error.
     #[inline(never)]
-    pub fn refuse(&mut self, error: &Error<'_>) -> Reported {
-        error.write(&mut self.reply);
+    pub fn refuse(&mut self, row: &'static str, values: &[Value<'_>]) -> Reported {
+        self.reply.refuse(row, values);
         Reported
+    }
+
+    /// Writes what is wrong with the line.
+    #[inline(never)]
+    pub fn mistaken(&mut self, mistake: &Mistake<'_>) -> Reported {
+        self.refuse(mistake.row, &[mistake.value.into()])
     }
 
     /// The next word.
     #[inline(never)]
     pub fn word(&mut self, what: &'static str) -> Result<&'a str, Reported> {
-        self.typed.next().ok_or_else(|| self.refuse(&Error::Missing(what)))
+        self.typed.next().ok_or_else(|| self.refuse(MISSING, &[what.into()]))
     }
 
     /// What a word means.
     pub fn meaning<W: Words>(&mut self, word: &str) -> Result<W, Reported> {
-        let place = self.place(word, W::NAMES)?;
+        let place = self.place(word, Choice::Words(W::NAMES))?;
         W::VALUES.get(place).copied().ok_or(Reported)
     }
 
     /// The next word, one of a list.
     pub fn one_of<W: Words>(&mut self, what: &'static str) -> Result<W, Reported> {
-        let word = self.word_of(what, W::NAMES)?;
-        self.meaning(word)
+        let place = self.place_of(what, Choice::Words(W::NAMES))?;
+        W::VALUES.get(place).copied().ok_or(Reported)
     }
 
-    /// The next word, which is to be one of a list.
+    /// Where the next word stands in a list.
     #[inline(never)]
-    pub fn word_of(
-        &mut self,
-        what: &'static str,
-        expected: &'static [&'static str],
-    ) -> Result<&'a str, Reported> {
-        self.typed.next().ok_or_else(|| self.refuse(&Error::MissingOne { what, expected }))
+    pub fn place_of(&mut self, what: &'static str, expected: Choice) -> Result<usize, Reported> {
+        match self.typed.next() {
+            Some(word) => self.place(word, expected),
+            None => Err(self.refuse(MISSING_ONE, &[what.into(), Value::OneOf(expected)])),
+        }
     }
 
     /// Where a word stands in a list.
     #[inline(never)]
-    pub fn place(&mut self, word: &str, expected: &'static [&'static str]) -> Result<usize, Reported> {
-        place(word, expected).ok_or_else(|| self.refuse(&Error::Word { value: word, expected }))
+    pub fn place(&mut self, word: &str, expected: Choice) -> Result<usize, Reported> {
+        expected.place(word).ok_or_else(|| self.refuse(WORD, &[word.into(), Value::OneOf(expected)]))
     }
 
     /// A number within limits.
@@ -83,11 +91,26 @@ impl<'a> Job<'_, 'a> {
     pub fn number(&mut self, word: &str, what: &'static str, least: i64, most: i64) -> Result<i64, Reported> {
         match number::parse(word, 0) {
             Some(value) if (least..=most).contains(&value) => Ok(value),
-            value => {
-                let what = Label::plain(what);
-                Err(self.refuse(&Error::Range { what, word, value, least, most, decimals: 0 }))
-            }
+            value => Err(self.beyond(&Label::plain(what), word, value, (least, most), 0)),
         }
+    }
+
+    /// A number is out of its range, or none.
+    #[inline(never)]
+    pub fn beyond(
+        &mut self,
+        what: &Label,
+        word: &str,
+        value: Option<i64>,
+        (least, most): (i64, i64),
+        decimals: u8,
+    ) -> Reported {
+        let number = |number| Value::Decimal(number, decimals);
+        let (row, value) = match value {
+            Some(value) => (RANGE, number(value)),
+            None => (NO_NUMBER, word.into()),
+        };
+        self.refuse(row, &[Value::Label(what), value, number(least), number(most), word.into()])
     }
 
     /// A number that is not below zero.
@@ -105,22 +128,29 @@ impl<'a> Job<'_, 'a> {
     /// The value of an option. To be called before the words are fetched.
     #[inline(never)]
     pub fn option(&mut self, option: Opt) -> Result<Option<&'a str>, Reported> {
-        self.typed.option(option).map_err(|error| self.refuse(&error))
+        self.typed.option(option).map_err(|mistake| self.mistaken(&mistake))
     }
 
     /// Nothing more is expected.
     #[inline(never)]
     pub fn end(&mut self) -> Outcome {
         match self.typed.rest() {
-            Some(error) => Err(self.refuse(&error)),
+            Some(mistake) => Err(self.mistaken(&mistake)),
             None => Ok(()),
         }
+    }
+
+    /// Writes why the gateway refuses an order.
+    #[inline(never)]
+    pub fn refused(&mut self, refusal: &Refusal) -> Reported {
+        error::refused(&mut self.reply, refusal);
+        Reported
     }
 
     /// What the gateway says to an order.
     #[inline(never)]
     pub fn accepted(&mut self, result: Result<(), Refusal>) -> Outcome {
-        result.map_err(|refusal| self.refuse(&Error::Refused(refusal)))
+        result.map_err(|refusal| self.refused(&refusal))
     }
 
     /// Has an order carried out that needs no more words.
@@ -141,7 +171,8 @@ impl<'a> Job<'_, 'a> {
         } else if self.reply.is_for_people() {
             *self.next = Next::Ask(pending);
         } else {
-            return Err(self.refuse(&Error::Unconfirmed(pending.consequence())));
+            consequences::unconfirmed(&mut self.reply, pending.consequence());
+            return Err(Reported);
         }
         Ok(())
     }

@@ -15,82 +15,58 @@
 //! that was missed shows. `fault` is the name of a
 //! [`BusFault`] while the bus is out of order.
 
-use core::fmt::{self, Write};
-
-use clino_bus::{BusCounters, DriverEnable, Instant};
+use clino_bus::Instant;
 use clino_gateway::config::{Bus, Kind, PwmInput, Source};
-use clino_gateway::{Alarm, AlarmDetail, AlarmState, BusFault, BusHealth, Reading};
+use clino_gateway::{Alarm, AlarmDetail, AlarmState, BusFault, Reading};
+
+use crate::host::BusState;
+use crate::reply::Reply;
+use crate::value::Value;
 
 /// Longest line of the stream, line end (CR LF on the wire) included: the summary with every signal. A reading with every
 /// signal and the highest age has 168 characters.
 pub const MAX_LINE: usize = 216;
 
 /// Writes a reading as it stands at `now`.
-pub fn reading(out: &mut dyn Write, reading: &Reading, now: Instant) -> fmt::Result {
+#[inline(never)]
+pub fn reading(reply: &mut Reply<'_>, reading: &Reading, now: Instant) {
     let (kind, bus, address) = name(&reading.source);
-    write!(
-        out,
-        "{{\"slot\":{},\"kind\":\"{kind}\",\"bus\":\"{bus}\",\"address\":{address},\"status\":\"{}\",\"angle_deg\":",
-        reading.slot,
-        reading.status(now).name()
-    )?;
-    match reading.angle(now) {
-        Some(angle) => write!(out, "{angle}")?,
-        None => out.write_str("null")?,
-    }
-    out.write_str(",\"age_ms\":")?;
-    match reading.age_ms(now) {
-        Some(age_ms) => write!(out, "{age_ms}")?,
-        None => out.write_str("null")?,
-    }
-    out.write_str(",\"health\":[")?;
-    for (place, name) in reading.health.names().enumerate() {
-        write!(out, "{}\"{name}\"", if place == 0 { "" } else { "," })?;
-    }
-    writeln!(out, "],\"seq\":{}}}", reading.sequence)
+    let row = "slot kind bus address status angle_deg age_ms health seq";
+    let mut list = reply.open_list(row, reading.slot.into());
+    list.text(kind);
+    list.text(bus);
+    list.count(address.into());
+    list.text(reading.status(now).name());
+    list.next(reading.angle(now).into());
+    list.next(reading.age_ms(now).into());
+    list.next(Value::Health(reading.health));
+    list.count(reading.sequence);
+    list.end();
 }
 
 /// Writes the state of an alarm of a slot, which reads this. `detail` is `None` while the alarm is quiet.
+#[inline(never)]
 pub fn alarm(
-    out: &mut dyn Write,
+    reply: &mut Reply<'_>,
     alarm: Alarm,
     detail: Option<AlarmDetail>,
     reading: &Reading,
     now: Instant,
-) -> fmt::Result {
-    let state = detail.map_or(AlarmState::Quiet, |detail| detail.state).name();
-    write!(
-        out,
-        "{{\"alarm\":{},\"name\":\"{}\",\"state\":\"{state}\",\"age_ms\":",
-        reading.slot,
-        alarm.name()
-    )?;
-    match detail {
-        Some(AlarmDetail { age_ms, .. }) => write!(out, "{age_ms}")?,
-        None => out.write_str("null")?,
-    }
-    out.write_str(",\"extreme\":")?;
-    match detail.and_then(|detail| detail.extreme) {
-        Some(extreme) => thousandths(out, extreme)?,
-        None => out.write_str("null")?,
-    }
-    out.write_str(match alarm {
-        Alarm::High | Alarm::Low => ",\"unit\":\"deg\"",
-        Alarm::Rate => ",\"unit\":\"deg/s\"",
-        Alarm::NoValue => ",\"unit\":null",
-    })?;
-    out.write_str(",\"angle_deg\":")?;
-    match reading.angle(now) {
-        Some(angle) => write!(out, "{angle}")?,
-        None => out.write_str("null")?,
-    }
-    out.write_str("}\n")
-}
-
-/// Writes a number that counts thousandths, with three decimals.
-fn thousandths(out: &mut dyn Write, value: i32) -> fmt::Result {
-    let (sign, count) = (if value < 0 { "-" } else { "" }, value.unsigned_abs());
-    write!(out, "{sign}{}.{:03}", count / 1_000, count % 1_000)
+) {
+    let unit = match alarm {
+        Alarm::High | Alarm::Low => Some("deg"),
+        Alarm::Rate => Some("deg/s"),
+        Alarm::NoValue => None,
+    };
+    let row = "alarm name state age_ms extreme unit angle_deg";
+    let mut list = reply.open_list(row, reading.slot.into());
+    list.text(alarm.name());
+    list.text(detail.map_or(AlarmState::Quiet, |detail| detail.state).name());
+    list.next(detail.map(|detail| detail.age_ms).into());
+    list.next(detail.and_then(|detail| detail.extreme).map_or(Value::None, Value::Thousandths));
+    list.next(unit.into());
+    list.next(reading.angle(now).into());
+    list.end();
 }
 
 /// Which of a bus's statistics lines. Several short lines, so that a reading never waits for a long one.
@@ -112,49 +88,41 @@ impl Topic {
 }
 
 /// Writes one topic of the statistics of a bus.
-pub fn statistics(
-    out: &mut dyn Write,
-    bus: Bus,
-    topic: Topic,
-    counters: &BusCounters,
-    health: &BusHealth,
-    driver: &DriverEnable,
-) -> fmt::Result {
-    let bus = bus.name();
+#[inline(never)]
+pub fn statistics(reply: &mut Reply<'_>, bus: Bus, topic: Topic, state: &BusState) {
+    let BusState { counters, health, driver, .. } = state;
+    let of = bus.name().into();
     match topic {
-        Topic::Exchanges => writeln!(
-            out,
-            "{{\"stats\":\"{bus}\",\"requests\":{},\"good\":{},\"no_answer\":{},\"bad_answer\":{},\"late\":{}}}",
-            counters.requests, counters.good, counters.no_answer, counters.bad_answer, counters.late,
-        ),
-        Topic::Line => writeln!(
-            out,
-            "{{\"line\":\"{bus}\",\"forced\":{},\"busy\":{},\"junk\":{},\"framing\":{},\"noise\":{},\"overrun\":{}}}",
-            counters.forced,
-            counters.line_busy,
-            counters.discarded,
-            counters.framing,
-            counters.noise,
-            counters.overrun,
-        ),
-        Topic::Times => writeln!(
-            out,
-            "{{\"times\":\"{bus}\",\"response_us\":{},\"response_max_us\":{},\"de_release_max_ns\":{},\
-             \"de_high_max_us\":{}}}",
-            counters.response_last.as_micros(),
-            counters.response_max.as_micros(),
-            driver.release_max_ns,
-            driver.high_max_us,
-        ),
+        Topic::Exchanges => {
+            let counts =
+                [counters.requests, counters.good, counters.no_answer, counters.bad_answer, counters.late];
+            reply.numbers("stats requests good no_answer bad_answer late", of, &counts);
+        }
+        Topic::Line => {
+            let counts = [
+                counters.forced,
+                counters.line_busy,
+                counters.discarded,
+                counters.framing,
+                counters.noise,
+                counters.overrun,
+            ];
+            reply.numbers("line forced busy junk framing noise overrun", of, &counts);
+        }
+        Topic::Times => {
+            let counts = [
+                counters.response_last.as_micros(),
+                counters.response_max.as_micros(),
+                driver.release_max_ns,
+                driver.high_max_us,
+            ];
+            let row = "times response_us response_max_us de_release_max_ns de_high_max_us";
+            reply.numbers(row, of, &counts);
+        }
         Topic::Fault => {
-            let quote = if health.fault.is_some() { "\"" } else { "" };
-            writeln!(
-                out,
-                "{{\"bus_fault\":\"{bus}\",\"fault\":{quote}{}{quote},\"faults\":{},\"in_vain\":{}}}",
-                health.fault.map_or("null", BusFault::name),
-                health.faults,
-                health.in_vain,
-            )
+            let values =
+                [health.fault.map(BusFault::name).into(), health.faults.into(), health.in_vain.into()];
+            reply.list("bus_fault fault faults in_vain", of, &values);
         }
     }
 }

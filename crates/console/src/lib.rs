@@ -12,7 +12,7 @@
 //!
 //! Only lines that were typed, whole, are carried out: see `line.rs`.
 //!
-//! Sans-IO: [`Shell`] takes characters and is polled; text goes to an `embedded_io::Write`; the gateway is a [`Host`]. What can
+//! Sans-IO: [`Shell`] takes characters and is polled; text goes to an [`Out`], such as any `embedded_io::Write` as a [`Port`]; the gateway is a [`Host`]. What can
 //! be typed is a table (`command.rs`).
 //!
 //! Irreversible commands ask for confirmation: people answer `y`, a program adds `--yes` to the command.
@@ -36,6 +36,7 @@ mod alarms;
 mod audience;
 mod buses;
 mod causes;
+mod choice;
 mod command;
 mod complete;
 mod consequences;
@@ -45,22 +46,26 @@ mod error;
 mod execute;
 mod export;
 mod extremes;
+mod help;
 mod history;
 mod host;
 mod identity;
 mod job;
 mod json;
 mod keys;
+mod label;
 mod line;
 mod meter;
 mod news;
 mod number;
+mod out;
 mod pending;
-mod plain;
 mod presence;
 mod received;
 mod reply;
 mod reporter;
+mod rows;
+mod sensor_task;
 mod settings;
 mod shell;
 mod slots;
@@ -69,7 +74,6 @@ mod stream;
 mod system;
 mod table;
 mod tasks;
-mod text;
 mod typed;
 mod value;
 mod words;
@@ -80,5 +84,6 @@ pub use host::{BusState, Host, Saved, StorageError};
 pub use json::MAX_LINE;
 pub use line::LONGEST_LINE;
 pub use news::write_outcome;
+pub use out::{Out, Port};
 pub use received::Received;
 pub use shell::Shell;

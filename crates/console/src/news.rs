@@ -1,6 +1,6 @@
 //! Reports of tasks: findings and ends.
 
-use core::fmt::Write;
+use core::fmt;
 
 use clino_codec::angle::Angle;
 use clino_codec::isu::eeprom;
@@ -11,8 +11,9 @@ use clino_gateway::task::{Reason, TaskEvent, isu, t7};
 
 use crate::audience::Audience;
 use crate::consequences;
+use crate::out::Out;
 use crate::reply::Reply;
-use crate::value::Value;
+use crate::value::{Value, thousandths};
 use crate::words::Words as _;
 
 /// Writes a report as one line, and what is left to be done at the gateway.
@@ -23,10 +24,17 @@ pub fn write(reply: &mut Reply<'_>, news: &TaskEvent) {
 
 /// Writes what an operation found, or how it ended, as the console does: one line, in words or in JSON. For programs
 /// that run the operations without a gateway.
-pub fn write_outcome(audience: Audience, news: &TaskEvent, out: &mut dyn Write) {
-    line(&mut Reply { audience, out }, news);
+pub fn write_outcome(audience: Audience, news: &TaskEvent, out: &mut dyn fmt::Write) {
+    struct Taker<'o>(&'o mut dyn fmt::Write);
+    impl Out for Taker<'_> {
+        fn put(&mut self, text: &[u8]) {
+            text.iter().for_each(|&byte| _ = self.0.write_char(char::from(byte)));
+        }
+    }
+    line(&mut Reply { audience, out: &mut Taker(out) }, news);
 }
 
+#[inline(never)]
 fn line(reply: &mut Reply<'_>, news: &TaskEvent) {
     match news {
         TaskEvent::T7(news) => t7(reply, news),
@@ -34,6 +42,7 @@ fn line(reply: &mut Reply<'_>, news: &TaskEvent) {
     }
 }
 
+#[inline(never)]
 fn t7(reply: &mut Reply<'_>, news: &t7::TaskEvent) {
     match news {
         t7::TaskEvent::Found(Found::Device { address, rate, information }) => {
@@ -44,20 +53,20 @@ fn t7(reply: &mut Reply<'_>, news: &t7::TaskEvent) {
                 information.serial.into(),
                 text(&information.firmware),
             ];
-            reply.line("found", "address baud product serial firmware", &values);
+            reply.line("found address baud product serial firmware", &values);
         }
         t7::TaskEvent::Found(Found::Suspect { address, rate, .. }) => {
-            reply.line("suspect", "address baud", &[address.get().into(), rate.bits_per_second().into()]);
+            reply.line("suspect address baud", &[address.get().into(), rate.bits_per_second().into()]);
         }
         t7::TaskEvent::Swept(swept) => {
             let (devices, suspects, asked) = (swept.devices, swept.suspects, swept.asked);
             let values = [devices.into(), suspects.into(), asked.into(), Value::Flag(swept.complete)];
-            reply.line("swept", "devices suspects asked complete", &values);
+            reply.line("swept devices suspects asked complete", &values);
         }
         t7::TaskEvent::Identity(identity) => t7_identity(reply, identity),
         t7::TaskEvent::Zeroed(zeroed) => {
             let values = [zeroed.before.0.into(), zeroed.after.0.into(), zeroed.writes.into()];
-            reply.line("zeroed", "before_mdeg after_mdeg writes", &values);
+            reply.line("zeroed before_mdeg after_mdeg writes", &values);
         }
         t7::TaskEvent::Set(report) => changed(reply, report, setting),
         t7::TaskEvent::Address(report) => changed(reply, report, |address| ("address", address.get().into())),
@@ -68,32 +77,28 @@ fn t7(reply: &mut Reply<'_>, news: &t7::TaskEvent) {
                 t7_commissioning::Cause::Moving { mdeg_per_s } => Some(mdeg_per_s),
                 _ => None,
             };
-            failed(reply, "why writes", &values, rate);
+            failed(reply, "failed why writes rate_deg_s", &values, rate);
         }
     }
 }
 
+#[inline(never)]
 fn t7_identity(reply: &mut Reply<'_>, identity: &Identity) {
-    let Identity { information, directions: [d0, d1, d2], damping_ms, range, offsets: [o0, o1, o2] } =
-        *identity;
-    let names = "product serial firmware damping_ms range direction_0 direction_1 direction_2 \
-                 offset_0_mdeg offset_1_mdeg offset_2_mdeg";
-    let values = [
-        text(&information.product),
-        information.serial.into(),
-        text(&information.firmware),
-        damping_ms.into(),
-        range.name().into(),
-        d0.name().into(),
-        d1.name().into(),
-        d2.name().into(),
-        o0.0.into(),
-        o1.0.into(),
-        o2.0.into(),
-    ];
-    reply.line("identity", names, &values);
+    let mut line = reply.open_line(
+        "identity product serial firmware damping_ms range direction_0 direction_1 direction_2 \
+         offset_0_mdeg offset_1_mdeg offset_2_mdeg",
+    );
+    line.next(text(&identity.information.product));
+    line.count(identity.information.serial);
+    line.next(text(&identity.information.firmware));
+    line.count(identity.damping_ms.into());
+    line.text(identity.range.name());
+    identity.directions.iter().for_each(|direction| line.text(direction.name()));
+    identity.offsets.iter().for_each(|offset| line.next(offset.0.into()));
+    line.end();
 }
 
+#[inline(never)]
 fn isu(reply: &mut Reply<'_>, news: &isu::TaskEvent) {
     match news {
         isu::TaskEvent::Identity(identity) => {
@@ -104,20 +109,20 @@ fn isu(reply: &mut Reply<'_>, news: &isu::TaskEvent) {
                 identity.auto_shutoff_word.into(),
                 Value::Flag(identity.audit.is_sound()),
             ];
-            let names = "address angle_deg null_position_deg auto_shutoff_word checksum_right";
-            reply.line("identity", names, &values);
+            let row = "identity address angle_deg null_position_deg auto_shutoff_word checksum_right";
+            reply.line(row, &values);
         }
-        isu::TaskEvent::Alive(alive) => reply.line("alive", "address", &[alive.at.get().into()]),
+        isu::TaskEvent::Alive(alive) => reply.line("alive address", &[alive.at.get().into()]),
         isu::TaskEvent::Nulled(nulled) => {
             let [before, after] = [nulled.before, nulled.after].map(Angle::from_turn16);
             let values = [before.into(), after.into(), nulled.writes.into()];
-            reply.line("nulled", "before_deg after_deg writes", &values);
+            reply.line("nulled before_deg after_deg writes", &values);
         }
         isu::TaskEvent::Programmed(report) => changed(reply, report, programmed),
         isu::TaskEvent::Repaired(repaired) => {
             let (at, stored) = (repaired.at.get(), repaired.stored_address.get());
             let values = [at.into(), stored.into(), repaired.writes.into()];
-            reply.line("repaired", "address stored_address writes", &values);
+            reply.line("repaired address stored_address writes", &values);
         }
         isu::TaskEvent::Failed(failure) => {
             let why = Reason::from(&failure.cause).name();
@@ -126,18 +131,20 @@ fn isu(reply: &mut Reply<'_>, news: &isu::TaskEvent) {
                 isu_commissioning::Cause::Moving { mdeg_per_s } => Some(mdeg_per_s),
                 _ => None,
             };
-            failed(reply, "why writes repair", &values, rate);
+            failed(reply, "failed why writes repair rate_deg_s", &values, rate);
         }
     }
 }
 
 /// A task has failed; because the sensor moved at this rate, in 0.001°/s.
-fn failed(reply: &mut Reply<'_>, names: &'static str, values: &[Value<'_>], mdeg_per_s: Option<u32>) {
-    reply.begin("failed");
-    reply.members(names, values);
-    let rate = mdeg_per_s.map(|rate| Value::Thousandths(rate.into()));
-    reply.more("rate_deg_s", rate.as_slice());
-    reply.end();
+#[inline(never)]
+fn failed(reply: &mut Reply<'_>, row: &'static str, values: &[Value<'_>], mdeg_per_s: Option<u32>) {
+    let mut line = reply.open_line(row);
+    values.iter().for_each(|value| line.next(*value));
+    if let Some(rate) = mdeg_per_s {
+        line.next(thousandths(rate));
+    }
+    line.end();
 }
 
 /// `changed: x …, from …, writes …` or `unchanged: x …, writes …`.
@@ -163,7 +170,7 @@ fn change(
 ) {
     let what = if from.is_some() { "changed" } else { "unchanged" };
     reply.begin(what);
-    reply.members(name, &[to]);
+    reply.rest_of_line(name).next(to);
     reply.more("from", from.as_slice());
     reply.more("writes", &[writes]);
     reply.end();

@@ -1,16 +1,15 @@
 //! The result of a command; irreversible actions wait here for their confirmation.
 
-use core::fmt::Write;
-
-use clino_gateway::order::{Order, Refusal};
+use clino_gateway::order::Refusal;
 use clino_gateway::{Bus, Consequence};
 
 use crate::audience::Audience;
 use crate::consequences;
-use crate::error::Error;
-use crate::host::{Host, Saved};
+use crate::error;
+use crate::host::Host;
 use crate::meter::BUSES;
 use crate::reply::Reply;
+use crate::sensor_task::SensorTask;
 
 /// The next step after a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,8 +31,8 @@ pub enum Next {
 /// An irreversible action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pending {
-    /// A task that writes to the memory of a sensor on this bus. It wears, and the sensor keeps it.
-    Task(Bus, Order, Consequence),
+    /// A task that writes to the memory of a sensor. It wears, and the sensor keeps it.
+    Task(SensorTask, Consequence),
     /// All settings are kept, in place of some that were not taken over at this start.
     Save,
     /// The saved settings are discarded.
@@ -45,22 +44,20 @@ pub enum Pending {
 impl Pending {
     /// Asks a person.
     #[inline(never)]
-    pub fn ask(&self, out: &mut dyn Write) {
+    pub fn ask(&self, reply: &mut Reply<'_>) {
         match self {
-            Pending::Task(_, order, consequence) => consequences::tell(order, *consequence, out),
-            Pending::Save => {
-                _ = out.write_str("this replaces saved settings that were not read at this start");
-            }
-            Pending::FactoryReset => _ = out.write_str("this discards the saved settings"),
-            Pending::Reboot => _ = out.write_str("unsaved settings are lost"),
+            Pending::Task(task, consequence) => consequences::tell(task, *consequence, reply),
+            Pending::Save => reply.say("this replaces saved settings that were not read at this start"),
+            Pending::FactoryReset => reply.say("this discards the saved settings"),
+            Pending::Reboot => reply.say("unsaved settings are lost"),
         }
-        _ = out.write_str(". Go on? y/N ");
+        reply.say(". Go on? y/N ");
     }
 
     /// Its effect on other nodes and slots.
     pub const fn consequence(&self) -> Consequence {
         match self {
-            Pending::Task(_, _, consequence) => *consequence,
+            Pending::Task(_, consequence) => *consequence,
             Pending::Save | Pending::FactoryReset | Pending::Reboot => Consequence::NONE,
         }
     }
@@ -68,41 +65,34 @@ impl Pending {
     /// Carries it out, or writes the reason for the refusal.
     #[inline(never)]
     pub fn carry_out(self, host: &mut dyn Host, reply: &mut Reply<'_>) -> Next {
-        let result = match self {
-            Pending::Task(bus, order, _) => match host.order(order) {
-                Ok(()) => return Next::Task(bus),
-                Err(refusal) => Err(Error::Refused(refusal)),
+        let stored = match self {
+            Pending::Task(task, _) => match host.order(task.order()) {
+                Ok(()) => return Next::Task(task.bus()),
+                Err(refusal) => {
+                    error::refused(reply, &refusal);
+                    return Next::Stay;
+                }
             },
-            Pending::Save => match store(host, reply) {
-                Ok(()) => return Next::Stay,
-                Err(error) => Err(error),
-            },
-            Pending::FactoryReset => host.factory_reset().map_err(Error::Storage),
             // A sensor whose memory is being written must not be left half way.
-            Pending::Reboot if is_at_work(host) => Err(Error::Refused(Refusal::Busy)),
+            Pending::Reboot if is_at_work(host) => {
+                error::refused(reply, &Refusal::Busy);
+                return Next::Stay;
+            }
             Pending::Reboot => {
                 reply.done();
                 host.reboot();
                 return Next::Stay;
             }
+            Pending::Save => host.save().map(Some),
+            Pending::FactoryReset => host.factory_reset().map(|()| None),
         };
-        match result {
-            Ok(()) => reply.done(),
-            Err(error) => error.write(reply),
+        match stored {
+            Ok(None) => reply.done(),
+            Ok(Some(saved)) => reply.line("saved stored", &[saved.name().into()]),
+            Err(error) => reply.refuse(error.name(), &[]),
         }
         Next::Stay
     }
-}
-
-/// Stores everything that is set.
-fn store(host: &mut dyn Host, reply: &mut Reply<'_>) -> Result<(), Error<'static>> {
-    let saved = host.save().map_err(Error::Storage)?;
-    let stored = match saved {
-        Saved::Written => "written",
-        Saved::Unchanged => "unchanged",
-    };
-    reply.line("saved", "stored", &[stored.into()]);
-    Ok(())
 }
 
 /// Whether there is a task on any bus.

@@ -16,31 +16,28 @@
 //! one, but belongs to a text that was pasted: it, and all that comes until the port is silent for [`SILENCE`], is dropped and
 //! counted. So a pasted script neither answers the question in its middle nor runs on behind it.
 
-use core::convert::Infallible;
-
 use clino_bus::{Duration, Instant};
 use clino_commissioning::TaskProgress;
 use clino_gateway::Bus;
 use clino_gateway::order::Order;
 use clino_gateway::summary::Signals;
-use embedded_io::Write;
 
 use crate::audience::Audience;
 use crate::consequences;
 use crate::editor::{Editor, Event, Manner};
-use crate::error::Error;
+use crate::error::{self, WORKING};
 use crate::execute::execute;
 use crate::host::Host;
 use crate::identity;
 use crate::line::{Check, Damage, Reason, Verdict};
 use crate::meter::{BUSES, Meter};
 use crate::news;
+use crate::out::Out;
 use crate::pending::{Next, Pending};
 use crate::presence::Presence;
 use crate::received::Received;
 use crate::reply::Reply;
 use crate::stream::Stream;
-use crate::text::Text;
 
 /// How long a question waits for its answer.
 const PATIENCE: Duration = Duration::from_millis(30_000);
@@ -112,10 +109,10 @@ impl Resumed {
     }
 }
 
-/// The console. `W` is a handle to the port; its clones write to the same port.
-pub struct Shell<W: Write<Error = Infallible> + Clone> {
+/// The console.
+pub struct Shell<'o> {
     editor: Editor,
-    out: W,
+    out: &'o mut dyn Out,
     mode: Mode,
     stream: Stream,
     meter: Meter,
@@ -124,11 +121,11 @@ pub struct Shell<W: Write<Error = Infallible> + Clone> {
     check: Check,
 }
 
-impl<W: Write<Error = Infallible> + Clone> Shell<W> {
+impl<'o> Shell<'o> {
     /// A console that streams JSON lines, as it does after power-up: a logger needs to type nothing. A prompt at which nothing
     /// is typed for the idle time of the settings gives way to the stream.
     #[inline(never)]
-    pub fn new(out: W) -> Shell<W> {
+    pub fn new(out: &'o mut dyn Out) -> Shell<'o> {
         Shell {
             editor: Editor::new(),
             out,
@@ -164,7 +161,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         if received.errors.is_none() {
             self.presence.is_here(now);
         }
-        match self.editor.take(received, manner, &mut Text(&mut self.out)) {
+        match self.editor.take(received, manner, self.out) {
             None => {}
             Some(Event::Line) => self.line(host),
             Some(Event::Interrupt) => self.interrupt(host),
@@ -248,16 +245,15 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
                 }
             }
             (Mode::Stream { audience: Audience::People, .. } | Mode::Task(_) | Mode::Settling { .. }, _) => {
-                let error = match verdict {
-                    Verdict::Empty | Verdict::Own => None,
-                    Verdict::Damaged(damage) => Some(Error::Damaged(damage)),
-                    Verdict::Whole(..) if matches!(mode, Mode::Task(_)) => Some(Error::Working),
-                    Verdict::Whole(..) => {
-                        Some(Error::Damaged(Damage { reason: Reason::Early, characters: length }))
+                match verdict {
+                    Verdict::Empty | Verdict::Own => {}
+                    Verdict::Damaged(damage) => self.refuse(damage, Audience::People),
+                    Verdict::Whole(..) if matches!(mode, Mode::Task(_)) => {
+                        self.reply(Audience::People, |reply| reply.refuse(WORKING, &[]));
                     }
-                };
-                if let Some(error) = &error {
-                    self.refuse(error, Audience::People);
+                    Verdict::Whole(..) => {
+                        self.refuse(Damage { reason: Reason::Early, characters: length }, Audience::People);
+                    }
                 }
                 self.editor.begin();
                 if let Mode::Stream { back, .. } = mode {
@@ -271,8 +267,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     #[inline(never)]
     fn run(&mut self, audience: Audience, host: &mut dyn Host) {
         let mut next = Next::Stay;
-        let mut out = Text(&mut self.out);
-        let reply = Reply { audience, out: &mut out };
+        let reply = Reply { audience, out: self.out };
         let required = if audience == Audience::Programs { self.check } else { Check::None };
         let damage = match self.editor.line.judge() {
             Verdict::Whole(text, proven) if proven >= required => {
@@ -287,7 +282,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             Verdict::Empty | Verdict::Own => None,
         };
         match damage {
-            Some(damage) => self.refuse(&Error::Damaged(damage), audience),
+            Some(damage) => self.refuse(damage, audience),
             None if audience == Audience::People => self.editor.keep(),
             None => {}
         }
@@ -295,7 +290,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         match next {
             Next::CarryOut(pending) => {
                 // No question was asked.
-                let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
+                let mut reply = Reply { audience, out: self.out };
                 consequences::warn(&mut reply, pending.consequence());
                 self.carry_out(pending, audience, host);
             }
@@ -306,10 +301,13 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
 
     /// Says why a line is not carried out.
     #[inline(never)]
-    fn refuse(&mut self, error: &Error<'_>, audience: Audience) {
-        self.presence.damaged =
-            self.presence.damaged.saturating_add(u32::from(matches!(error, Error::Damaged(_))));
-        error.write(&mut Reply { audience, out: &mut Text(&mut self.out) });
+    fn refuse(&mut self, damage: Damage, audience: Audience) {
+        self.presence.damaged = self.presence.damaged.saturating_add(1);
+        self.reply(audience, |reply| error::damaged(reply, damage));
+    }
+
+    fn reply(&mut self, audience: Audience, write: impl FnOnce(&mut Reply<'_>)) {
+        write(&mut Reply { audience, out: self.out });
     }
 
     /// Writes the next line that the gateway prints unasked: news of a task, its progress, a line of a stream. Call it when
@@ -322,7 +320,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
             if at_prompt {
                 self.say("\n");
             }
-            news::write(&mut Reply { audience: self.mode.audience(), out: &mut Text(&mut self.out) }, &news);
+            news::write(&mut Reply { audience: self.mode.audience(), out: self.out }, &news);
             if at_prompt || matches!(self.mode, Mode::Task(_)) && news.is_end() {
                 self.speak(Audience::People, host);
             }
@@ -333,7 +331,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         match self.mode {
             Mode::Stream { audience, .. } => {
-                self.stream.next(host, &mut Reply { audience, out: &mut Text(&mut self.out) })
+                self.stream.next(host, &mut Reply { audience, out: self.out })
             }
             Mode::Question { until, .. } if host.now() >= until => {
                 let line = &mut self.editor.line;
@@ -367,16 +365,16 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     #[inline(never)]
     fn progress(&mut self, host: &dyn Host) -> bool {
         let audience = self.mode.audience();
-        let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
+        let mut reply = Reply { audience, out: self.out };
         let mut said = false;
         for bus in BUSES {
             let Some(TaskProgress { done, of }) = host.bus(bus).and_then(|state| state.progress) else {
                 continue;
             };
             if audience == Audience::Programs {
-                reply.list("progress", bus.name().into(), "done of", &[done.into(), of.into()]);
+                reply.list("progress done of", bus.name().into(), &[done.into(), of.into()]);
             } else if matches!(self.mode, Mode::Task(waited) if waited == bus) {
-                reply.line("under way", "done of", &[done.into(), of.into()]);
+                reply.print("under way: done {0}, of {1}\n", &[done.into(), of.into()]);
             } else {
                 continue;
             }
@@ -405,7 +403,7 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     /// Asks for confirmation.
     #[inline(never)]
     fn ask(&mut self, pending: Pending, host: &mut dyn Host) {
-        pending.ask(&mut Text(&mut self.out));
+        self.reply(Audience::People, |reply| pending.ask(reply));
         host.flush();
         let mut early = 0_u16;
         for received in (0..MOST_WAITING).map_while(|_| host.received()) {
@@ -436,13 +434,13 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
     #[inline(never)]
     fn settle(&mut self, dropped: u16, host: &dyn Host) {
         let damage = Damage { reason: Reason::Early, characters: dropped };
-        self.refuse(&Error::Damaged(damage), Audience::People);
+        self.refuse(damage, Audience::People);
         self.speak(Audience::People, host);
     }
 
     #[inline(never)]
     fn carry_out(&mut self, pending: Pending, audience: Audience, host: &mut dyn Host) {
-        let mut reply = Reply { audience, out: &mut Text(&mut self.out) };
+        let mut reply = Reply { audience, out: self.out };
         match pending.carry_out(host, &mut reply) {
             Next::Stay if audience == Audience::People => self.speak(audience, host),
             next => self.follow(next, audience, host),
@@ -468,10 +466,10 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         }
         self.check = Check::None;
         self.mode = Mode::Stream { audience: Audience::Programs, back: Audience::People };
-        let mut reply = Reply { audience: Audience::Programs, out: &mut Text(&mut self.out) };
+        let mut reply = Reply { audience: Audience::Programs, out: self.out };
         reply.say("\n");
         let values = [why.name().into(), identity::HOW_TO_GET_A_PROMPT.into()];
-        reply.list("stream", "resumed".into(), "why prompt", &values);
+        reply.list("stream why prompt", "resumed".into(), &values);
     }
 
     /// Commands follow. What a person has typed ahead of a line stands at the prompt.
@@ -480,12 +478,12 @@ impl<W: Write<Error = Infallible> + Clone> Shell<W> {
         self.mode = Mode::Commands(audience);
         if audience == Audience::People {
             self.editor.is_unsaved = host.summary().signals.has(Signals::UNSAVED);
-            self.editor.draw(&mut Text(&mut self.out));
+            self.editor.draw(self.out);
         }
     }
 
     #[inline(never)]
     fn say(&mut self, text: &str) {
-        Reply { audience: Audience::People, out: &mut Text(&mut self.out) }.say(text);
+        Reply { audience: Audience::People, out: self.out }.say(text);
     }
 }

@@ -1,18 +1,20 @@
 //! Slots: their readings and their settings.
 
-use clino_gateway::config::{Kind, Name};
+use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
-use clino_gateway::settings::slot::{NAMES, SETTINGS, id, setting};
-use clino_gateway::settings::{self, Form, Given};
+use clino_gateway::settings::slot::{SETTINGS, id};
+use clino_gateway::settings::{self, Given};
 use clino_gateway::{Bus, Health, MAX_SLOTS, Published, SlotConfig, Status};
 
-use crate::error::Error;
+use crate::error::{NO_EFFECT, NO_VALUE};
 use crate::job::{Job, Outcome, Reported};
 use crate::json;
+use crate::label::Label;
 use crate::pending::Next;
+use crate::rows::{Row, of_slot, row_of, rows, values};
 use crate::settings::{Change, entries};
 use crate::typed::Opt;
-use crate::value::{Label, Value};
+use crate::value::{Value, thousandths};
 use crate::{buses, system, table};
 
 /// The last slot.
@@ -20,10 +22,10 @@ pub const LAST_SLOT: u8 = MAX_SLOTS.saturating_sub(1) as u8;
 
 /// Options of `slot`, and the settings that they name.
 const OPTIONS: [(Opt, u8); 4] = [
-    (Opt(Some('a'), "axis"), id::AXIS),
-    (Opt(Some('p'), "period"), id::PERIOD),
-    (Opt(Some('r'), "retries"), id::RETRIES),
-    (Opt(Some('s'), "stale"), id::STALE),
+    (Opt(Some(b'a'), "axis"), id::AXIS),
+    (Opt(Some(b'p'), "period"), id::PERIOD),
+    (Opt(Some(b'r'), "retries"), id::RETRIES),
+    (Opt(Some(b's'), "stale"), id::STALE),
 ];
 
 /// `list`
@@ -53,27 +55,26 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
         health => Value::Health(health),
     };
     // The first ones are those of the stream.
-    let names = "kind bus address status angle_deg age_ms health \
-                 raw_deg rate_deg_s turns temperature_c fresh sequence last_error unconfirmed quarantine";
-    let values = [
-        kind.into(),
-        bus.into(),
-        address.into(),
-        status.name().into(),
-        reading.angle(now).into(),
-        reading.age_ms(now).into(),
-        health,
-        reading.raw(now).map(Published::of_sensor).into(),
-        reading.rate(now).map(|rate| Value::Thousandths(rate.into())).into(),
-        known(reading.turns().into()),
-        known(reading.temperature().map(|c| Value::Thousandths(i64::from(c).saturating_mul(10))).into()),
-        known(Value::Flag(reading.is_fresh())),
-        reading.sequence.into(),
-        detail.last_error.map(Status::name).into(),
-        Value::Flag(detail.awaits_confirmation),
-        Value::Flag(detail.is_dead),
-    ];
-    job.reply.list("slot", slot.into(), names, &values);
+    let row = "slot kind bus address status angle_deg age_ms health \
+               raw_deg rate_deg_s turns temperature_c fresh sequence last_error unconfirmed quarantine";
+    let mut list = job.reply.open_list(row, slot.into());
+    list.text(kind);
+    list.text(bus);
+    list.count(address.into());
+    list.text(status.name());
+    list.next(reading.angle(now).into());
+    list.next(reading.age_ms(now).into());
+    list.next(health);
+    list.next(reading.raw(now).map(Published::of_sensor).into());
+    list.next(reading.rate(now).map(thousandths).into());
+    list.next(known(reading.turns().into()));
+    list.next(known(reading.temperature().map(|c| thousandths(i64::from(c).saturating_mul(10))).into()));
+    list.next(known(Value::Flag(reading.is_fresh())));
+    list.count(reading.sequence);
+    list.next(detail.last_error.map(Status::name).into());
+    list.next(Value::Flag(detail.awaits_confirmation));
+    list.next(Value::Flag(detail.is_dead));
+    list.end();
     Ok(())
 }
 
@@ -93,39 +94,28 @@ pub fn slot(job: &mut Job<'_, '_>) -> Outcome {
     }
     let slot = job.slot()?;
     let kind: Kind = job.one_of("kind")?;
-    let mut options = Change::default();
+    let mut change = Change::default();
+    change.name(id::KIND, kind as i64);
     for (word, (_, id)) in words.into_iter().zip(OPTIONS) {
-        if let (Some(word), Some(setting)) = (word, setting(id)) {
-            applies(job, id, kind)?;
-            options.name(id, job.value(setting, word)?);
+        if let (Some(word), Some(row)) = (word, row_of(of_slot, id)) {
+            applies(job, &row, kind)?;
+            change.name(id, job.value(&row, word)?);
         }
     }
-    let address = match (kind, setting(id::ADDRESS)) {
-        (Kind::T7 | Kind::Isu | Kind::Pwm, Some(setting)) => {
-            let word = job.word("address")?;
-            Some(Given::exactly(job.value(setting, word)?))
-        }
-        _ => None,
-    };
-    let named = |id: u8| match id {
-        id::KIND => Some(Given::exactly(kind as i64)),
-        id::ADDRESS => address,
-        id => options.of(id),
-    };
-    match settings::slot::changed(&SlotConfig::OFF, &named) {
-        Ok(config) => set_slot(job, slot, config),
-        Err(refusal) => Err(job.refuse(&Error::Refused(refusal))),
+    if let (Kind::T7 | Kind::Isu | Kind::Pwm, Some(row)) = (kind, row_of(of_slot, id::ADDRESS)) {
+        let word = job.word("address")?;
+        change.name(id::ADDRESS, job.value(&row, word)?);
     }
+    set_slot(job, slot, &change)
 }
 
 /// A setting is only taken for a slot that has it.
-fn applies(job: &mut Job<'_, '_>, id: u8, kind: Kind) -> Outcome {
-    match setting(id) {
-        Some(setting) if !settings::slot::applies(id, kind) => {
-            Err(job.refuse(&Error::NotOf { setting: setting.name, kind }))
-        }
-        _ => Ok(()),
+#[inline(never)]
+fn applies(job: &mut Job<'_, '_>, row: &Row, kind: Kind) -> Outcome {
+    if settings::slot::applies(row.id, kind) {
+        return Ok(());
     }
+    Err(job.refuse(NO_EFFECT, &[row.name.into(), kind.name().into()]))
 }
 
 /// `show SLOT`, or what else can be set
@@ -136,8 +126,10 @@ pub fn show(job: &mut Job<'_, '_>) -> Outcome {
             let Some(config) = job.host.config(slot.into()) else { return Ok(()) };
             let kind = config.source.kind();
             job.reply.begin_list("config", slot.into());
-            entries(&mut job.reply, &SETTINGS, &config, |setting| settings::slot::applies(setting.id, kind));
-            job.reply.entry(Label::plain("name"), Value::Quoted(config.name.as_str()));
+            entries(&mut job.reply, of_slot, &values(&SETTINGS, &config), &|id| {
+                settings::slot::applies(id, kind)
+            });
+            job.reply.entry(&Label::plain("name"), Value::Quoted(config.name.as_str()));
             job.reply.end_list();
             Ok(())
         }
@@ -163,57 +155,17 @@ pub fn set(job: &mut Job<'_, '_>) -> Outcome {
 
 fn set_settings(job: &mut Job<'_, '_>, slot: u8) -> Outcome {
     let Some(config) = job.host.config(slot.into()) else { return Ok(()) };
-    let change = slot_change(job)?;
+    let change = job.change(of_slot)?;
     let kind = change.of(id::KIND).and_then(|given| u8::try_from(given.value).ok());
     let kind = kind.and_then(Kind::from_code).unwrap_or(config.source.kind());
     // An unused slot keeps every setting.
-    for setting in SETTINGS.iter().filter(|setting| kind != Kind::Off && change.of(setting.id).is_some()) {
-        applies(job, setting.id, kind)?;
+    for (_, row) in rows(of_slot).filter(|(_, row)| kind != Kind::Off && change.of(row.id).is_some()) {
+        applies(job, &row, kind)?;
     }
     job.end()?;
     let result = job.host.change_slot(slot, &|id| change.of(id));
     job.accepted(result)?;
     job.reply.done();
-    Ok(())
-}
-
-/// The settings and values that follow. Behind `mean` and `median` stands how many angles they go over.
-fn slot_change(job: &mut Job<'_, '_>) -> Result<Change, Reported> {
-    let mut change = Change::default();
-    while !change.is_full() {
-        let word = job.word_of("setting", &NAMES)?;
-        let place = job.place(word, &NAMES)?;
-        let Some(setting) = SETTINGS.get(place) else { return Err(Reported) };
-        job.once(setting.name, &change, setting.id)?;
-        let word = job.word("value")?;
-        if setting.form == Form::Characters {
-            name(job, word, &mut change)?;
-            if !job.typed.has_more() {
-                break;
-            }
-            continue;
-        }
-        let value = job.value(setting, word)?;
-        change.name(setting.id, value);
-        if let (id::FILTER, 1.., Some(samples)) = (setting.id, value, self::setting(id::SAMPLES)) {
-            job.once("samples", &change, id::SAMPLES)?;
-            let word = job.word("samples")?;
-            let value = job.value(samples, word)?;
-            change.name(id::SAMPLES, value);
-        }
-        if !job.typed.has_more() {
-            break;
-        }
-    }
-    Ok(change)
-}
-
-/// Takes a name, which the change names in parts.
-fn name(job: &mut Job<'_, '_>, word: &str, change: &mut Change) -> Outcome {
-    let Some(name) = Name::new(word) else { return Err(job.refuse(&Error::Name)) };
-    for (part, id) in id::NAME.into_iter().enumerate() {
-        change.name(id, name.part(part).into());
-    }
     Ok(())
 }
 
@@ -246,7 +198,7 @@ pub fn zero(job: &mut Job<'_, '_>) -> Outcome {
     // A slot whose source has just changed has no value of it yet.
     let raw = reading.raw(job.now).filter(|_| reading.source == config.source);
     let Some(soft_zero) = raw else {
-        return Err(job.refuse(&Error::NoValue { slot, status: reading.status(job.now) }));
+        return Err(job.refuse(NO_VALUE, &[slot.into(), reading.status(job.now).name().into()]));
     };
     job.end()?;
     let zero = Given::exactly(soft_zero.udeg().into());
@@ -266,7 +218,9 @@ impl Job<'_, '_> {
 }
 
 #[inline(never)]
-fn set_slot(job: &mut Job<'_, '_>, slot: u8, config: SlotConfig) -> Outcome {
+fn set_slot(job: &mut Job<'_, '_>, slot: u8, change: &Change) -> Outcome {
+    let config = settings::slot::changed(&SlotConfig::OFF, &|id| change.of(id));
+    let config = config.map_err(|refusal| job.refused(&refusal))?;
     job.end()?;
     job.order(Order::Slot { slot, config })
 }

@@ -78,7 +78,7 @@ impl Stream {
         let next = self.reporter.next(|slot| host.brief(slot, now), now);
         if let Some((report, reading)) = next.and_then(|report| Some((report, host.reading(report.slot)?))) {
             if let (Some(alarm), false) = (report.alarm, reply.is_for_people()) {
-                _ = json::alarm(reply.out, alarm, host.alarm(report.slot, alarm), &reading, now);
+                json::alarm(reply, alarm, host.alarm(report.slot, alarm), &reading, now);
                 return true;
             }
             if reply.is_for_people() {
@@ -91,9 +91,9 @@ impl Stream {
         if reply.is_for_people() || now < self.statistics_due {
             return false;
         }
-        let mut lines = BUSES.iter().flat_map(|&bus| Topic::ALL.map(|topic| (bus, topic)));
-        let next = lines.nth(self.printed);
-        let Some((bus, topic)) = next else {
+        let bus = BUSES.get(self.printed / Topic::ALL.len());
+        let topic = Topic::ALL.get(self.printed % Topic::ALL.len());
+        let (Some(&bus), Some(&topic)) = (bus, topic) else {
             self.summarise(host, reply, true);
             // While commands are typed nothing is printed: lines that were due meanwhile are left out.
             let next = self.statistics_due + STATISTICS_EVERY;
@@ -103,7 +103,7 @@ impl Stream {
         };
         self.printed = self.printed.saturating_add(1);
         if let Some(state) = host.bus(bus) {
-            _ = json::statistics(reply.out, bus, topic, &state.counters, &state.health, &state.driver);
+            json::statistics(reply, bus, topic, &state);
         }
         true
     }
@@ -130,11 +130,11 @@ impl Stream {
         // Lines from this slot's to the cursor's.
         let up = used.checked_shr(reading.slot.into()).unwrap_or(0).count_ones();
         if fits && up > 0 {
-            _ = write!(reply.out, "\x1b[{up}A\r\x1b[K");
+            reply.print("\x1b[{0}A\r\x1b[K", &[up.into()]);
         }
         row(host, reply, reading);
         if fits && up > 1 {
-            _ = write!(reply.out, "\x1b[{}B", up.saturating_sub(1));
+            reply.print("\x1b[{0}B", &[up.saturating_sub(1).into()]);
         }
     }
 

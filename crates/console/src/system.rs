@@ -1,21 +1,22 @@
 //! The gateway as a whole: Modbus port, stored settings, cause of the start.
 
 use clino_gateway::order::Order;
-use clino_gateway::settings::{Setting, console, port};
+use clino_gateway::settings::{console, port};
 use clino_recovery::{Crash, MonitoredTask};
 
-use crate::error::Error;
-use crate::identity::{IDENTITY, identify};
+use crate::error::ABSENT;
+use crate::identity;
 use crate::job::{Job, Outcome};
 use crate::pending::{Next, Pending};
 use crate::reply::Reply;
-use crate::settings::{label, value};
+use crate::rows::{of_console, of_modbus, values};
+use crate::settings::line;
 use crate::value::Value;
 
 /// `version`
 pub fn version(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    identify(job.host, &mut |values| job.reply.line("clino", IDENTITY, values));
+    identity::version(&mut job.reply, job.host);
     Ok(())
 }
 
@@ -23,14 +24,13 @@ pub fn version(job: &mut Job<'_, '_>) -> Outcome {
 pub fn reset_cause(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let start = job.host.start();
-    let values = [
-        start.cause.name().into(),
-        start.boots.into(),
-        start.crashes.into(),
-        start.mode.name().into(),
-        start.clock.name().into(),
-    ];
-    job.reply.line("start", "cause boots crashes mode clock", &values);
+    let mut line = job.reply.open_line("start cause boots crashes mode clock");
+    line.text(start.cause.name());
+    line.count(start.boots);
+    line.count(start.crashes);
+    line.text(start.mode.name());
+    line.text(start.clock.name());
+    line.end();
     if let Some(crash) = &start.crash {
         write_crash(&mut job.reply, crash);
     }
@@ -38,27 +38,27 @@ pub fn reset_cause(job: &mut Job<'_, '_>) -> Outcome {
 }
 
 /// The last crash.
+#[inline(never)]
 fn write_crash(reply: &mut Reply<'_>, crash: &Crash) {
     let hex = |bits: Option<u32>| bits.map_or(Value::None, Value::Hex);
     let registers = crash.registers;
     let fault = Some(crash.fault).filter(|fault| fault.is_fault());
-    let values = [
-        crash.cause.name().into(),
-        crash.boot.into(),
-        crash.uptime_ms.into(),
-        crash.task().map(MonitoredTask::name).into(),
-        crash.file().into(),
-        crash.line().into(),
-        hex(registers.map(|at| at.pc)),
-        hex(registers.map(|at| at.lr)),
-        hex(registers.map(|at| at.sp)),
-        registers.map(|at| at.exception).into(),
-        hex(fault.map(|fault| fault.cfsr)),
-        hex(fault.map(|fault| fault.hfsr)),
-        hex(fault.and_then(|fault| fault.known_address())),
-    ];
-    let names = "cause boot uptime_ms duty file line pc lr sp exception cfsr hfsr address";
-    reply.line("crash", names, &values);
+    let mut line =
+        reply.open_line("crash cause boot uptime_ms duty file line pc lr sp exception cfsr hfsr address");
+    line.text(crash.cause.name());
+    line.count(crash.boot);
+    line.next(crash.uptime_ms.into());
+    line.next(crash.task().map(MonitoredTask::name).into());
+    line.next(crash.file().into());
+    line.next(crash.line().into());
+    for address in [registers.map(|at| at.pc), registers.map(|at| at.lr), registers.map(|at| at.sp)] {
+        line.next(hex(address));
+    }
+    line.next(registers.map(|at| at.exception).into());
+    line.next(hex(fault.map(|fault| fault.cfsr)));
+    line.next(hex(fault.map(|fault| fault.hfsr)));
+    line.next(hex(fault.and_then(|fault| fault.known_address())));
+    line.end();
 }
 
 /// `save`; asks for confirmation if it replaces settings that this start has not read.
@@ -71,6 +71,16 @@ pub fn save(job: &mut Job<'_, '_>) -> Outcome {
     Ok(())
 }
 
+/// `factory-reset`
+pub fn factory_reset(job: &mut Job<'_, '_>) -> Outcome {
+    job.confirmed(Pending::FactoryReset)
+}
+
+/// `reboot`
+pub fn reboot(job: &mut Job<'_, '_>) -> Outcome {
+    job.confirmed(Pending::Reboot)
+}
+
 /// `modbus`; with settings it changes them.
 pub fn modbus(job: &mut Job<'_, '_>) -> Outcome {
     if job.typed.has_more() { set_modbus(job) } else { show_modbus(job) }
@@ -79,19 +89,19 @@ pub fn modbus(job: &mut Job<'_, '_>) -> Outcome {
 /// How the Modbus port is set.
 pub fn show_modbus(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    let Some(settings) = job.host.modbus() else { return Err(job.refuse(&Error::Absent("modbus"))) };
-    line(&mut job.reply, "modbus", &port::SETTINGS, &settings);
+    let Some(settings) = job.host.modbus() else { return Err(job.refuse(ABSENT, &["modbus".into()])) };
+    line(&mut job.reply, "modbus", of_modbus, &values(&port::SETTINGS, &settings));
     Ok(())
 }
 
 /// Sets the Modbus port.
 pub fn set_modbus(job: &mut Job<'_, '_>) -> Outcome {
-    let Some(now) = job.host.modbus() else { return Err(job.refuse(&Error::Absent("modbus"))) };
-    let change = job.change(&port::SETTINGS, &port::NAMES)?;
+    let Some(now) = job.host.modbus() else { return Err(job.refuse(ABSENT, &["modbus".into()])) };
+    let change = job.change(of_modbus)?;
     job.end()?;
     match port::changed(&now, &|id| change.of(id)) {
         Ok(settings) => job.host.set_modbus(settings),
-        Err(refusal) => return Err(job.refuse(&Error::Refused(refusal))),
+        Err(refusal) => return Err(job.refused(&refusal)),
     }
     job.reply.done();
     Ok(())
@@ -101,27 +111,16 @@ pub fn set_modbus(job: &mut Job<'_, '_>) -> Outcome {
 pub fn show_console(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let settings = job.host.console();
-    line(&mut job.reply, "console", &console::SETTINGS, &settings);
+    line(&mut job.reply, "console", of_console, &values(&console::SETTINGS, &settings));
     Ok(())
 }
 
 /// Sets the console.
 pub fn set_console(job: &mut Job<'_, '_>) -> Outcome {
-    let change = job.change(&console::SETTINGS, &console::NAMES)?;
+    let change = job.change(of_console)?;
     job.end()?;
     match console::changed(&job.host.console(), &|id| change.of(id)) {
         Ok(settings) => job.order(Order::Console(settings)),
-        Err(refusal) => Err(job.refuse(&Error::Refused(refusal))),
+        Err(refusal) => Err(job.refused(&refusal)),
     }
-}
-
-/// Settings in one line.
-fn line<T>(reply: &mut Reply<'_>, what: &str, table: &'static [Setting<T>], of: &T) {
-    reply.begin(what);
-    let mut before = ": ";
-    for setting in table {
-        reply.member(before, label(setting), value(setting, of));
-        before = ", ";
-    }
-    reply.end();
 }

@@ -1,7 +1,5 @@
 //! What stands in columns: for people short lines that stay where they are, for programs the gateway's own JSON.
 
-use core::fmt::{self, Write};
-
 use clino_bus::{BusCounters, DriverEnable, Instant};
 use clino_gateway::config::Name;
 use clino_gateway::summary::Summary;
@@ -9,8 +7,9 @@ use clino_gateway::{Bus, BusFault, Reading, Source};
 
 use crate::host::{BusState, Host};
 use crate::json::{self, Topic};
+use crate::label::Label;
 use crate::reply::Reply;
-use crate::value::{DECIMALS, Label, Value};
+use crate::value::Value;
 
 /// The head of a table of readings.
 pub fn head(reply: &mut Reply<'_>) {
@@ -26,36 +25,39 @@ pub fn name_of(host: &dyn Host, slot: u8) -> Name {
 
 /// A reading, for people with the name of its slot; nothing of an empty slot.
 pub fn row(reply: &mut Reply<'_>, reading: &Reading, name: Name, now: Instant) {
-    _ = if reading.source == Source::Off {
-        Ok(())
-    } else if reply.is_for_people() {
-        columns(reply.out, reading, name, now)
-    } else {
-        json::reading(reply.out, reading, now)
-    };
+    match reading.source {
+        Source::Off => {}
+        _ if reply.is_for_people() => columns(reply, reading, name, now),
+        _ => json::reading(reply, reading, now),
+    }
 }
 
-fn columns(out: &mut dyn Write, reading: &Reading, name: Name, now: Instant) -> fmt::Result {
+#[inline(never)]
+fn columns(reply: &mut Reply<'_>, reading: &Reading, name: Name, now: Instant) {
     let (kind, _, address) = json::name(&reading.source);
-    write!(out, "{:>4}  {kind:<4}  ", reading.slot)?;
-    match address {
-        0 => out.write_str("   -")?,
-        address => write!(out, "{address:>4}")?,
+    let dash = Value::Text("-");
+    let (age, age_text) = match reading.age_ms(now) {
+        Some(age_ms) => (age_ms.into(), "{3>5} ms"),
+        None => ("never".into(), "{3<8}"),
+    };
+    let values = [
+        reading.slot.into(),
+        kind.into(),
+        if address == 0 { dash } else { address.into() },
+        age,
+        reading.angle(now).map_or(dash, Value::from),
+        reading.status(now).name().into(),
+    ];
+    reply.print("{0>4}  {1<4}  {2>4}  {4>9}  ", &values);
+    reply.print(age_text, &values);
+    reply.print("  {5}", &values);
+    for name in reading.health.names() {
+        reply.print(" {0}", &[name.into()]);
     }
-    match reading.angle(now) {
-        Some(angle) => write!(out, "  {:>9}", angle.angle().text(DECIMALS).as_str())?,
-        None => out.write_str("          -")?,
-    }
-    match reading.age_ms(now) {
-        Some(age_ms) => write!(out, "  {age_ms:>5} ms")?,
-        None => out.write_str("  never   ")?,
-    }
-    write!(out, "  {}", reading.status(now).name())?;
-    reading.health.names().try_for_each(|name| write!(out, " {name}"))?;
     if name != Name::NONE {
-        write!(out, "  \"{}\"", name.as_str())?;
+        reply.print("  {0}", &[Value::Quoted(name.as_str())]);
     }
-    out.write_str("\n")
+    reply.say("\n");
 }
 
 /// How the gateway is doing as a whole; nothing for people while all is well.
@@ -63,9 +65,9 @@ pub fn summary(reply: &mut Reply<'_>, summary: &Summary) {
     let Summary { signals, online, enabled, .. } = *summary;
     if !reply.is_for_people() {
         let values = [enabled.into(), online.count_ones().into(), summary.good().into()];
-        reply.list("summary", Value::Signals(signals), "enabled online ok", &values);
+        reply.list("summary enabled online ok", Value::Signals(signals), &values);
     } else if !signals.is_clean() {
-        _ = writeln!(reply.out, "signals: {}", Value::Signals(signals));
+        reply.print("signals: {0}\n", &[Value::Signals(signals)]);
     }
 }
 
@@ -75,7 +77,7 @@ pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
     let BusState { counters, health, driver, .. } = state;
     if !reply.is_for_people() {
         for topic in Topic::ALL {
-            _ = json::statistics(reply.out, bus, topic, counters, health, driver);
+            json::statistics(reply, bus, topic, state);
         }
         reply.begin_list("counters", bus.name().into());
         more_counters(reply, counters, driver);
@@ -104,7 +106,7 @@ pub fn counters(reply: &mut Reply<'_>, bus: Bus, state: &BusState) {
         health.in_vain,
     ];
     reply.counts(names, &counts);
-    reply.entry(Label::plain("fault"), health.fault.map(BusFault::name).into());
+    reply.entry(&Label::plain("fault"), health.fault.map(BusFault::name).into());
     more_counters(reply, counters, driver);
     reply.end_list();
 }

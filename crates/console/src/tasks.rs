@@ -11,15 +11,18 @@ use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::bus::T7_BIT_RATES;
 use clino_gateway::{Bus, Consequence, task};
 
-use crate::error::Error;
+use crate::choice::Choice;
+use crate::error::{ADDRESS, WORD, one};
 use crate::job::{Job, Outcome, Reported};
 use crate::meter::BUSES;
 use crate::pending::{Pending, is_at_work};
+use crate::sensor_task::SensorTask;
 use crate::typed::Opt;
+use crate::value::Value;
 use crate::words::{IsuVerb, T7Verb};
 
 /// Axis of a T7.
-const AXIS: Opt = Opt(Some('a'), "axis");
+const AXIS: Opt = Opt(Some(b'a'), "axis");
 
 /// `t7 VERB ADDRESS VALUE`
 pub fn t7(job: &mut Job<'_, '_>) -> Outcome {
@@ -28,7 +31,7 @@ pub fn t7(job: &mut Job<'_, '_>) -> Outcome {
     let verb = job.one_of("verb")?;
     if verb == T7Verb::Scan {
         let rates = rates(job)?;
-        return begin(job, Bus::T7, Order::T7(Task::Sweep(rates)), false);
+        return begin(job, SensorTask::T7(Task::Sweep(rates)), false);
     }
     let word = job.word("address")?;
     let address = one_t7(job, word)?;
@@ -57,7 +60,7 @@ pub fn t7(job: &mut Job<'_, '_>) -> Outcome {
             Task::Baud(device, bit_rate(job, baud)?)
         }
     };
-    begin(job, Bus::T7, Order::T7(task), verb != T7Verb::Info)
+    begin(job, SensorTask::T7(task), verb != T7Verb::Info)
 }
 
 /// `isu VERB ADDRESS VALUE`
@@ -82,7 +85,7 @@ pub fn isu(job: &mut Job<'_, '_>) -> Outcome {
         }
         IsuVerb::Repair => Task::Repair(module),
     };
-    begin(job, Bus::Isu, Order::Isu(task), !matches!(verb, IsuVerb::Info | IsuVerb::Reset))
+    begin(job, SensorTask::Isu(task), !matches!(verb, IsuVerb::Info | IsuVerb::Reset))
 }
 
 /// `cancel`
@@ -103,24 +106,29 @@ pub fn cancel(job: &mut Job<'_, '_>) -> Outcome {
 
 /// Begins a task; one that writes to a sensor only when it is meant.
 #[inline(never)]
-fn begin(job: &mut Job<'_, '_>, bus: Bus, order: Order, writes: bool) -> Outcome {
-    job.accepted(order.check())?;
+fn begin(job: &mut Job<'_, '_>, task: SensorTask, writes: bool) -> Outcome {
+    let consequence = checked(job, task)?;
     // There is nothing to be asked about the others.
     job.typed.yes |= !writes;
-    let consequence = consequence(job, &order);
-    job.confirmed(Pending::Task(bus, order, consequence))
+    job.confirmed(Pending::Task(task, consequence))
 }
 
+/// A function of its own, so that the stack of the order is free again at once.
 #[inline(never)]
-fn consequence(job: &Job<'_, '_>, order: &Order) -> Consequence {
+fn checked(job: &mut Job<'_, '_>, task: SensorTask) -> Result<Consequence, Reported> {
+    let order = task.order();
+    job.accepted(order.check())?;
     let baud = job.host.bus(Bus::T7).map_or(0, |state| state.settings.timing.serial.baud);
-    Consequence::of(order, baud, &|slot| job.host.config(slot.into()))
+    Ok(Consequence::of(&order, baud, &|slot| job.host.config(slot.into())))
 }
 
 fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Reported> {
     match job.typed.next() {
         Some("all") => Ok(Rates::ALL),
-        Some(value) => Err(job.refuse(&Error::Word { value, expected: &["all", "nothing"] })),
+        Some(value) => {
+            let expected = Value::OneOf(Choice::Words(&["all", "nothing"]));
+            Err(job.refuse(WORD, &[value.into(), expected]))
+        }
         None => {
             let state = job.host.bus(Bus::T7);
             let serial = state.map_or(Serial::T7_DEFAULT, |state| state.settings.timing.serial);
@@ -155,14 +163,20 @@ pub fn axis(job: &mut Job<'_, '_>) -> Result<Axis, Reported> {
 }
 
 fn no_t7(job: &mut Job<'_, '_>, value: u8) -> Reported {
-    job.refuse(&Error::NotOne { kind: Kind::T7, value })
+    not_one(job, Kind::T7, value)
+}
+
+/// An address that no single sensor of this kind has.
+#[inline(never)]
+fn not_one(job: &mut Job<'_, '_>, kind: Kind, value: u8) -> Reported {
+    job.refuse(ADDRESS, &["address".into(), value.into(), one(kind).into()])
 }
 
 fn no_isu(job: &mut Job<'_, '_>, value: u8) -> Reported {
-    job.refuse(&Error::NotOne { kind: Kind::Isu, value })
+    not_one(job, Kind::Isu, value)
 }
 
 fn bit_rate(job: &mut Job<'_, '_>, value: u32) -> Result<BaudRate, Reported> {
     let refusal = Refusal::BitRate { value, allowed: T7_BIT_RATES };
-    BaudRate::from_bits_per_second(value).ok_or_else(|| job.refuse(&Error::Refused(refusal)))
+    BaudRate::from_bits_per_second(value).ok_or_else(|| job.refused(&refusal))
 }

@@ -4,7 +4,9 @@
 //! nothing is an option: `t7 offset 5 -- -500`. A word with blanks in it, or with nothing in it, stands in quotation
 //! marks; between them no character has a meaning of its own.
 
-use crate::error::Error;
+use crate::error::{
+    BARE_MINUS, MISSING, Mistake, QUOTES, UNEXPECTED_LETTER, UNEXPECTED_NAME, UNEXPECTED_WORD,
+};
 use crate::split::split_before;
 
 /// Most words and options of a line; no command takes more than eleven.
@@ -12,12 +14,13 @@ const MOST: usize = 12;
 
 /// An option that takes a value, by its letter or by its name.
 #[derive(Clone, Copy)]
-pub struct Opt(pub Option<char>, pub &'static str);
+pub struct Opt(pub Option<u8>, pub &'static str);
 
 #[derive(Clone, Copy)]
 enum Part<'a> {
     Word(&'a str),
-    Short(char),
+    /// Its letter.
+    Short(&'a str),
     Long(&'a str),
 }
 
@@ -37,7 +40,8 @@ impl<'a> Typed<'a> {
     }
 
     /// Takes apart what follows the name of the command.
-    pub fn take(&mut self, mut rest: &'a str) -> Result<(), Error<'a>> {
+    #[inline(never)]
+    pub fn take(&mut self, mut rest: &'a str) -> Result<(), Mistake<'a>> {
         let mut places = self.parts.iter_mut();
         let mut options = true;
         while let Some(word) = next_word(&mut rest)? {
@@ -85,10 +89,10 @@ impl<'a> Typed<'a> {
     }
 
     /// The value of an option. To be called before the words are fetched, or the value is taken for one of them.
-    pub fn option(&mut self, Opt(letter, name): Opt) -> Result<Option<&'a str>, Error<'a>> {
+    pub fn option(&mut self, Opt(letter, name): Opt) -> Result<Option<&'a str>, Mistake<'a>> {
         let mut parts = self.parts.iter_mut();
         let found = parts.find(|part| match part {
-            Some(Part::Short(typed)) => Some(*typed) == letter,
+            Some(Part::Short(typed)) => typed.bytes().next() == letter,
             Some(Part::Long(typed)) => *typed == name,
             _ => false,
         });
@@ -96,21 +100,21 @@ impl<'a> Typed<'a> {
         *found = None;
         match parts.next().and_then(Option::take) {
             Some(Part::Word(word)) => Ok(Some(word)),
-            _ => Err(Error::Missing(name)),
+            _ => Err(Mistake { row: MISSING, value: name }),
         }
     }
 
     /// The error for words and options that the command has not fetched.
-    pub fn rest(&self) -> Option<Error<'a>> {
+    pub fn rest(&self) -> Option<Mistake<'a>> {
         self.parts.iter().flatten().next().map(|part| unexpected(*part))
     }
 }
 
-fn unexpected(part: Part<'_>) -> Error<'_> {
+fn unexpected(part: Part<'_>) -> Mistake<'_> {
     match part {
-        Part::Short(letter) => Error::UnexpectedLetter(letter),
-        Part::Long(name) => Error::Unexpected("--", name),
-        Part::Word(word) => Error::Unexpected("", word),
+        Part::Short(value) => Mistake { row: UNEXPECTED_LETTER, value },
+        Part::Long(value) => Mistake { row: UNEXPECTED_NAME, value },
+        Part::Word(value) => Mistake { row: UNEXPECTED_WORD, value },
     }
 }
 
@@ -121,31 +125,33 @@ struct Word<'a> {
 }
 
 /// Takes the next word off a line.
-fn next_word<'a>(rest: &mut &'a str) -> Result<Option<Word<'a>>, Error<'a>> {
+fn next_word<'a>(rest: &mut &'a str) -> Result<Option<Word<'a>>, Mistake<'a>> {
     let line = rest.trim_ascii_start();
     let quoted = line.strip_prefix('"');
     let (text, behind) = match quoted {
         Some(line) => {
             let (text, behind) = split_before(line, b'"');
-            (text, behind.strip_prefix('"').ok_or(Error::Quotes)?)
+            (text, behind.strip_prefix('"').ok_or(UNQUOTED)?)
         }
         None => split_before(line, b' '),
     };
     let is_word = quoted.is_some() || text.bytes().all(|byte| byte != b'"');
     if !is_word || !(behind.is_empty() || behind.starts_with(' ')) {
-        return Err(Error::Quotes);
+        return Err(UNQUOTED);
     }
     *rest = behind;
     Ok((quoted.is_some() || !text.is_empty()).then_some(Word { text, quoted: quoted.is_some() }))
 }
 
+const UNQUOTED: Mistake<'static> = Mistake { row: QUOTES, value: "" };
+
 /// The letter of an option.
-fn one_letter(letter: &str) -> Result<char, Error<'_>> {
-    let mut letters = letter.chars();
-    match (letters.next(), letters.next()) {
-        (Some(letter), None) if letter.is_ascii_alphabetic() => Ok(letter),
-        (Some(first), _) if first.is_ascii_alphabetic() => Err(Error::Unexpected("-", letter)),
-        _ => Err(Error::BareMinus),
+fn one_letter(letter: &str) -> Result<&str, Mistake<'_>> {
+    let is_letter = letter.bytes().next().is_some_and(|first| first.is_ascii_alphabetic());
+    match letter.len() {
+        _ if !is_letter => Err(Mistake { row: BARE_MINUS, value: "" }),
+        1 => Ok(letter),
+        _ => Err(Mistake { row: UNEXPECTED_LETTER, value: letter }),
     }
 }
 

@@ -1,65 +1,86 @@
 //! A value of an answer: how it is written for people, and in JSON.
 
-use core::fmt::{self, Display, Write};
-
 use clino_codec::angle::Angle;
+use clino_gateway::settings::Form;
 use clino_gateway::summary::Signals;
 use clino_gateway::{Health, Published};
+use clino_recovery::Uid;
 
 use crate::audience::Audience;
-use crate::plain::Plain;
+use crate::choice::Choice;
+use crate::label::Label;
+use crate::out::{Inside, Out, Width, repeat};
+use crate::split::split_before;
 
-/// Thousandths of a degree: what a T7 resolves.
-pub const DECIMALS: usize = 3;
+/// Decimals of an angle, in degrees: what a T7 resolves.
+const DECIMALS: usize = 3;
 
-/// A value of an answer.
+/// A value of an answer. Small, and cheap to make: answers are lists of them.
 #[derive(Clone, Copy)]
 pub enum Value<'a> {
+    /// There is none.
+    None,
+    /// Yes or no.
+    Flag(bool),
     /// A number.
-    Number(i64),
-    /// A number with three decimals, in thousandths.
-    Thousandths(i64),
-    /// A number with this number of decimals, in units of the last one.
+    Count(u32),
+    /// A number with this number of decimals, in units of the last one; without a point if it is whole.
     Decimal(i64, u8),
-    /// A name with its unit.
-    Label(Label),
+    /// A number in thousandths, always with three decimals: a program takes its type from the text.
+    Thousandths(i32),
     /// An angle, in degrees.
     Angle(Angle),
+    /// An address, or bits: eight hexadecimal digits.
+    Hex(u32),
+    /// The number of a chip.
+    Uid(&'a Uid),
     /// A word, or a few.
     Text(&'a str),
     /// A name that a person has given: may be empty, or have any printable character.
     Quoted(&'a str),
-    /// Something that writes itself in words.
-    Words(&'a dyn Display),
+    /// A name with its unit.
+    Label(&'a Label),
     /// Words, one of which is expected.
-    OneOf(&'static [&'static str]),
-    /// Yes or no.
-    Flag(bool),
-    /// An address, or bits: eight hexadecimal digits.
-    Hex(u32),
+    OneOf(Choice),
+    /// Bit rates.
+    Rates(&'static [u32]),
+    /// What a setting can be, in this unit.
+    Allowed(&'static Form, &'a &'static str),
     /// Signals of a slot.
     Health(Health),
     /// Signals of the gateway.
     Signals(Signals),
-    /// There is none.
-    None,
 }
 
-macro_rules! numbers {
+/// A number with three decimals, in thousandths.
+pub fn thousandths(number: impl Into<i64>) -> Value<'static> {
+    Value::Decimal(number.into(), THOUSANDTHS)
+}
+
+/// Decimals of a number in thousandths.
+pub const THOUSANDTHS: u8 = 3;
+
+macro_rules! counts {
     ($($type:ty),*) => {$(
         impl From<$type> for Value<'_> {
             fn from(number: $type) -> Self {
-                Value::Number(number.into())
+                Value::Count(number.into())
             }
         }
     )*};
 }
 
-numbers!(u8, u16, u32, i32, i64);
+counts!(u8, u16, u32);
+
+impl From<i32> for Value<'_> {
+    fn from(number: i32) -> Self {
+        Value::Decimal(number.into(), 0)
+    }
+}
 
 impl From<u64> for Value<'_> {
     fn from(number: u64) -> Self {
-        Value::Number(i64::try_from(number).unwrap_or(i64::MAX))
+        Value::Decimal(i64::try_from(number).unwrap_or(i64::MAX), 0)
     }
 }
 
@@ -89,135 +110,224 @@ impl<'a, T: Into<Value<'a>>> From<Option<T>> for Value<'a> {
 
 impl Value<'_> {
     /// Writes it; in JSON words stand in quotes.
-    pub fn write(self, out: &mut dyn Write, audience: Audience) -> fmt::Result {
+    #[inline(never)]
+    pub fn write(self, out: &mut dyn Out, audience: Audience) {
         let programs = audience == Audience::Programs;
-        let quote = if programs { "\"" } else { "" };
+        if programs && self.is_words() {
+            out.put(b"\"");
+            self.words(&mut Inside { out, escapes: false });
+            out.put(b"\"");
+            return;
+        }
         match self {
-            Value::Number(number) => write!(out, "{number}"),
-            Value::Thousandths(number) => decimal(out, number, THOUSANDTHS),
-            Value::Decimal(number, decimals) => decimal(out, number, decimals),
-            Value::Label(label) => write!(out, "{quote}{label}{quote}"),
-            Value::Angle(angle) => out.write_str(angle.text(DECIMALS).as_str()),
-            Value::Quoted(text) => {
-                out.write_char('"')?;
-                for character in text.chars() {
-                    if programs && matches!(character, '"' | '\\') {
-                        out.write_char('\\')?;
-                    }
-                    out.write_char(character)?;
-                }
-                out.write_char('"')
-            }
-            Value::Text(text) => write!(out, "{quote}{}{quote}", Plain(&text)),
-            Value::Words(words) => write!(out, "{quote}{}{quote}", Plain(words)),
-            Value::OneOf(words) => {
-                out.write_str(quote)?;
-                one_of(out, words)?;
-                out.write_str(quote)
-            }
-            Value::Flag(flag) => out.write_str(match (programs, flag) {
-                (false, true) => "yes",
-                (false, false) => "no",
-                (true, true) => "true",
-                (true, false) => "false",
+            Value::None => out.put(if programs { b"null" } else { b"none" }),
+            Value::Flag(flag) => out.put(match (programs, flag) {
+                (false, true) => b"yes",
+                (false, false) => b"no",
+                (true, true) => b"true",
+                (true, false) => b"false",
             }),
-            Value::Hex(bits) => write!(out, "{quote}{bits:#010x}{quote}"),
+            Value::Quoted(text) => {
+                out.put(b"\"");
+                match audience {
+                    Audience::People => out.put(text.as_bytes()),
+                    Audience::Programs => Inside { out, escapes: true }.put(text.as_bytes()),
+                }
+                out.put(b"\"");
+            }
             Value::Health(health) => names(out, programs, &mut health.names()),
             Value::Signals(signals) => names(out, programs, &mut signals.names()),
-            Value::None => out.write_str(if programs { "null" } else { "none" }),
+            Value::Text(text) => Inside { out, escapes: false }.put(text.as_bytes()),
+            value => value.words(out),
+        }
+    }
+
+    /// Whether it stands in quotes in JSON.
+    const fn is_words(self) -> bool {
+        matches!(
+            self,
+            Value::Hex(_)
+                | Value::Uid(_)
+                | Value::Text(_)
+                | Value::Label(_)
+                | Value::OneOf(_)
+                | Value::Rates(_)
+                | Value::Allowed(..)
+        )
+    }
+
+    fn words(self, out: &mut dyn Out) {
+        match self {
+            Value::Count(number) => decimal(out, number.into(), 0),
+            Value::Decimal(number, decimals) => decimal(out, number, decimals),
+            Value::Thousandths(number) => digits(out, number.into(), THOUSANDTHS, false),
+            Value::Angle(angle) => out.put(angle.text(DECIMALS).as_str().as_bytes()),
+            Value::Hex(bits) => {
+                out.put(b"0x");
+                hexadecimal(out, bits);
+            }
+            Value::Uid(Uid(words)) => words.iter().rev().for_each(|&word| hexadecimal(out, word)),
+            Value::Text(text) => out.put(text.as_bytes()),
+            Value::Label(label) => label.write(out),
+            Value::OneOf(choice) => one_of(out, choice),
+            Value::Rates(rates) => separated(out, b" ", rates),
+            Value::Allowed(form, unit) => allowed(out, form, unit),
+            Value::None | Value::Flag(_) | Value::Quoted(_) | Value::Health(_) | Value::Signals(_) => {}
         }
     }
 }
 
 /// Names of signals, or that there are none.
-fn names(out: &mut dyn Write, programs: bool, names: &mut dyn Iterator<Item = &'static str>) -> fmt::Result {
-    let (begin, between, end, none) = if programs { ("[", ",", "]", "[") } else { ("", " ", "", "well") };
-    let quote = if programs { "\"" } else { "" };
+#[inline(never)]
+fn names(out: &mut dyn Out, programs: bool, names: &mut dyn Iterator<Item = &'static str>) {
+    let (begin, between, end): (&[u8], &[u8], &[u8]) =
+        if programs { (b"[\"", b"\",\"", b"\"]") } else { (b"", b" ", b"") };
     let mut before = begin;
+    let mut any = false;
     for name in names {
-        write!(out, "{before}{quote}{name}{quote}")?;
-        before = between;
+        out.put(before);
+        out.put(name.as_bytes());
+        (before, any) = (between, true);
     }
-    // Nothing stands behind the beginning.
-    out.write_str(if before == begin { none } else { "" })?;
-    out.write_str(end)
+    out.put(match (any, programs) {
+        (true, _) => end,
+        (false, true) => b"[]",
+        (false, false) => b"well",
+    });
 }
 
-/// Decimals of a number in thousandths.
-const THOUSANDTHS: u8 = 3;
+/// Digits of the largest 64-bit number.
+const DIGITS: usize = 20;
+/// Decimals after which only zeros are left out: a number in millionths that is one in thousandths.
+const MILLIONTHS: usize = 6;
 
-/// A number in units of its last decimal. Three decimals are enough, if the others are zeros.
-fn decimal(out: &mut dyn Write, number: i64, decimals: u8) -> fmt::Result {
-    let (sign, size) = (if number < 0 { "-" } else { "" }, number.unsigned_abs());
-    let unit = 10_u64.saturating_pow(decimals.into());
-    let (whole, rest) = (size.checked_div(unit).unwrap_or(size), size.checked_rem(unit).unwrap_or(0));
-    write!(out, "{sign}{whole}")?;
-    match decimals {
-        _ if rest == 0 => Ok(()),
-        6 if rest.is_multiple_of(1_000) => write!(out, ".{:03}", rest / 1_000),
-        decimals => write!(out, ".{rest:0width$}", width = decimals.into()),
+/// A number in units of its last decimal. Three decimals are enough, if the others are zeros; none if all are.
+fn decimal(out: &mut dyn Out, number: i64, decimals: u8) {
+    digits(out, number, decimals, true);
+}
+
+/// A number with a point before its last `decimals` digits, or without those that are needless.
+#[inline(never)]
+fn digits(out: &mut dyn Out, number: i64, decimals: u8, short: bool) {
+    let mut text = [b'0'; DIGITS];
+    let mut rest = number.unsigned_abs();
+    let mut used = 0_usize;
+    let decimals = usize::from(decimals);
+    for place in text.iter_mut().rev() {
+        if rest == 0 && used > decimals {
+            break;
+        }
+        *place = b'0'.wrapping_add((rest % 10) as u8);
+        rest /= 10;
+        used = used.saturating_add(1);
+    }
+    let text = text.get(DIGITS.saturating_sub(used)..).unwrap_or_default();
+    let (whole, mut fraction) = text.split_at_checked(used.saturating_sub(decimals)).unwrap_or_default();
+    if number < 0 {
+        out.put(b"-");
+    }
+    out.put(whole);
+    if short {
+        if decimals == MILLIONTHS {
+            fraction = fraction.strip_suffix(b"000").unwrap_or(fraction);
+        }
+        fraction = if fraction.iter().all(|&digit| digit == b'0') { b"" } else { fraction };
+    }
+    if !fraction.is_empty() {
+        out.put(b".");
+        out.put(fraction);
     }
 }
 
-/// A name and its unit, as they stand in answers: `period_ms`.
-#[derive(Clone, Copy)]
-pub struct Label {
-    pub name: &'static str,
-    pub unit: &'static str,
+/// Eight hexadecimal digits.
+fn hexadecimal(out: &mut dyn Out, word: u32) {
+    for place in (0..8_u32).rev() {
+        let digit = word.wrapping_shr(place.wrapping_mul(4)) as u8 & 0xF;
+        out.put(&[digit.wrapping_add(if digit < 10 { b'0' } else { b'a'.wrapping_sub(10) })]);
+    }
 }
 
-impl Label {
-    /// A name without a unit.
-    pub const fn plain(name: &'static str) -> Label {
-        Label { name, unit: "" }
+fn one_of(out: &mut dyn Out, choice: Choice) {
+    for (place, word) in choice.all().enumerate() {
+        out.put(match place {
+            0 => b"",
+            _ if choice.get(place.saturating_add(1)).is_none() => b" or ",
+            _ => b", ",
+        });
+        out.put(word.as_bytes());
     }
+}
 
-    /// Its characters.
-    pub fn len(&self) -> usize {
-        match self.unit() {
-            "" => self.name.len(),
-            unit => self.name.len().saturating_add(unit.len()).saturating_add(1),
+fn separated(out: &mut dyn Out, separator: &[u8], numbers: &[u32]) {
+    let mut before: &[u8] = b"";
+    for &number in numbers {
+        out.put(before);
+        decimal(out, number.into(), 0);
+        before = separator;
+    }
+}
+
+/// Allowed values of a setting.
+fn allowed(out: &mut dyn Out, form: &Form, unit: &str) {
+    match *form {
+        Form::Flag => out.put(b"on|off"),
+        Form::Slot => out.put(b"SLOT|none"),
+        Form::Characters => out.put(b"TEXT"),
+        Form::Choice(words) => {
+            let mut before: &[u8] = b"";
+            for word in words {
+                out.put(before);
+                out.put(word.as_bytes());
+                before = b"|";
+            }
+        }
+        Form::OneOf(numbers) => separated(out, b"|", numbers),
+        Form::Number { least, most, decimals } => {
+            decimal(out, least, decimals);
+            out.put(b" to ");
+            decimal(out, most, decimals);
+            if !unit.is_empty() {
+                out.put(b" ");
+                out.put(unit.as_bytes());
+            }
         }
     }
+}
 
-    /// What of the unit stands behind the name: every bit rate is in bit/s.
-    const fn unit(&self) -> &'static str {
-        match self.unit.as_bytes() {
-            b"bit/s" => "",
-            _ => self.unit,
+/// Writes a text with values in it, as people read them. `{0}` is the first of them; `{0<12}` and `{0>4}` have blanks
+/// behind and before it, to this width. A value that is not there is left out.
+#[inline(never)]
+pub fn print(out: &mut dyn Out, template: &str, values: &[Value<'_>]) {
+    let mut rest = template;
+    loop {
+        let (text, behind) = split_before(rest, b'{');
+        out.put(text.as_bytes());
+        let Some(place) = behind.strip_prefix('{') else { return };
+        let (place, behind) = split_before(place, b'}');
+        rest = behind.strip_prefix('}').unwrap_or("");
+        let mut place = place.bytes();
+        let mut digit = || place.next().map(|byte| usize::from(byte.wrapping_sub(b'0')));
+        let Some(&value) = digit().and_then(|number| values.get(number)) else { continue };
+        let is_left = digit() == Some(LEFT);
+        let width = core::iter::from_fn(digit)
+            .fold(0, |width: usize, digit| width.wrapping_mul(10).wrapping_add(digit));
+        let blanks = match width {
+            0 => 0,
+            width => {
+                let mut taken = Width(0);
+                value.write(&mut taken, Audience::People);
+                width.saturating_sub(taken.0)
+            }
+        };
+        if !is_left {
+            repeat(out, b' ', blanks);
+        }
+        value.write(out, Audience::People);
+        if is_left {
+            repeat(out, b' ', blanks);
         }
     }
 }
 
-impl Display for Label {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(self.name)?;
-        if self.unit().is_empty() {
-            return Ok(());
-        }
-        out.write_char('_')?;
-        self.unit()
-            .chars()
-            .try_for_each(|character| out.write_char(if character == '/' { '_' } else { character }))
-    }
-}
-
-fn one_of(out: &mut dyn Write, words: &[&str]) -> fmt::Result {
-    let last = words.len().saturating_sub(1);
-    for (place, word) in words.iter().enumerate() {
-        out.write_str(match place {
-            0 => "",
-            _ if place == last => " or ",
-            _ => ", ",
-        })?;
-        out.write_str(word)?;
-    }
-    Ok(())
-}
-
-/// As people read it.
-impl Display for Value<'_> {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.write(out, Audience::People)
-    }
-}
+/// `<` as a digit.
+const LEFT: usize = (b'<' - b'0') as usize;

@@ -20,11 +20,6 @@ pub trait Words: Sized + Copy + PartialEq + 'static {
     }
 }
 
-/// Where a word stands among others.
-pub fn place(word: &str, names: &[&str]) -> Option<usize> {
-    names.iter().position(|name| *name == word)
-}
-
 impl Words for bool {
     const NAMES: &'static [&'static str] = &["on", "off", "yes", "no"];
     const VALUES: &'static [Self] = &[true, false, true, false];

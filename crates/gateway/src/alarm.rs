@@ -56,6 +56,9 @@ impl Alarm {
         (Alarm::NoValue, "no_value", "no right and fresh angle for longer than allowed"),
     ];
 
+    /// All of them, by their numbers.
+    pub const EACH: [Alarm; ALARMS] = [Alarm::High, Alarm::Low, Alarm::Rate, Alarm::NoValue];
+
     /// The name used in every text interface.
     pub const fn name(self) -> &'static str {
         match self {
@@ -136,7 +139,7 @@ impl Alarms {
     /// The first alarm whose state is not the same in both.
     pub fn first_change(self, other: Alarms) -> Option<Alarm> {
         let changed = |alarm: &Alarm| self.state(*alarm) != other.state(*alarm);
-        Alarm::ALL.iter().map(|(alarm, ..)| *alarm).find(changed)
+        Alarm::EACH.into_iter().find(changed)
     }
 
     /// The same, with the state of this one taken from `other`.

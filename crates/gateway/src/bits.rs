@@ -13,6 +13,7 @@ impl Bits {
     pub const EMPTY: Bits = Bits(0);
 
     /// Puts a slot in, or takes it out.
+    #[inline(never)]
     pub fn set(&mut self, slot: usize, on: bool) {
         self.0 = if on { self.0 | Bits::bit(slot) } else { self.0 & !Bits::bit(slot) };
     }
@@ -23,6 +24,7 @@ impl Bits {
     }
 
     /// Whether the slot is in it.
+    #[inline(never)]
     pub fn has(self, slot: usize) -> bool {
         self.0 & Bits::bit(slot) != 0
     }
@@ -38,13 +40,16 @@ impl Bits {
     }
 
     /// The numbers of the slots, lowest first.
-    pub fn iter(self) -> impl Iterator<Item = usize> {
-        let mut rest = self.0;
-        core::iter::from_fn(move || {
-            let lowest = rest.trailing_zeros();
-            rest &= rest.wrapping_sub(1);
-            (lowest < u64::BITS).then_some(lowest as usize)
-        })
+    pub fn iter(mut self) -> impl Iterator<Item = usize> {
+        core::iter::from_fn(move || self.pop())
+    }
+
+    /// Takes the lowest out.
+    #[inline(never)]
+    fn pop(&mut self) -> Option<usize> {
+        let lowest = self.0.trailing_zeros();
+        self.0 &= self.0.wrapping_sub(1);
+        (lowest < u64::BITS).then_some(lowest as usize)
     }
 
     fn bit(slot: usize) -> u64 {

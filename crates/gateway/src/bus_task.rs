@@ -13,7 +13,7 @@
 //! - A task that has changed the bit rate for good leaves that rate, and nothing else, in the settings.
 
 use clino_bus::{Event, ExchangeOutcome, Instant, Master, Serial, Timing, earliest};
-use clino_commissioning::TaskProgress;
+use clino_commissioning::{RunnerAction, TaskProgress};
 
 use crate::bits::Bits;
 use crate::counters::{SlotCounters, bump16};
@@ -23,7 +23,7 @@ use crate::schedule::outage::BusHealth;
 use crate::schedule::queue::Asked;
 use crate::schedule::settling::{Nodes, Settling, readers};
 use crate::settings::{BusChange, BusSettings};
-use crate::task::{Claim, TaskEvent, TaskStep, Tasks};
+use crate::task::{Claim, TaskEvent, Tasks};
 use crate::trace::{Entry, Purpose, Verdict};
 use crate::{Bus, SlotConfig};
 
@@ -396,8 +396,8 @@ impl<P: Serve> BusTask<P> {
         for _ in 0..RATES_AT_ONCE {
             let Some(work) = &mut self.work else { return false };
             match P::runner(work).poll(&mut self.master, now) {
-                TaskStep::Idle => return false,
-                TaskStep::Send(ref frame) => {
+                RunnerAction::Idle => return false,
+                RunnerAction::Send(ref frame) => {
                     if self.master.counters().writes != writes {
                         let (address, _) = P::named(frame.as_ref());
                         count(slots, P::BUS, address, |counters| &mut counters.writes);
@@ -409,11 +409,11 @@ impl<P: Serve> BusTask<P> {
                     self.send(frame.as_ref(), Purpose::Task, now, port);
                     return true;
                 }
-                TaskStep::Serial(serial) => {
+                RunnerAction::Serial(serial) => {
                     self.disturbed = Some(now);
                     self.run(serial, now, slots, port);
                 }
-                TaskStep::Done(news) => {
+                RunnerAction::Done(Ok(news)) => {
                     self.work = None;
                     self.news = Some(news);
                     self.stay();

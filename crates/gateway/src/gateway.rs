@@ -17,7 +17,7 @@ use crate::pwm::PwmInputs;
 use crate::schedule::outage::BusHealth;
 use crate::schedule::{Detail, Polled};
 use crate::settings::console::ConsoleSettings;
-use crate::settings::{self, BusSettings};
+use crate::settings::{self, BusSettings, Tabled};
 use crate::snapshot::Publisher;
 use crate::summary::BusPart;
 use crate::task::{self, TaskEvent};
@@ -342,8 +342,8 @@ impl Gateway {
     /// A number that is the same whenever all settings are the same, and hardly ever otherwise.
     pub fn fingerprint(&self) -> u32 {
         let bus =
-            |bus| settings::fingerprint(settings::bus::settings(bus), self.bus_settings(bus), bus as u8);
-        let console = settings::fingerprint(&settings::console::SETTINGS, &self.console, CONSOLE_SEED);
+            |bus| settings::fingerprint(&Tabled::new(settings::bus::settings(bus), self.bus_settings(bus)), bus as u8);
+        let console = settings::fingerprint(&Tabled::new(&settings::console::SETTINGS, &self.console), CONSOLE_SEED);
         self.fingerprint ^ bus(Bus::T7) ^ bus(Bus::Isu) ^ console
     }
 
@@ -351,7 +351,7 @@ impl Gateway {
     fn note_settings(&mut self, index: usize) {
         let Some(config) = self.config(index) else { return };
         let seed = SLOT_SEED.wrapping_add(index as u8);
-        self.fingerprint ^= settings::fingerprint(&settings::slot::SETTINGS, config, seed);
+        self.fingerprint ^= settings::fingerprint(&Tabled::new(&settings::slot::SETTINGS, config), seed);
     }
 
     /// Sets what was counted to zero, of all slots and of both buses.

@@ -133,54 +133,86 @@ pub enum Finding {
     },
 }
 
+/// A value in the words of a finding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// A number.
+    Number(u32),
+    /// A name.
+    Name(&'static str),
+}
+
+impl Finding {
+    /// Its sentence, in which `{0}` stands for the first of the values behind it.
+    pub fn words(&self) -> (&'static str, [Part; 3]) {
+        let none = Part::Number(0);
+        let number = |number: u8| Part::Number(number.into());
+        let ms = |span: Duration| Part::Number(span.as_millis());
+        let us = |span: Duration| Part::Number(span.as_micros());
+        match *self {
+            Finding::Duplicate { slot, same_as } => {
+                ("slot {0} reads the same as slot {1}", [number(slot), number(same_as), none])
+            }
+            Finding::AllAnswer { slot, address, nodes } => (
+                "slot {0}: all {2} nodes answer to address {1}",
+                [number(slot), number(address), number(nodes)],
+            ),
+            Finding::Overload { bus, percent } => (
+                "bus {0}: its slots ask for {1} % of what it can carry",
+                [Part::Name(bus.name()), Part::Number(percent), none],
+            ),
+            Finding::Repeats { slot, period } => {
+                ("slot {0}: asked every {1} ms, new every 533 ms", [number(slot), ms(period), none])
+            }
+            Finding::Damping { slot, damping_ms } => (
+                "slot {0}: damping {1} ms is less than the {2} ms of its bandwidth",
+                [number(slot), Part::Number(damping_ms.into()), Part::Number(SHORTEST_DAMPING_MS.into())],
+            ),
+            Finding::Timeout { slot, timeout, period } => (
+                "slot {0}: timeout {1} ms is longer than period {2} ms",
+                [number(slot), ms(timeout), ms(period)],
+            ),
+            Finding::Stale { slot, stale, period } => (
+                "slot {0}: stale {1} ms, period {2} ms: one reading that fails makes it stale",
+                [number(slot), ms(stale), ms(period)],
+            ),
+            Finding::OneSample { slot } => {
+                ("slot {0}: a filter over 1 sample does nothing", [number(slot), none, none])
+            }
+            Finding::Incomplete { slot, kind, address } => (
+                "slot {0}: it is not read, kind {1} at address {2}",
+                [number(slot), Part::Name(kind.name()), number(address)],
+            ),
+            Finding::Guard { bus, guard, character } => (
+                "bus {0}: guard {1} us is shorter than one character, {2} us: frames may collide",
+                [Part::Name(bus.name()), us(guard), us(character)],
+            ),
+            Finding::Post { bus, post } => (
+                "bus {0}: post {1} us: an answer that begins sooner collides with our driver",
+                [Part::Name(bus.name()), us(post), none],
+            ),
+            Finding::Partner { slot, partner } => {
+                ("slot {0}: slot {1} reads no ISU", [number(slot), number(partner), none])
+            }
+        }
+    }
+}
+
+/// For hosts: the image fills the sentence in without `core::fmt`.
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Finding::Duplicate { slot, same_as } => write!(f, "slot {slot} reads the same as slot {same_as}"),
-            Finding::AllAnswer { slot, address, nodes } => {
-                write!(f, "slot {slot}: all {nodes} nodes answer to address {address}")
+        let (sentence, values) = self.words();
+        let mut pieces = sentence.split(['{', '}']);
+        f.write_str(pieces.next().unwrap_or(""))?;
+        while let (Some(place), Some(text)) = (pieces.next(), pieces.next()) {
+            match place.parse::<usize>().ok().and_then(|place| values.get(place)) {
+                Some(Part::Number(number)) => write!(f, "{number}")?,
+                Some(Part::Name(name)) => f.write_str(name)?,
+                None => {}
             }
-            Finding::Overload { bus, percent } => {
-                write!(f, "bus {}: its slots ask for {percent} % of what it can carry", bus.name())
-            }
-            Finding::Repeats { slot, period } => {
-                write!(f, "slot {slot}: asked every {} ms, new every 533 ms", period.as_millis())
-            }
-            Finding::Damping { slot, damping_ms } => write!(
-                f,
-                "slot {slot}: damping {damping_ms} ms is less than the {SHORTEST_DAMPING_MS} ms of its bandwidth"
-            ),
-            Finding::Timeout { slot, timeout, period } => write!(
-                f,
-                "slot {slot}: timeout {} ms is longer than period {} ms",
-                timeout.as_millis(),
-                period.as_millis()
-            ),
-            Finding::Stale { slot, stale, period } => write!(
-                f,
-                "slot {slot}: stale {} ms, period {} ms: one reading that fails makes it stale",
-                stale.as_millis(),
-                period.as_millis()
-            ),
-            Finding::OneSample { slot } => write!(f, "slot {slot}: a filter over 1 sample does nothing"),
-            Finding::Incomplete { slot, kind, address } => {
-                write!(f, "slot {slot}: it is not read, kind {} at address {address}", kind.name())
-            }
-            Finding::Guard { bus, guard, character } => write!(
-                f,
-                "bus {}: guard {} us is shorter than one character, {} us: frames may collide",
-                bus.name(),
-                guard.as_micros(),
-                character.as_micros()
-            ),
-            Finding::Post { bus, post } => write!(
-                f,
-                "bus {}: post {} us: an answer that begins sooner collides with our driver",
-                bus.name(),
-                post.as_micros()
-            ),
-            Finding::Partner { slot, partner } => write!(f, "slot {slot}: slot {partner} reads no ISU"),
+            f.write_str(text)?;
         }
+        Ok(())
     }
 }
 

@@ -21,7 +21,9 @@ pub mod slot;
 mod tests;
 
 pub use crate::refusal::Number;
-pub use setting::{Form, Given, NO_SLOT, Named, Setting, fingerprint};
+pub use setting::{
+    Definition, Form, Given, NO_SLOT, Named, Setting, Settable, Shown, Tabled, fingerprint,
+};
 
 mod change;
 

@@ -10,8 +10,10 @@ pub mod isu;
 mod reason;
 pub mod t7;
 
-use clino_bus::{ExchangeOutcome, Instant, Master, Protocol, Serial};
-use clino_commissioning::{Commissionable, Operation, Runner, RunnerAction, TaskProgress};
+use core::convert::Infallible;
+
+use clino_bus::{ExchangeOutcome, Instant, Serial};
+use clino_commissioning::{Commissionable, Operation, Runner, StepOf, TaskProgress};
 
 pub(crate) use claim::Claim;
 pub(crate) use follow::followed;
@@ -33,28 +35,10 @@ impl TaskEvent {
     }
 }
 
-/// The next step of a task: what its bus has to do.
-pub(crate) enum TaskStep<P: Protocol> {
-    /// Nothing now.
-    Idle,
-    /// Send this frame.
-    Send(P::Frame),
-    /// Change to this bit rate.
-    Serial(Serial),
-    /// The task has ended.
-    Done(TaskEvent),
-}
-
-/// Runs one task, whatever its operation is.
-pub(crate) trait TaskRunner<P: Protocol> {
-    fn poll(&mut self, master: &mut Master<P>, now: Instant) -> TaskStep<P>;
-    fn settle(&mut self, outcome: &ExchangeOutcome<P>) -> Option<TaskEvent>;
-    fn poll_at(&self) -> Option<Instant>;
-    fn is_asking(&self) -> bool;
-    fn is_exclusive(&self) -> bool;
-    fn progress(&self) -> TaskProgress;
-    fn cancel(&mut self);
-}
+/// Runs one task, whatever its operation is: in the image once for each bus.
+pub(crate) type TaskRunner<P> = Runner<
+    dyn Operation<Protocol = P, Event = TaskEvent, Report = TaskEvent, Error = Infallible>,
+>;
 
 /// A protocol with tasks of its own.
 pub(crate) trait Tasks: Commissionable {
@@ -64,49 +48,61 @@ pub(crate) trait Tasks: Commissionable {
     fn begin(task: &Self::Task, serial: Serial, place: &mut Option<Self::Work>) -> Result<(), TaskEvent>;
     /// What no other order may change until the task has ended.
     fn claim(task: &Self::Task) -> Claim;
-    fn runner(work: &mut Self::Work) -> &mut dyn TaskRunner<Self>;
-    fn runner_ref(work: &Self::Work) -> &dyn TaskRunner<Self>;
+    fn runner(work: &mut Self::Work) -> &mut TaskRunner<Self>;
+    fn runner_ref(work: &Self::Work) -> &TaskRunner<Self>;
 }
 
-impl<P, O> TaskRunner<P> for Runner<O>
+/// Begins an operation in its place. A function for each operation: put together from one that chooses, they would all be on
+/// the stack, field by field.
+#[inline(never)]
+pub(crate) fn put<W, E>(place: &mut Option<W>, make: impl FnOnce() -> Result<W, E>) -> Result<(), E> {
+    *place = Some(make()?);
+    Ok(())
+}
+
+/// An operation whose events, report and error are events of a task, the last ones its report.
+pub(crate) struct Reported<O>(O);
+
+/// An operation as a task.
+pub(crate) fn run<O>(operation: O) -> Runner<Reported<O>> {
+    Runner::new(Reported(operation))
+}
+
+impl<O: Operation> Operation for Reported<O>
 where
-    P: Commissionable,
-    O: Operation<Protocol = P>,
     O::Event: Into<TaskEvent>,
     O::Report: Into<TaskEvent>,
     O::Error: Into<TaskEvent>,
 {
-    fn poll(&mut self, master: &mut Master<P>, now: Instant) -> TaskStep<P> {
-        match self.poll(master, now) {
-            RunnerAction::Idle => TaskStep::Idle,
-            RunnerAction::Send(frame) => TaskStep::Send(frame),
-            RunnerAction::Serial(serial) => TaskStep::Serial(serial),
-            RunnerAction::Done(Ok(report)) => TaskStep::Done(report.into()),
-            RunnerAction::Done(Err(error)) => TaskStep::Done(error.into()),
-        }
+    type Protocol = O::Protocol;
+    type Event = TaskEvent;
+    type Report = TaskEvent;
+    type Error = Infallible;
+
+    fn next(&mut self, now: Instant) -> StepOf<Self> {
+        self.0.next(now)
     }
 
-    fn settle(&mut self, outcome: &ExchangeOutcome<P>) -> Option<TaskEvent> {
-        self.settle(outcome).map(Into::into)
+    fn result(&self) -> Option<Result<TaskEvent, Infallible>> {
+        Some(Ok(match self.0.result()? {
+            Ok(report) => report.into(),
+            Err(error) => error.into(),
+        }))
     }
 
-    fn poll_at(&self) -> Option<Instant> {
-        self.poll_at()
-    }
-
-    fn is_asking(&self) -> bool {
-        self.is_asking()
-    }
-
-    fn is_exclusive(&self) -> bool {
-        self.is_exclusive()
+    fn on(&mut self, outcome: &ExchangeOutcome<O::Protocol>) -> Option<TaskEvent> {
+        self.0.on(outcome).map(Into::into)
     }
 
     fn progress(&self) -> TaskProgress {
-        self.progress()
+        self.0.progress()
     }
 
     fn cancel(&mut self) {
-        self.cancel();
+        self.0.cancel();
+    }
+
+    fn is_exclusive(&self) -> bool {
+        self.0.is_exclusive()
     }
 }

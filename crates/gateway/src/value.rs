@@ -199,6 +199,7 @@ impl Reading {
     }
 
     /// What the value is worth at `now`: an *ok* that has grown too old is *stale*.
+    #[inline(never)]
     pub fn status(&self, now: Instant) -> Status {
         match (self.status, self.measured) {
             (Status::Ok, Some(at)) if now <= at + self.stale_after => Status::Ok,
@@ -208,17 +209,20 @@ impl Reading {
     }
 
     /// The angle as it is published, if it is right and fresh at `now`.
+    #[inline(never)]
     pub fn angle(&self, now: Instant) -> Option<Published> {
         (self.status(now) == Status::Ok).then_some(self.angle)
     }
 
     /// The angle as the sensor said it, under the same condition: not rounded yet ([`Published::of_sensor`]).
+    #[inline(never)]
     pub fn raw(&self, now: Instant) -> Option<Angle> {
         (self.status(now) == Status::Ok).then_some(self.raw)
     }
 
     /// How fast the angle changes, in 0.001°/s, under the same condition; between the last two angles that the sensor
     /// measured anew.
+    #[inline(never)]
     pub fn rate(&self, now: Instant) -> Option<i32> {
         (self.status(now) == Status::Ok).then_some(self.rate)
     }
@@ -245,6 +249,7 @@ impl Reading {
     }
 
     /// Time since the last good value was received, in milliseconds; `None` when there was none since reset.
+    #[inline(never)]
     pub fn age_ms(&self, now: Instant) -> Option<u64> {
         self.measured.map(|at| now.millis_since(at))
     }

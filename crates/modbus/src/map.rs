@@ -148,10 +148,10 @@ impl Entry {
         scale: u16,
     ) -> Entry {
         let mut at = 0;
-        while table[at].id != id {
+        while table[at].definition.id != id {
             at += 1;
         }
-        let setting = &table[at];
+        let setting = &table[at].definition;
         let (least, most) = setting.form.limits();
         let step = scale as i64;
         let (least, most) = ((least + step - 1).div_euclid(step), most.div_euclid(step));

@@ -83,7 +83,7 @@ impl StartCause {
 
     /// Its name in JSON and in the documentation.
     pub fn name(self) -> &'static str {
-        StartCause::ALL.into_iter().find(|(cause, ..)| *cause == self).map_or("unknown", |(_, name, _)| name)
+        NAMES.get(self as usize).copied().unwrap_or("unknown")
     }
 
     /// Whether something went wrong with the gateway itself.
@@ -94,13 +94,31 @@ impl StartCause {
 
     /// The cause of this number.
     pub fn from_number(number: u8) -> StartCause {
-        StartCause::ALL
-            .into_iter()
-            .map(|(cause, ..)| cause)
-            .find(|cause| *cause as u8 == number)
-            .unwrap_or_default()
+        CAUSES.get(usize::from(number)).copied().unwrap_or_default()
     }
 }
+
+/// The causes by their numbers, and their names: what they mean is for documents, and not in the image.
+#[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects, reason = "runs in the compiler only")]
+static CAUSES: [StartCause; StartCause::ALL.len()] = {
+    let mut causes = [StartCause::Unknown; StartCause::ALL.len()];
+    let mut at = 0;
+    while at < causes.len() {
+        causes[at] = StartCause::ALL[at].0;
+        at += 1;
+    }
+    causes
+};
+#[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects, reason = "runs in the compiler only")]
+static NAMES: [&str; StartCause::ALL.len()] = {
+    let mut names = [""; StartCause::ALL.len()];
+    let mut at = 0;
+    while at < names.len() {
+        names[at] = StartCause::ALL[at].1;
+        at += 1;
+    }
+    names
+};
 
 impl From<ResetSource> for StartCause {
     fn from(reset: ResetSource) -> StartCause {

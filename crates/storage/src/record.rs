@@ -32,7 +32,7 @@ mod tests;
 
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::console::ConsoleSettings;
-use clino_gateway::settings::{self, Setting};
+use clino_gateway::settings::{self, Shown, Tabled};
 use clino_gateway::{Bus, BusSettings, Configuration, MAX_SLOTS, SlotConfig};
 
 use bytes::Reader;
@@ -139,12 +139,16 @@ pub(crate) fn check(
     configuration: &dyn Configuration,
     modbus: &clino_modbus::Settings,
 ) -> Result<(), Reject> {
+    checked(configuration, modbus).map_err(Reject::Refused)
+}
+
+fn checked(configuration: &dyn Configuration, modbus: &clino_modbus::Settings) -> Result<(), Refusal> {
     for bus in BUSES {
         bus_order(bus, &configuration.bus(bus))?;
     }
-    settings::port::check(modbus).map_err(Reject::Refused)?;
-    settings::console::check(&configuration.console()).map_err(Reject::Refused)?;
-    slots(configuration).zip(0..).try_for_each(|(config, slot)| slot_order(slot, config))
+    settings::port::check(modbus)?;
+    settings::console::check(&configuration.console())?;
+    slots(configuration).try_for_each(settings::slot::check)
 }
 
 /// All slots of a record.
@@ -152,17 +156,13 @@ fn slots(configuration: &dyn Configuration) -> impl Iterator<Item = &SlotConfig>
     (0..MAX_SLOTS).map(|slot| configuration.slot(slot).unwrap_or(&SlotConfig::OFF))
 }
 
-fn bus_order(bus: Bus, settings: &BusSettings) -> Result<(), Reject> {
-    Order::Bus { bus, change: settings.into() }.check().map_err(Reject::Refused)
-}
-
-fn slot_order(slot: u8, config: &SlotConfig) -> Result<(), Reject> {
-    Order::Slot { slot, config: *config }.check().map_err(Reject::Refused)
+fn bus_order(bus: Bus, settings: &BusSettings) -> Result<(), Refusal> {
+    Order::Bus { bus, change: settings.into() }.check()
 }
 
 /// Writes what differs from the usual.
-fn plain<T>(table: &[Setting<T>], of: &T, usual: &T, writer: &mut Writer<'_>) {
-    differences::encode(table, of, |setting| (setting.get)(of) != (setting.get)(usual), writer);
+fn plain(of: &dyn Shown, usual: &dyn Shown, writer: &mut Writer<'_>) {
+    differences::encode(of, &|place, _| of.value(place) != usual.value(place), writer);
 }
 
 /// Writes the record. What [`check`] finds nothing wrong with can be read again.
@@ -175,23 +175,21 @@ pub(crate) fn encode(content: Content<'_>, sink: &mut dyn Sink) {
             writer.byte(CONFIGURATION);
             for bus in BUSES {
                 let settings = &configuration.bus(bus);
-                let usual = BusSettings::usual(bus, settings.timing.serial.baud);
+                let first = &BusSettings::first(bus);
+                let usual = &BusSettings::usual(bus, settings.timing.serial.baud);
                 // The bit rate is a difference from the first one; the rest from what is usual at the bit rate.
-                let from = |setting: &Setting<BusSettings>| match setting.id {
-                    settings::bus::id::BAUD => BusSettings::first(bus),
-                    _ => usual,
+                let by_table = |settings| Tabled::new(settings::bus::settings(bus), settings);
+                let (of, first, usual) = (by_table(settings), by_table(first), by_table(usual));
+                let differs = |place, id| {
+                    let from = if id == settings::bus::id::BAUD { &first } else { &usual };
+                    of.value(place) != from.value(place)
                 };
-                let differs =
-                    |setting: &Setting<BusSettings>| (setting.get)(settings) != (setting.get)(&from(setting));
-                differences::encode(settings::bus::settings(bus), settings, differs, &mut writer);
+                differences::encode(&of, &differs, &mut writer);
             }
-            plain(&settings::port::SETTINGS, modbus, &clino_modbus::Settings::DEFAULT, &mut writer);
-            plain(
-                &settings::console::SETTINGS,
-                &configuration.console(),
-                &ConsoleSettings::DEFAULT,
-                &mut writer,
-            );
+            let port = |settings| Tabled::new(&settings::port::SETTINGS, settings);
+            plain(&port(modbus), &port(&clino_modbus::Settings::DEFAULT), &mut writer);
+            let console = |settings| Tabled::new(&settings::console::SETTINGS, settings);
+            plain(&console(&configuration.console()), &console(&ConsoleSettings::DEFAULT), &mut writer);
             writer.byte(MAX_SLOTS as u8);
             slots(configuration).for_each(|config| slot::encode(config, &mut writer));
         }
@@ -208,12 +206,16 @@ pub(crate) fn decode(record: &[u8], take: &mut dyn FnMut(Part<'_>)) -> Result<Ki
         return Err(Reject::Checksum { stored, computed });
     }
     let reader = &mut Reader::new(bytes);
+    content(reader, take).ok_or_else(|| reader.reject())
+}
+
+fn content(reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -> Option<Kind> {
     let version = reader.byte()?;
     if version > VERSION {
-        return Err(Reject::Newer { version });
+        return reader.refuse(Reject::Newer { version });
     }
     if version < WITHOUT_MODBUS {
-        return Err(Reject::Code { what: "version", code: version });
+        return reader.refuse(Reject::Code { what: "version", code: version });
     }
     let kind = match reader.byte()? {
         CONFIGURATION => {
@@ -221,24 +223,24 @@ pub(crate) fn decode(record: &[u8], take: &mut dyn FnMut(Part<'_>)) -> Result<Ki
             Kind::Configuration(version)
         }
         FACTORY => Kind::Factory,
-        code => return Err(Reject::Code { what: "kind", code }),
+        code => return reader.refuse(Reject::Code { what: "kind", code }),
     };
     reader.end()?;
-    Ok(kind)
+    Some(kind)
 }
 
-fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -> Result<(), Reject> {
+fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -> Option<()> {
     let is_old = version <= WITHOUT_TABLES;
     for bus in BUSES {
         let settings = match is_old {
             true => old::bus(bus, reader)?,
             false => {
                 let mut settings = BusSettings::first(bus);
-                differences::decode(settings::bus::settings(bus), &mut settings, reader)?;
+                differences::decode(&mut Tabled::new(settings::bus::settings(bus), &mut settings), reader)?;
                 settings
             }
         };
-        bus_order(bus, &settings)?;
+        reader.accepted(bus_order(bus, &settings))?;
         take(Part::Bus(bus, &settings));
     }
     let mut modbus = clino_modbus::Settings::DEFAULT;
@@ -246,18 +248,18 @@ fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -
         // Before it was a setting, the port ran like this.
         WITHOUT_MODBUS => {}
         WITHOUT_TABLES => modbus = old::port(reader)?,
-        _ => differences::decode(&settings::port::SETTINGS, &mut modbus, reader)?,
+        _ => differences::decode(&mut Tabled::new(&settings::port::SETTINGS, &mut modbus), reader)?,
     }
-    settings::port::check(&modbus).map_err(Reject::Refused)?;
+    reader.accepted(settings::port::check(&modbus))?;
     take(Part::Modbus(modbus));
     let mut console = ConsoleSettings::DEFAULT;
     if !is_old {
-        differences::decode(&settings::console::SETTINGS, &mut console, reader)?;
+        differences::decode(&mut Tabled::new(&settings::console::SETTINGS, &mut console), reader)?;
     }
     take(Part::Console(console));
     let count = reader.byte()?;
     if usize::from(count) > MAX_SLOTS {
-        return Err(Reject::Code { what: "slots", code: count });
+        return reader.refuse(Reject::Code { what: "slots", code: count });
     }
     for slot in 0..MAX_SLOTS as u8 {
         // A record of a gateway with fewer slots says nothing of the others.
@@ -266,8 +268,8 @@ fn parts(version: u8, reader: &mut Reader<'_>, take: &mut dyn FnMut(Part<'_>)) -
             (true, true) => old::slot(reader)?,
             (true, false) => slot::decode(reader)?,
         };
-        slot_order(slot, &config)?;
+        reader.accepted(settings::slot::check(&config))?;
         take(Part::Slot(slot, &config));
     }
-    Ok(())
+    Some(())
 }

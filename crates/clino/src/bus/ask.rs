@@ -31,8 +31,12 @@ impl Operation for AskT7 {
     fn next(&mut self, _: Instant) -> StepOf<Self> {
         match self.ended {
             None => Step::Ask { address: self.address, request: self.request, tries: READ_TRIES },
-            Some(result) => Step::Done(result.map_err(|cause| Failure { cause, writes: 0 })),
+            Some(_) => Step::Done,
         }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        self.ended.map(|result| result.map_err(|cause| Failure { cause, writes: 0 }))
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Infallible> {

@@ -2,8 +2,10 @@
 
 use crate::bytes::Buffer;
 
-/// Most RAM bytes in one message: the length byte also counts head and address.
-pub const MAX_DATA: usize = u8::MAX as usize - 2;
+/// Most RAM bytes in one message. The length byte counts to 255, head and address among it: that are 253, with the feature
+/// `long-messages`. Without it 32: the 16 words of EEPROM that are the most the document ever lets a host write at once
+/// (section 6). A host that asks for no more at once needs no more, and all that carries a message is an eighth as large.
+pub const MAX_DATA: usize = if cfg!(feature = "long-messages") { u8::MAX as usize - 2 } else { 32 };
 /// Most EEPROM words in one message.
 pub const MAX_WORDS: usize = MAX_DATA / 2;
 

@@ -115,7 +115,8 @@ impl Answers {
                 return Verdict::Discard;
             };
             let possible = function.response_length_fits(length);
-            if head & RESPONSE == 0 || address.is_reserved() {
+            // One that is too long to be held is never the expected one.
+            if head & RESPONSE == 0 || address.is_reserved() || size > LONGEST {
                 return Verdict::Discard;
             }
             if let Some(differs) = self.expected.differs(address, function, self.checks) {

@@ -1,11 +1,12 @@
 //! A complete message, ready for the line. Source: AN #201 table 1.
 
+use super::data::MAX_DATA;
 use crate::bytes::{Buffer, sum};
 
 /// Bytes that the length byte does not count: itself and the checksum.
 pub(super) const OVERHEAD: usize = 2;
-/// Longest message that a length byte can describe.
-pub(super) const LONGEST: usize = u8::MAX as usize + OVERHEAD;
+/// Longest message: [`MAX_DATA`], head and address, and what the length byte does not count.
+pub(super) const LONGEST: usize = MAX_DATA + 2 + OVERHEAD;
 
 /// One encoded message.
 #[derive(Clone, Copy)]
@@ -15,7 +16,7 @@ impl Frame {
     /// A whole message; `head` is address, function and direction, the rest its payload in two parts.
     #[inline(never)]
     pub(super) fn new(head: u8, first: &[u8], data: &[u8]) -> Self {
-        // At most head, address and 253 bytes: fits.
+        // At most head, address and `MAX_DATA` bytes: fits.
         let length = first.len().wrapping_add(data.len()).wrapping_add(1) as u8;
         let mut buffer = Buffer::new();
         for field in [&[length, head], first, data] {

@@ -1,7 +1,7 @@
 //! The frame that all messages share. Source: AN #201 table 1.
 
 use super::error::DecodeError;
-use super::frame::OVERHEAD;
+use super::frame::{LONGEST, OVERHEAD};
 use super::function::RESPONSE;
 use super::{Address, Function};
 use crate::bytes::sum;
@@ -40,6 +40,10 @@ impl<'a> Parts<'a> {
         let expected = usize::from(length).wrapping_add(OVERHEAD);
         if bytes.len() != expected {
             return Err(DecodeError::Size { received: bytes.len(), expected });
+        }
+        // A whole message that no value here has room for.
+        if expected > LONGEST {
+            return Err(DecodeError::Size { received: bytes.len(), expected: LONGEST });
         }
         if head & RESPONSE != direction {
             return Err(DecodeError::Direction { head });

@@ -51,7 +51,7 @@ impl Boot {
     }
 
     /// What to do next.
-    pub fn next<R, E>(&self, talk: &Talk, now: Instant) -> Step<Address, Request, R, E> {
+    pub fn next(&self, talk: &Talk, now: Instant) -> Step<Address, Request> {
         match self.state {
             State::Reset { from, .. } | State::Look { from, .. } if now < from => Step::Wait { until: from },
             State::Reset { .. } => talk.ask(Request::ResetModule, READ_TRIES),

@@ -53,26 +53,32 @@ impl Operation for Identify {
     type Error = Failure;
 
     fn next(&mut self, _: Instant) -> StepOf<Self> {
-        if let Some(cause) = self.failed {
-            return Step::Done(Err(Failure { cause, writes: 0, repair: false }));
+        match self.request().filter(|_| self.failed.is_none()) {
+            Some(request) => Step::Ask { address: self.address, request, tries: READ_TRIES },
+            None => Step::Done,
         }
-        if let Some(request) = self.request() {
-            return Step::Ask { address: self.address, request, tries: READ_TRIES };
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        if let Some(cause) = self.failed {
+            return Some(Err(Failure { cause, writes: 0, repair: false }));
         }
         let image = &self.reader.image;
-        Step::Done(Ok(Identity {
-            address: image.module_address(),
-            angle: self.angle.unwrap_or(Angle::ZERO),
-            null_position: image.null_position(),
-            auto_shutoff_word: image.data(DataWord::AutoShutoff),
-            audit: image.audit(),
-        }))
+        self.request().is_none().then(|| {
+            Ok(Identity {
+                address: image.module_address(),
+                angle: self.angle.unwrap_or(Angle::ZERO),
+                null_position: image.null_position(),
+                auto_shutoff_word: image.data(DataWord::AutoShutoff),
+                audit: image.audit(),
+            })
+        })
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
         let function = self.request()?.function();
-        match response(function, self.address, outcome.result) {
-            Ok(Response::ReadEeprom { start, words }) => self.reader.take(start, &words),
+        match response(function, self.address, &outcome.result) {
+            Ok(Response::ReadEeprom { start, words }) => self.reader.take(*start, words),
             Ok(response) => self.angle = self.angle.or(response.angle_word().map(Angle::from_turn16)),
             Err(cause) => self.failed = Some(cause),
         }

@@ -174,7 +174,14 @@ impl Operation for ResetNull {
                 Step::Ask { address, request: Request::READ_ANGLE, tries: READ_TRIES }
             }
             State::Write => Step::Ask { address, request: Request::ResetNullPosition, tries: 1 },
-            State::Ended(result) => Step::Done(result),
+            State::Ended(_) => Step::Done,
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
         }
     }
 
@@ -189,8 +196,8 @@ impl Operation for ResetNull {
             }
             State::Ended(_) => return None,
         };
-        match (response(function, self.address, outcome.result), self.state) {
-            (Ok(Response::ReadEeprom { start, words }), State::Audit) => self.reader.take(start, &words),
+        match (response(function, self.address, &outcome.result), self.state) {
+            (Ok(Response::ReadEeprom { start, words }), State::Audit) => self.reader.take(*start, words),
             (Ok(response), State::Watch { from }) => {
                 response.angle_word().into_iter().for_each(|seen| self.on_watch(seen, from, outcome.at));
             }

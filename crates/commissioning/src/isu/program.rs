@@ -119,13 +119,11 @@ impl Program {
         }
     }
 
-    fn on_written(&mut self, mut writer: Writer, outcome: &ExchangeOutcome<Isu>) {
-        let sent = writer.on(&mut self.talk, outcome);
-        self.state = State::Write(writer);
+    fn on_written(&mut self, sent: Result<bool, Cause>, is_done: bool) {
         match sent {
             Err(cause) => self.fail(cause),
             Ok(true) => self.writes = self.writes.saturating_add(1),
-            Ok(false) if writer.request().is_none() => self.boot(),
+            Ok(false) if is_done => self.boot(),
             Ok(false) => {}
         }
     }
@@ -139,9 +137,7 @@ impl Program {
         });
     }
 
-    fn on_boot(&mut self, mut boot: Boot, outcome: &ExchangeOutcome<Isu>) {
-        let alive = boot.on(&mut self.talk, outcome);
-        self.state = State::Boot(boot);
+    fn on_boot(&mut self, alive: Option<Result<Alive, Cause>>) {
         match (alive, self.wanted) {
             (None, _) => {}
             (Some(Err(cause)), _) => self.fail(cause),
@@ -162,7 +158,7 @@ impl Program {
         match self.talk.settle(Function::ReadEeprom, outcome) {
             Said::Response(Response::ReadEeprom { start, words }) => {
                 let before = present(&self.reader.image, self.wanted);
-                self.reader.image.fill(start, words.iter());
+                self.reader.image.fill(*start, words.iter());
                 let seen = present(&self.reader.image, self.wanted);
                 if seen == self.wanted {
                     self.done(before, seen);
@@ -192,7 +188,7 @@ impl Operation for Program {
         match &self.state {
             State::Probe { at, .. } => Step::Ask { address: *at, request: Request::READ_ANGLE, tries: 1 },
             State::Boot(boot) => boot.next(&self.talk, now),
-            State::Ended(result) => Step::Done(*result),
+            State::Ended(_) => Step::Done,
             state => {
                 let (request, tries) = match state {
                     State::Write(writer) => writer.request(),
@@ -205,16 +201,30 @@ impl Operation for Program {
         }
     }
 
-    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
         match self.state {
-            State::Probe { at, silences } => self.on_probe(at, silences, outcome),
+            State::Ended(result) => Some(result),
+            _ => None,
+        }
+    }
+
+    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
+        match &mut self.state {
+            &mut State::Probe { at, silences } => self.on_probe(at, silences, outcome),
             State::Read => match self.talk.settle(Function::ReadEeprom, outcome) {
-                Said::Response(Response::ReadEeprom { start, words }) => self.reader.take(start, &words),
+                Said::Response(Response::ReadEeprom { start, words }) => self.reader.take(*start, words),
                 Said::Response(_) | Said::Again => {}
                 Said::Failed(cause) => self.fail(cause),
             },
-            State::Write(writer) => self.on_written(writer, outcome),
-            State::Boot(boot) => self.on_boot(boot, outcome),
+            State::Write(writer) => {
+                let sent = writer.on(&mut self.talk, outcome);
+                let is_done = writer.is_done();
+                self.on_written(sent, is_done);
+            }
+            State::Boot(boot) => {
+                let alive = boot.on(&mut self.talk, outcome);
+                self.on_boot(alive);
+            }
             State::Verify => self.on_verify(outcome),
             State::Ended(_) => {}
         }

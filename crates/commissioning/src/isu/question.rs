@@ -50,13 +50,17 @@ impl<T: Copy> Operation for Question<T> {
     fn next(&mut self, _: Instant) -> StepOf<Self> {
         match self.ended {
             None => Step::Ask { address: self.address, request: *self.request, tries: READ_TRIES },
-            Some(result) => Step::Done(result.map_err(|cause| Failure { cause, writes: 0, repair: false })),
+            Some(_) => Step::Done,
         }
     }
 
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        self.ended.map(|result| result.map_err(|cause| Failure { cause, writes: 0, repair: false }))
+    }
+
     fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
-        let result = match response(self.request.function(), self.address, outcome.result) {
-            Ok(response) => Ok((self.take)(&response)?),
+        let result = match response(self.request.function(), self.address, &outcome.result) {
+            Ok(response) => Ok((self.take)(response)?),
             Err(cause) => Err(cause),
         };
         self.ended = Some(result);

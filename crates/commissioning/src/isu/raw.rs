@@ -126,15 +126,22 @@ impl Operation for RawWrite {
         match self.state {
             State::Write => Step::Ask { address, request: self.request, tries: 1 },
             State::Read => Step::Ask { address, request: self.read_back(), tries: READ_TRIES },
-            State::Ended(result) => Step::Done(result),
+            State::Ended(_) => Step::Done,
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
         }
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<UnprotectedIsu>) -> Option<Self::Event> {
         match self.state {
             State::Write => self.state = State::Read,
-            State::Read => match response(self.read_back().function(), self.address, outcome.result) {
-                Ok(seen) => match self.difference(&seen) {
+            State::Read => match response(self.read_back().function(), self.address, &outcome.result) {
+                Ok(seen) => match self.difference(seen) {
                     None => self.state = State::Ended(Ok(())),
                     Some(cause) => self.fail(cause),
                 },

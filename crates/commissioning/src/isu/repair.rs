@@ -160,7 +160,7 @@ impl Repair {
     }
 
     fn on_look(&mut self, outcome: &ExchangeOutcome<Isu>) {
-        match response(Function::ReadRam, self.talk.at, outcome.result) {
+        match response(Function::ReadRam, self.talk.at, &outcome.result) {
             Ok(_) => self.state = State::Read,
             Err(Cause::HardError) => {
                 self.talk.soften();
@@ -211,12 +211,10 @@ impl Repair {
         if is_one { Boot::new(stored, Some(at)) } else { Boot::new(at, None) }
     }
 
-    fn on_written(&mut self, mut writer: Writer, after: After, outcome: &ExchangeOutcome<Isu>) {
-        let sent = writer.on(&mut self.talk, outcome);
-        self.state = State::Write(writer, after);
+    fn on_written(&mut self, sent: Result<bool, Cause>, is_done: bool, after: After) {
         match (sent, after) {
             (Err(cause), _) => self.fail(cause),
-            (Ok(sent), _) if sent || writer.request().is_some() => {
+            (Ok(sent), _) if sent || !is_done => {
                 self.writes = self.writes.saturating_add(u8::from(sent));
             }
             (Ok(_), After::Boot(reading)) => self.state = State::Boot(self.boot(), Some(reading)),
@@ -227,9 +225,7 @@ impl Repair {
         }
     }
 
-    fn on_boot(&mut self, mut boot: Boot, reading: Option<ChecksumReading>, outcome: &ExchangeOutcome<Isu>) {
-        let alive = boot.on(&mut self.talk, outcome);
-        self.state = State::Boot(boot, reading);
+    fn on_boot(&mut self, alive: Option<Result<Alive, Cause>>, reading: Option<ChecksumReading>) {
         match alive {
             None => {}
             Some(Err(cause)) => self.fail(cause),
@@ -271,7 +267,7 @@ impl Operation for Repair {
         }
         match &self.state {
             State::Boot(boot, _) => boot.next(&self.talk, now),
-            State::Ended(result) => Step::Done(*result),
+            State::Ended(_) => Step::Done,
             state => {
                 let (request, tries) = match state {
                     State::Write(writer, _) => writer.request(),
@@ -284,16 +280,30 @@ impl Operation for Repair {
         }
     }
 
-    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
         match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
+        }
+    }
+
+    fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {
+        match &mut self.state {
             State::Look => self.on_look(outcome),
             State::Read => match self.talk.settle(Function::ReadEeprom, outcome) {
-                Said::Response(Response::ReadEeprom { start, words }) => self.reader.take(start, &words),
+                Said::Response(Response::ReadEeprom { start, words }) => self.reader.take(*start, words),
                 Said::Response(_) | Said::Again => {}
                 Said::Failed(cause) => self.fail(cause),
             },
-            State::Write(writer, after) => self.on_written(writer, after, outcome),
-            State::Boot(boot, reading) => self.on_boot(boot, reading, outcome),
+            State::Write(writer, after) => {
+                let sent = writer.on(&mut self.talk, outcome);
+                let (is_done, after) = (writer.is_done(), *after);
+                self.on_written(sent, is_done, after);
+            }
+            State::Boot(boot, reading) => {
+                let (alive, reading) = (boot.on(&mut self.talk, outcome), *reading);
+                self.on_boot(alive, reading);
+            }
             State::Ended(_) => {}
         }
         None

@@ -32,8 +32,12 @@ impl Operation for Reset {
     fn next(&mut self, now: Instant) -> StepOf<Self> {
         match self.ended {
             None => self.boot.next(&self.talk, now),
-            Some(result) => Step::Done(result.map_err(|cause| Failure { cause, writes: 0, repair: false })),
+            Some(_) => Step::Done,
         }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        self.ended.map(|result| result.map_err(|cause| Failure { cause, writes: 0, repair: false }))
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<Isu>) -> Option<Self::Event> {

@@ -23,9 +23,8 @@ pub(super) struct Talk {
 
 /// What an answer comes to.
 #[derive(Clone, Copy, Debug)]
-#[expect(clippy::large_enum_variant, reason = "lives for one call; there is no heap to put it on")]
-pub(super) enum Said {
-    Response(Response),
+pub(super) enum Said<'a> {
+    Response(&'a Response),
     /// It has to be asked again: somewhere else, or after something else.
     Again,
     Failed(Cause),
@@ -35,15 +34,15 @@ pub(super) enum Said {
 pub(super) fn response(
     function: Function,
     address: Address,
-    result: Result<Answer, Fault>,
-) -> Result<Response, Cause> {
+    result: &Result<Answer, Fault>,
+) -> Result<&Response, Cause> {
     match result {
-        Ok(answer) => match answer.response {
+        Ok(answer) => match &answer.response {
             Response::Error(DeviceError::HardwareError { .. }) => Err(Cause::HardError),
-            Response::Error(error) => Err(Cause::Device { function, error }),
+            Response::Error(error) => Err(Cause::Device { function, error: *error }),
             response => Ok(response),
         },
-        Err(fault) => Err(Cause::NoAnswer { function, address, fault }),
+        Err(fault) => Err(Cause::NoAnswer { function, address, fault: *fault }),
     }
 }
 
@@ -53,7 +52,7 @@ impl Talk {
     }
 
     /// The step that asks `request`, or what has to come first.
-    pub const fn ask<R, E>(&self, request: Request, tries: u8) -> Step<Address, Request, R, E> {
+    pub const fn ask(&self, request: Request, tries: u8) -> Step<Address, Request> {
         match self.softening {
             true => Step::Ask { address: self.at, request: Request::GoToSoftErrorState, tries: READ_TRIES },
             false => Step::Ask { address: self.at, request, tries },
@@ -78,9 +77,9 @@ impl Talk {
 
     /// The end of an exchange that was begun with [`ask`](Self::ask). A module in its Hard Error state is taken out of
     /// it; one that is silent is sought at its other address, once.
-    pub fn settle(&mut self, function: Function, outcome: &ExchangeOutcome<Isu>) -> Said {
+    pub fn settle<'a>(&mut self, function: Function, outcome: &'a ExchangeOutcome<Isu>) -> Said<'a> {
         let function = if self.softening { Function::GoToSoftErrorState } else { function };
-        match response(function, self.at, outcome.result) {
+        match response(function, self.at, &outcome.result) {
             Ok(Response::GoToSoftErrorState) if self.softening => {
                 self.softening = false;
                 Said::Again

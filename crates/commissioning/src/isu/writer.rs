@@ -39,6 +39,11 @@ impl Writer {
         self.run().map(|run| if self.writing { (run.request(), 1) } else { (run.read_back(), READ_TRIES) })
     }
 
+    /// Whether everything reads as planned.
+    pub fn is_done(&self) -> bool {
+        self.run().is_none()
+    }
+
     /// An exchange begun with [`request`](Self::request) has ended. `true` when a write was sent, with any outcome.
     pub fn on(&mut self, talk: &mut Talk, outcome: &ExchangeOutcome<Isu>) -> Result<bool, Cause> {
         if self.writing && !talk.is_softening() {
@@ -49,7 +54,7 @@ impl Writer {
             return Ok(true);
         }
         match talk.settle(Function::ReadEeprom, outcome) {
-            Said::Response(Response::ReadEeprom { words, .. }) => self.read(&words)?,
+            Said::Response(Response::ReadEeprom { words, .. }) => self.read(words)?,
             Said::Response(_) | Said::Again => {}
             Said::Failed(cause) => return Err(cause),
         }

@@ -189,7 +189,14 @@ impl Operation for ChangeAddress {
             State::Probe { .. } => Step::Ask { address: self.to, request, tries: 1 },
             State::Write => Step::Ask { address: self.from, request: self.write(), tries: 1 },
             State::LookNew => Step::Ask { address: self.to, request, tries: READ_TRIES },
-            State::Ended(result) => Step::Done(result),
+            State::Ended(_) => Step::Done,
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
         }
     }
 

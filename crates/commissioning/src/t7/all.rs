@@ -78,7 +78,14 @@ impl Operation for AskAll {
     fn next(&mut self, _: Instant) -> StepOf<Self> {
         match self.state {
             State::Ask => Step::Collect { address: Address::ALL, request: self.request, window: self.window },
-            State::Ended(result) => Step::Done(result.map_err(|cause| Failure { cause, writes: 0 })),
+            State::Ended(_) => Step::Done,
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result.map_err(|cause| Failure { cause, writes: 0 })),
+            State::Ask => None,
         }
     }
 

@@ -125,7 +125,14 @@ impl Operation for ChangeBaud {
         match self.state {
             State::Present | State::Look { .. } => Step::Ask { address, request: LOOK, tries: READ_TRIES },
             State::Write => Step::Ask { address, request: Request::SetBaudRate(self.to), tries: 1 },
-            State::Ended(result) => Step::Done(result),
+            State::Ended(_) => Step::Done,
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
         }
     }
 

@@ -98,9 +98,17 @@ impl Operation for Identify {
         match self.state {
             State::Ask(number) => match REQUESTS.get(usize::from(number)) {
                 Some(&request) => Step::Ask { address: self.address, request, tries: READ_TRIES },
-                None => Step::Done(Ok(self.identity)),
+                None => Step::Done,
             },
-            State::Failed(cause) => Step::Done(Err(Failure { cause, writes: 0 })),
+            State::Failed(_) => Step::Done,
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ask(number) if usize::from(number) < REQUESTS.len() => None,
+            State::Ask(_) => Some(Ok(self.identity)),
+            State::Failed(cause) => Some(Err(Failure { cause, writes: 0 })),
         }
     }
 

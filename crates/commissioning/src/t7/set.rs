@@ -121,7 +121,14 @@ impl Operation for Set {
             State::Range => Step::Ask { address, request: Request::GetAngleOutputRange, tries: READ_TRIES },
             State::Read => Step::Ask { address, request: self.wanted.get(), tries: READ_TRIES },
             State::Write => Step::Ask { address, request: self.wanted.set(), tries: 1 },
-            State::Ended(result) => Step::Done(result),
+            State::Ended(_) => Step::Done,
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
         }
     }
 

@@ -243,8 +243,13 @@ impl Operation for Sweep {
             Some(Asking { index, .. }) => {
                 Step::Ask { address: address(index), request: Request::GetDeviceInformation, tries: 1 }
             }
-            None => Step::Done(Ok(Swept { complete: self.swept.asked == self.of, ..self.swept })),
+            None => Step::Done,
         }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        let swept = Swept { complete: self.swept.asked == self.of, ..self.swept };
+        self.asking.is_none().then_some(Ok(swept))
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Found> {

@@ -188,7 +188,14 @@ impl Operation for SetZero {
                 Step::Ask { address, request: Request::GetAngle(self.axis), tries: READ_TRIES }
             }
             State::Write => Step::Ask { address, request: self.request(), tries: 1 },
-            State::Ended(result) => Step::Done(result),
+            State::Ended(_) => Step::Done,
+        }
+    }
+
+    fn result(&self) -> Option<Result<Self::Report, Self::Error>> {
+        match self.state {
+            State::Ended(result) => Some(result),
+            _ => None,
         }
     }
 

@@ -207,7 +207,7 @@ pub const IDLE_S: u32 = 60;
 
 /// A console after power-up, streaming.
 pub struct Desk {
-    shell: Shell<Port>,
+    shell: Shell<'static>,
     port: Port,
     pub rest: Rest,
 }
@@ -242,7 +242,7 @@ impl Desk {
         };
         rest.publish();
         let port = Port::default();
-        Desk { shell: Shell::new(port.clone()), port, rest }
+        Desk { shell: Shell::new(Box::leak(Box::new(clino_console::Port(port.clone())))), port, rest }
     }
 
     /// A console with a person at it.

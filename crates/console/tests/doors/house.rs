@@ -219,7 +219,7 @@ impl Host for Doors {
 /// All of it.
 pub struct House {
     doors: Doors,
-    shell: Shell<Text>,
+    shell: Shell<'static>,
     text: Text,
     server: Server,
     binding: Binding<'static, Doors>,
@@ -300,7 +300,7 @@ impl House {
         }));
         let text = Text::default();
         let mut house = House {
-            shell: Shell::new(text.clone()),
+            shell: Shell::new(Box::leak(Box::new(clino_console::Port(text.clone())))),
             text,
             server: Server::new(clino_modbus::Settings::DEFAULT, IDENTIFICATION, Instant::ZERO),
             binding: Binding::new(doors.clone(), snapshot),

@@ -6,7 +6,7 @@ use clino_bus::line::EchoMode;
 use clino_bus::{Duration, Serial, Timing};
 
 use super::BusSettings;
-use super::setting::{Form, Setting, names};
+use super::setting::{Definition, Form, Setting, Shown, Tabled, names};
 use crate::config::Bus;
 use crate::refusal::Refusal;
 
@@ -45,54 +45,59 @@ pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
     };
     [
         Setting {
-            id: id::BAUD,
-            name: "baud",
-            unit: "bit/s",
-            form: Form::OneOf(rates),
+            definition: Definition {
+                id: id::BAUD,
+                name: "baud",
+                unit: "bit/s",
+                form: Form::OneOf(rates),
+                text: "bit rate; T7: 9600, 19200, 38400, 57600, 115200; ISU: 9600",
+            },
             get: |s| s.timing.serial.baud.into(),
             set,
-            with: &["guard"],
-            text: "bit rate; T7: 9600, 19200, 38400, 57600, 115200; ISU: 9600",
         },
         Setting {
-            id: id::GUARD,
-            name: "guard",
-            unit: "us",
-            form: us(LONGEST_GUARD),
+            definition: Definition {
+                id: id::GUARD,
+                name: "guard",
+                unit: "us",
+                form: us(LONGEST_GUARD),
+                text: "silence before the driver is switched on",
+            },
             get: |s| micros(s.timing.guard),
             set: |s, v| s.set_guard(Duration::from_micros(v as u32)),
-            with: &["baud"],
-            text: "silence before the driver is switched on",
         },
         Setting {
-            id: id::PRE,
-            name: "pre",
-            unit: "us",
-            form: us(LONGEST_PRE),
+            definition: Definition {
+                id: id::PRE,
+                name: "pre",
+                unit: "us",
+                form: us(LONGEST_PRE),
+                text: "time from DE high to the first start bit of a request",
+            },
             get: |s| micros(s.line.pre_delay),
             set: |s, v| s.line.pre_delay = Duration::from_micros(v as u32),
-            with: &[],
-            text: "time from DE high to the first start bit of a request",
         },
         Setting {
-            id: id::POST,
-            name: "post",
-            unit: "us",
-            form: us(longest_post),
+            definition: Definition {
+                id: id::POST,
+                name: "post",
+                unit: "us",
+                form: us(longest_post),
+                text: "time from the last stop bit of a request to DE low",
+            },
             get: |s| micros(s.line.post_delay),
             set: |s, v| s.line.post_delay = Duration::from_micros(v as u32),
-            with: &[],
-            text: "time from the last stop bit of a request to DE low",
         },
         Setting {
-            id: id::ECHO,
-            name: "echo",
-            unit: "",
-            form: Form::Choice(ECHO),
+            definition: Definition {
+                id: id::ECHO,
+                name: "echo",
+                unit: "",
+                form: Form::Choice(ECHO),
+                text: "echo of the gateway's own characters",
+            },
             get: |s| echo_code(s.line.echo),
             set: |s, v| s.line.echo = echo_of(v),
-            with: &[],
-            text: "echo of the gateway's own characters",
         },
     ]
 }
@@ -118,7 +123,8 @@ pub fn settings(bus: Bus) -> &'static [Setting<BusSettings>] {
 /// # Errors
 /// What cannot be.
 pub fn check(bus: Bus, of: &BusSettings) -> Result<(), Refusal> {
-    settings(bus).iter().try_for_each(|setting| setting.check((setting.get)(of)))
+    let values: &dyn Shown = &Tabled::new(settings(bus), of);
+    values.check()
 }
 
 impl BusSettings {

@@ -1,6 +1,6 @@
 //! Settings of the console.
 
-use super::setting::{Form, Named, Setting, change, names};
+use super::setting::{Definition, Form, Named, Setting, Shown, Tabled, change, names};
 use crate::refusal::Refusal;
 
 /// The settings' numbers in the stored record. A number is never given to another setting.
@@ -33,14 +33,15 @@ impl ConsoleSettings {
 
 /// The table, for use in constants.
 pub const TABLE: [Setting<ConsoleSettings>; 1] = [Setting {
-    id: id::IDLE,
-    name: "idle",
-    unit: "s",
-    form: Form::Number { least: 0, most: LONGEST_IDLE, decimals: 0 },
+    definition: Definition {
+        id: id::IDLE,
+        name: "idle",
+        unit: "s",
+        form: Form::Number { least: 0, most: LONGEST_IDLE, decimals: 0 },
+        text: "time at an empty prompt after which the stream goes on; 0: never",
+    },
     get: |s| s.idle_s.into(),
     set: |s, v| s.idle_s = v as u32,
-    with: &[],
-    text: "time at an empty prompt after which the stream goes on; 0: never",
 }];
 
 /// The table.
@@ -55,7 +56,7 @@ pub static NAMES: [&str; 1] = names(&TABLE);
 /// A value that its setting does not have.
 pub fn changed(now: &ConsoleSettings, named: Named<'_>) -> Result<ConsoleSettings, Refusal> {
     let mut settings = *now;
-    change(&SETTINGS, &mut settings, named)?;
+    change(&mut Tabled::new(&SETTINGS, &mut settings), named)?;
     Ok(settings)
 }
 
@@ -64,5 +65,6 @@ pub fn changed(now: &ConsoleSettings, named: Named<'_>) -> Result<ConsoleSetting
 /// # Errors
 /// What cannot be.
 pub fn check(of: &ConsoleSettings) -> Result<(), Refusal> {
-    SETTINGS.iter().try_for_each(|setting| setting.check((setting.get)(of)))
+    let values: &dyn Shown = &Tabled::new(&SETTINGS, of);
+    values.check()
 }

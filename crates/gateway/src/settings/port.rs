@@ -3,7 +3,7 @@
 use clino_bus::line::EchoMode;
 
 use super::bus::{ECHO, echo_code, echo_of};
-use super::setting::{Form, Named, Setting, change, names};
+use super::setting::{Definition, Form, Named, Setting, Shown, Tabled, change, names};
 use crate::refusal::Refusal;
 
 mod times;
@@ -99,30 +99,35 @@ impl PortSettings {
 /// The table, for use in constants.
 pub const TABLE: [Setting<PortSettings>; 7] = [
     Setting {
-        id: id::ADDRESS,
-        name: "address",
-        unit: "",
-        form: Form::Number { least: ADDRESSES.0 as i64, most: ADDRESSES.1 as i64, decimals: 0 },
+        definition: Definition {
+            id: id::ADDRESS,
+            name: "address",
+            unit: "",
+            form: Form::Number { least: ADDRESSES.0 as i64, most: ADDRESSES.1 as i64, decimals: 0 },
+            text: "address of this server",
+        },
         get: |s| s.address.into(),
         set: |s, v| s.address = v as u8,
-        with: &[],
-        text: "address of this server",
     },
     Setting {
-        id: id::BAUD,
-        name: "baud",
-        unit: "bit/s",
-        form: Form::OneOf(&BIT_RATES),
+        definition: Definition {
+            id: id::BAUD,
+            name: "baud",
+            unit: "bit/s",
+            form: Form::OneOf(&BIT_RATES),
+            text: "bit rate: 2400, 4800, 9600, 19200, 38400, 57600 or 115200",
+        },
         get: |s| s.baud.into(),
         set: |s, v| s.baud = v as u32,
-        with: &[],
-        text: "bit rate: 2400, 4800, 9600, 19200, 38400, 57600 or 115200",
     },
     Setting {
-        id: id::PARITY,
-        name: "parity",
-        unit: "",
-        form: Form::Choice(&["none", "even", "odd"]),
+        definition: Definition {
+            id: id::PARITY,
+            name: "parity",
+            unit: "",
+            form: Form::Choice(&["none", "even", "odd"]),
+            text: "parity bit",
+        },
         get: |s| s.parity as i64,
         set: |s, v| {
             s.parity = match v {
@@ -131,48 +136,50 @@ pub const TABLE: [Setting<PortSettings>; 7] = [
                 _ => Parity::Odd,
             }
         },
-        with: &["stop_bits"],
-        text: "parity bit",
     },
     Setting {
-        id: id::STOP_BITS,
-        name: "stop_bits",
-        unit: "",
-        form: Form::Number { least: 1, most: 2, decimals: 0 },
+        definition: Definition {
+            id: id::STOP_BITS,
+            name: "stop_bits",
+            unit: "",
+            form: Form::Number { least: 1, most: 2, decimals: 0 },
+            text: "stop bits",
+        },
         get: |s| s.stop_bits as i64,
         set: |s, v| s.stop_bits = if v == 2 { StopBits::Two } else { StopBits::One },
-        with: &["parity"],
-        text: "stop bits",
     },
     Setting {
-        id: id::ECHO,
-        name: "echo",
-        unit: "",
-        form: Form::Choice(ECHO),
+        definition: Definition {
+            id: id::ECHO,
+            name: "echo",
+            unit: "",
+            form: Form::Choice(ECHO),
+            text: "echo of the gateway's own characters",
+        },
         get: |s| echo_code(s.echo),
         set: |s, v| s.echo = echo_of(v),
-        with: &[],
-        text: "echo of the gateway's own characters",
     },
     Setting {
-        id: id::PAUSES,
-        name: "pauses",
-        unit: "",
-        form: Form::Choice(&["tolerant", "strict"]),
+        definition: Definition {
+            id: id::PAUSES,
+            name: "pauses",
+            unit: "",
+            form: Form::Choice(&["tolerant", "strict"]),
+            text: "tolerant: pauses below t3.5 within a frame; strict: up to t1.5, as the standard says",
+        },
         get: |s| s.pauses as i64,
         set: |s, v| s.pauses = if v == 0 { Pauses::Tolerant } else { Pauses::Strict },
-        with: &[],
-        text: "tolerant: pauses below t3.5 within a frame; strict: up to t1.5, as the standard says",
     },
     Setting {
-        id: id::LOCKED,
-        name: "locked",
-        unit: "",
-        form: Form::Flag,
+        definition: Definition {
+            id: id::LOCKED,
+            name: "locked",
+            unit: "",
+            form: Form::Flag,
+            text: "1: nothing can be written through the port; only the console unlocks it",
+        },
         get: |s| s.locked.into(),
         set: |s, v| s.locked = v != 0,
-        with: &[],
-        text: "1: nothing can be written through the port; only the console unlocks it",
     },
 ];
 
@@ -188,7 +195,7 @@ pub static NAMES: [&str; 7] = names(&TABLE);
 /// A value that its setting does not have.
 pub fn changed(now: &PortSettings, named: Named<'_>) -> Result<PortSettings, Refusal> {
     let mut settings = *now;
-    change(&SETTINGS, &mut settings, named)?;
+    change(&mut Tabled::new(&SETTINGS, &mut settings), named)?;
     Ok(settings)
 }
 
@@ -197,5 +204,6 @@ pub fn changed(now: &PortSettings, named: Named<'_>) -> Result<PortSettings, Ref
 /// # Errors
 /// What cannot be.
 pub fn check(of: &PortSettings) -> Result<(), Refusal> {
-    SETTINGS.iter().try_for_each(|setting| setting.check((setting.get)(of)))
+    let values: &dyn Shown = &Tabled::new(&SETTINGS, of);
+    values.check()
 }

@@ -3,12 +3,15 @@
 //! A value is a whole number in the unit of its last decimal: a period of 33.333 ms is 33 333, a filter is the position of
 //! its word. A door that counts in coarser units (the Modbus map in whole milliseconds) says so with [`Given::scale`].
 
+use core::borrow::{Borrow, BorrowMut};
+use core::ops::Deref;
+
 use crate::config::are_characters;
 use crate::refusal::{Number, Refusal};
 
-/// Something that can be set of a `T`.
+/// Something that can be set, whatever it is set of.
 #[derive(Clone, Copy, Debug)]
-pub struct Setting<T> {
+pub struct Definition {
     /// Names it in the stored record. Never given to another setting.
     pub id: u8,
     /// Its name at every door.
@@ -17,14 +20,98 @@ pub struct Setting<T> {
     pub unit: &'static str,
     /// What its values are.
     pub form: Form,
+    /// Its description.
+    pub text: &'static str,
+}
+
+/// Something that can be set of a `T`.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<T> {
+    /// What it is.
+    pub definition: Definition,
     /// Its value.
     pub get: fn(&T) -> i64,
     /// Sets it to a value that its form allows.
     pub set: fn(&mut T, i64),
-    /// The settings that its value has to fit.
-    pub with: &'static [&'static str],
-    /// Its description.
-    pub text: &'static str,
+}
+
+impl<T> Deref for Setting<T> {
+    type Target = Definition;
+
+    fn deref(&self) -> &Definition {
+        &self.definition
+    }
+}
+
+/// The values of a table's settings, by their places in it. Code that works on any table takes these: it is in an image
+/// once, not once for each table.
+pub trait Shown {
+    /// The setting at this place; `None` behind the last one.
+    fn definition(&self, place: usize) -> Option<&'static Definition>;
+    /// Its value; 0 behind the last one.
+    fn value(&self, place: usize) -> i64;
+}
+
+/// The same, to be set.
+pub trait Settable: Shown {
+    /// Sets it to a value that its form allows.
+    fn set(&mut self, place: usize, value: i64);
+}
+
+/// Something with its table.
+pub struct Tabled<T: 'static, R> {
+    table: &'static [Setting<T>],
+    of: R,
+}
+
+impl<T, R: Borrow<T>> Tabled<T, R> {
+    /// This, a reference, by its table.
+    pub const fn new(table: &'static [Setting<T>], of: R) -> Self {
+        Tabled { table, of }
+    }
+}
+
+impl<T, R: Borrow<T>> Shown for Tabled<T, R> {
+    fn definition(&self, place: usize) -> Option<&'static Definition> {
+        self.table.get(place).map(|setting| &setting.definition)
+    }
+
+    fn value(&self, place: usize) -> i64 {
+        self.table.get(place).map_or(0, |setting| (setting.get)(self.of.borrow()))
+    }
+}
+
+impl<T, R: BorrowMut<T>> Settable for Tabled<T, R> {
+    fn set(&mut self, place: usize, value: i64) {
+        if let Some(setting) = self.table.get(place) {
+            (setting.set)(self.of.borrow_mut(), value);
+        }
+    }
+}
+
+impl dyn Shown + '_ {
+    /// All settings with their places.
+    pub fn definitions(&self) -> impl Iterator<Item = (usize, &'static Definition)> {
+        (0..).map_while(|place| Some((place, self.definition(place)?)))
+    }
+
+    /// The setting with this id, and its place.
+    pub fn find(&self, id: u8) -> Option<(usize, &'static Definition)> {
+        self.definitions().find(|(_, definition)| definition.id == id)
+    }
+
+    /// Whether all values are allowed.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check(&self) -> Result<(), Refusal> {
+        self.definitions().try_for_each(|(place, definition)| definition.check(self.value(place)))
+    }
+
+    /// Its value in units of `scale`, towards zero.
+    pub fn scaled(&self, place: usize, scale: i64) -> i64 {
+        self.value(place).checked_div(scale).unwrap_or(0)
+    }
 }
 
 /// Form of the values of a setting.
@@ -87,6 +174,25 @@ impl Form {
             _ => (least..=most).contains(&value),
         }
     }
+
+    /// Whether this is one of the values of a setting of this name and unit.
+    ///
+    /// # Errors
+    /// The value is not allowed; the error holds the limits.
+    #[inline(never)]
+    pub fn check(&self, name: &'static str, unit: &'static str, value: i64) -> Result<(), Refusal> {
+        match *self {
+            _ if self.allows(value) => Ok(()),
+            Form::OneOf(allowed) if unit == "bit/s" => {
+                Err(Refusal::BitRate { value: u32::try_from(value).unwrap_or(u32::MAX), allowed })
+            }
+            _ => {
+                let (least, most) = self.limits();
+                let number = Number { name, unit, value, decimals: self.decimals() };
+                Err(Refusal::Range { number, least, most })
+            }
+        }
+    }
 }
 
 #[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects, reason = "within the length")]
@@ -101,34 +207,20 @@ const fn ends(numbers: &[u32]) -> (i64, i64) {
     (least as i64, most as i64)
 }
 
-impl<T> Setting<T> {
+impl Definition {
     /// Whether this is one of its values.
     ///
     /// # Errors
     /// The value is not allowed; the error holds the limits.
     pub fn check(&self, value: i64) -> Result<(), Refusal> {
-        let Setting { name, unit, form, .. } = *self;
-        match form {
-            _ if form.allows(value) => Ok(()),
-            Form::OneOf(allowed) if unit == "bit/s" => {
-                Err(Refusal::BitRate { value: u32::try_from(value).unwrap_or(u32::MAX), allowed })
-            }
-            _ => {
-                let (least, most) = form.limits();
-                let number = Number { name, unit, value, decimals: form.decimals() };
-                Err(Refusal::Range { number, least, most })
-            }
-        }
+        self.form.check(self.name, self.unit, value)
     }
+}
 
+impl<T> Setting<T> {
     /// Its value, as a number with a name.
     pub fn number(&self, of: &T) -> Number {
         Number { name: self.name, unit: self.unit, value: (self.get)(of), decimals: self.form.decimals() }
-    }
-
-    /// Its value in units of `scale`, towards zero.
-    pub fn scaled(&self, of: &T, scale: i64) -> i64 {
-        (self.get)(of).checked_div(scale).unwrap_or(0)
     }
 }
 
@@ -157,7 +249,7 @@ pub(super) const fn names<T, const N: usize>(table: &[Setting<T>]) -> [&'static 
     let mut names = [""; N];
     let mut at = 0;
     while at < N {
-        names[at] = table[at].name;
+        names[at] = table[at].definition.name;
         at += 1;
     }
     names
@@ -169,37 +261,36 @@ pub(super) const fn names<T, const N: usize>(table: &[Setting<T>]) -> [&'static 
 /// # Errors
 /// A value that its setting does not have, or that another one of the same change does not allow. `to` is half changed
 /// then.
-pub fn change<T>(table: &[Setting<T>], to: &mut T, named: Named<'_>) -> Result<(), Refusal> {
-    for setting in table {
-        let Some(Given { value, scale }) = named(setting.id) else { continue };
-        if setting.scaled(to, scale) != value {
+pub fn change(to: &mut dyn Settable, named: Named<'_>) -> Result<(), Refusal> {
+    for place in 0.. {
+        let Some(definition) = to.definition(place) else { break };
+        let Some(Given { value, scale }) = named(definition.id) else { continue };
+        if (to as &dyn Shown).scaled(place, scale) != value {
             let value = value.saturating_mul(scale);
-            setting.check(value)?;
-            (setting.set)(to, value);
+            definition.check(value)?;
+            to.set(place, value);
         }
     }
-    read_back(table, to, named)
+    read_back(to, named)
 }
 
 /// A number that two things share if all their settings are equal, and hardly ever otherwise. `seed` tells things of one
 /// kind apart.
-pub fn fingerprint<T>(table: &[Setting<T>], of: &T, seed: u8) -> u32 {
+pub fn fingerprint(of: &dyn Shown, seed: u8) -> u32 {
     // FNV-1a, 32 bits.
     let take = |hash: u32, byte: u8| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193);
-    let mut hash = take(0x811C_9DC5, seed);
-    for setting in table {
-        hash = (setting.get)(of).to_le_bytes().into_iter().fold(take(hash, setting.id), take);
-    }
-    hash
+    of.definitions().fold(take(0x811C_9DC5, seed), |hash, (place, definition)| {
+        of.value(place).to_le_bytes().into_iter().fold(take(hash, definition.id), take)
+    })
 }
 
 /// Whether everything that a change names is there.
-fn read_back<T>(table: &[Setting<T>], of: &T, named: Named<'_>) -> Result<(), Refusal> {
-    let kept = |setting: &&Setting<T>| {
-        named(setting.id).is_none_or(|given| setting.scaled(of, given.scale) == given.value)
+fn read_back(of: &dyn Shown, named: Named<'_>) -> Result<(), Refusal> {
+    let kept = |place: usize, id: u8| {
+        named(id).is_none_or(|given| of.scaled(place, given.scale) == given.value)
     };
-    match table.iter().find(|setting| !kept(setting)) {
-        Some(setting) => Err(Refusal::Excluded(setting.name)),
+    match of.definitions().find(|&(place, definition)| !kept(place, definition.id)) {
+        Some((_, definition)) => Err(Refusal::Excluded(definition.name)),
         None => Ok(()),
     }
 }

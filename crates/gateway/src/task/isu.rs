@@ -7,7 +7,7 @@ use clino_commissioning::isu::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, TaskRunner, Tasks};
+use super::{Claim, Reported, TaskRunner, Tasks, put, run};
 use crate::config::{Bus, Source};
 
 /// The tasks that can be ordered.
@@ -44,11 +44,11 @@ pub enum TaskEvent {
 
 /// A task under way.
 pub(crate) enum Work {
-    Identify(Runner<Identify>),
-    Reset(Runner<Reset>),
-    ResetNull(Runner<ResetNull>),
-    Program(Runner<Program>),
-    Repair(Runner<Repair>),
+    Identify(Runner<Reported<Identify>>),
+    Reset(Runner<Reported<Reset>>),
+    ResetNull(Runner<Reported<ResetNull>>),
+    Program(Runner<Reported<Program>>),
+    Repair(Runner<Reported<Repair>>),
 }
 
 impl Work {
@@ -58,14 +58,13 @@ impl Work {
     /// An address that no single module can have.
     #[inline(never)]
     pub fn begin(task: &Task, place: &mut Option<Work>) -> Result<(), Cause> {
-        *place = Some(match *task {
-            Task::Identify(module) => Work::Identify(Runner::new(Identify::new(module))),
-            Task::Reset(module) => Work::Reset(Runner::new(Reset::new(module))),
-            Task::ResetNull(module) => Work::ResetNull(Runner::new(ResetNull::new(module))),
-            Task::Program(module, change) => Work::Program(Runner::new(Program::new(module, change)?)),
-            Task::Repair(module) => Work::Repair(Runner::new(Repair::new(module))),
-        });
-        Ok(())
+        match *task {
+            Task::Identify(module) => put(place, || Ok(Work::Identify(run(Identify::new(module))))),
+            Task::Reset(module) => put(place, || Ok(Work::Reset(run(Reset::new(module))))),
+            Task::ResetNull(module) => put(place, || Ok(Work::ResetNull(run(ResetNull::new(module))))),
+            Task::Program(module, change) => put(place, || Ok(Work::Program(run(Program::new(module, change)?)))),
+            Task::Repair(module) => put(place, || Ok(Work::Repair(run(Repair::new(module))))),
+        }
     }
 
     /// Whether it can begin.
@@ -97,7 +96,7 @@ impl Tasks for Isu {
         }
     }
 
-    fn runner(work: &mut Work) -> &mut dyn TaskRunner<Isu> {
+    fn runner(work: &mut Work) -> &mut TaskRunner<Isu> {
         match work {
             Work::Identify(runner) => runner,
             Work::Reset(runner) => runner,
@@ -107,7 +106,7 @@ impl Tasks for Isu {
         }
     }
 
-    fn runner_ref(work: &Work) -> &dyn TaskRunner<Isu> {
+    fn runner_ref(work: &Work) -> &TaskRunner<Isu> {
         match work {
             Work::Identify(runner) => runner,
             Work::Reset(runner) => runner,
@@ -121,6 +120,7 @@ impl Tasks for Isu {
 macro_rules! news {
     ($($from:ty => $variant:ident),* $(,)?) => {$(
         impl From<$from> for super::TaskEvent {
+            #[inline(never)]
             fn from(news: $from) -> Self {
                 super::TaskEvent::Isu(TaskEvent::$variant(news))
             }

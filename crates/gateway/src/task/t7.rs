@@ -10,7 +10,7 @@ use clino_commissioning::t7::{
 };
 use clino_commissioning::{Report, Runner};
 
-use super::{Claim, TaskRunner, Tasks};
+use super::{Claim, Reported, TaskRunner, Tasks, put, run};
 use crate::config::{Bus, Source};
 
 /// The tasks that can be ordered.
@@ -58,12 +58,12 @@ pub enum TaskEvent {
 
 /// A task under way.
 pub(crate) enum Work {
-    Identify(Runner<Identify>),
-    Sweep(Runner<Sweep>),
-    Zero(Runner<SetZero>),
-    Set(Runner<Set>),
-    Address(Runner<ChangeAddress>),
-    Baud(Runner<ChangeBaud>),
+    Identify(Runner<Reported<Identify>>),
+    Sweep(Runner<Reported<Sweep>>),
+    Zero(Runner<Reported<SetZero>>),
+    Set(Runner<Reported<Set>>),
+    Address(Runner<Reported<ChangeAddress>>),
+    Baud(Runner<Reported<ChangeBaud>>),
 }
 
 impl Work {
@@ -75,15 +75,14 @@ impl Work {
     pub fn begin(task: &Task, serial: Serial, place: &mut Option<Work>) -> Result<(), EncodeError> {
         // The line has no other rate than those of a T7: orders for others are refused.
         let line = BaudRate::from_bits_per_second(serial.baud).unwrap_or(BaudRate::B115200);
-        *place = Some(match *task {
-            Task::Identify(device) => Work::Identify(Runner::new(Identify::new(device)?)),
-            Task::Sweep(rates) => Work::Sweep(Runner::new(Sweep::new(serial, rates))),
-            Task::Zero(device, axis) => Work::Zero(Runner::new(SetZero::new(device, axis))),
-            Task::Set(device, setting) => Work::Set(Runner::new(Set::new(device, setting)?)),
-            Task::Address { from, to } => Work::Address(Runner::new(ChangeAddress::new(from, to)?)),
-            Task::Baud(device, rate) => Work::Baud(Runner::new(ChangeBaud::new(device, line, rate)?)),
-        });
-        Ok(())
+        match *task {
+            Task::Identify(device) => put(place, || Ok(Work::Identify(run(Identify::new(device)?)))),
+            Task::Sweep(rates) => put(place, || Ok(Work::Sweep(run(Sweep::new(serial, rates))))),
+            Task::Zero(device, axis) => put(place, || Ok(Work::Zero(run(SetZero::new(device, axis))))),
+            Task::Set(device, setting) => put(place, || Ok(Work::Set(run(Set::new(device, setting)?)))),
+            Task::Address { from, to } => put(place, || Ok(Work::Address(run(ChangeAddress::new(from, to)?)))),
+            Task::Baud(device, rate) => put(place, || Ok(Work::Baud(run(ChangeBaud::new(device, line, rate)?)))),
+        }
     }
 
     /// Whether it can begin.
@@ -112,7 +111,7 @@ impl Tasks for T7 {
         }
     }
 
-    fn runner(work: &mut Work) -> &mut dyn TaskRunner<T7> {
+    fn runner(work: &mut Work) -> &mut TaskRunner<T7> {
         match work {
             Work::Identify(runner) => runner,
             Work::Sweep(runner) => runner,
@@ -123,7 +122,7 @@ impl Tasks for T7 {
         }
     }
 
-    fn runner_ref(work: &Work) -> &dyn TaskRunner<T7> {
+    fn runner_ref(work: &Work) -> &TaskRunner<T7> {
         match work {
             Work::Identify(runner) => runner,
             Work::Sweep(runner) => runner,
@@ -144,6 +143,7 @@ impl From<Infallible> for super::TaskEvent {
 macro_rules! news {
     ($($from:ty => $variant:ident),* $(,)?) => {$(
         impl From<$from> for super::TaskEvent {
+            #[inline(never)]
             fn from(news: $from) -> Self {
                 super::TaskEvent::T7(TaskEvent::$variant(news))
             }

@@ -1,7 +1,7 @@
 //! Values of the registers of the map.
 
 use clino_bus::{BusCounters, DriverEnable, Duration, Instant};
-use clino_gateway::settings::{self, Setting, console, port, slot};
+use clino_gateway::settings::{self, Shown, Tabled, console, port, slot};
 use clino_gateway::summary::Summary;
 use clino_gateway::{Bus, BusHealth, Detail, Health, Published, Reading, SlotConfig, Status, Value};
 
@@ -87,13 +87,13 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             Item::SlotSetting(id) => Some(self.slot_setting(id, index, number.scale)),
             Item::BusSetting(id) => {
                 let table = settings::bus::settings(number.bus());
-                let look = |settings: &_| setting(table, id, settings, number.scale);
+                let look = |settings: &_| setting(&Tabled::new(table, settings), id, number.scale);
                 self.binding.site.gateway(|gateway| look(gateway.bus_settings(number.bus())))
             }
-            Item::Port(id) => Some(setting(&port::SETTINGS, id, self.port, number.scale)),
+            Item::Port(id) => Some(setting(&Tabled::new(&port::SETTINGS, self.port), id, number.scale)),
             Item::Console(id) => {
                 let settings = self.binding.site.gateway(|gateway| gateway.console_settings())?;
-                Some(setting(&console::SETTINGS, id, &settings, number.scale))
+                Some(setting(&Tabled::new(&console::SETTINGS, &settings), id, number.scale))
             }
             Item::Command(item) => Some(self.command(item)),
             Item::Result(item) => self.binding.results.number(item, index),
@@ -136,24 +136,25 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
     }
 
     fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
-        let known = match self.detail {
-            Some((known, detail)) if known == slot => detail,
-            _ => self.detail.insert((slot, self.binding.detail(slot))).1,
+        let binding = self.binding;
+        let known = match &mut self.detail {
+            Some((known, detail)) if *known == slot => detail,
+            place => &mut place.insert((slot, binding.detail(slot))).1,
         };
         let Some((reading, detail)) = known else {
             // A slot without details has no counters.
             return (!item.is_optional()).then_some(0);
         };
-        let now = self.binding.now;
+        let now = binding.now;
         let counters = &detail.counters;
         let short = |count: u32| u32::from(count as u16);
         let extremes = &detail.extremes;
         let alarm = |alarm| {
             let look = |gateway: &mut clino_gateway::Gateway| gateway.alarm(slot, alarm, now);
-            self.binding.site.gateway(look).flatten()
+            binding.site.gateway(look).flatten()
         };
         Some(match item {
-            DetailItem::Flags => u32::from(flags(&reading, &detail, now)),
+            DetailItem::Flags => u32::from(flags(reading, detail, now)),
             DetailItem::Temperature => return reading.temperature().map(|value| value as u16 as u32),
             DetailItem::Sequence => short(reading.sequence),
             DetailItem::Raw => return reading.raw(now).map(|raw| Published::of_sensor(raw).mdeg() as u32),
@@ -193,22 +194,23 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
     }
 
     fn slot_setting(&mut self, id: u8, slot: usize, scale: u16) -> u32 {
-        let config = match self.config {
-            Some((known, config)) if known == slot => config,
-            _ => self.config.insert((slot, self.binding.config(slot))).1,
+        let binding = self.binding;
+        let config = match &mut self.config {
+            Some((known, config)) if *known == slot => config,
+            place => &mut place.insert((slot, binding.config(slot))).1,
         };
-        setting(&slot::SETTINGS, id, &config, scale)
+        setting(&Tabled::new(&slot::SETTINGS, &*config), id, scale)
     }
 
     fn bus(&mut self, item: BusItem, bus: Bus) -> u32 {
-        let (_, counters, health, driver) = match self.bus {
+        let site = &self.binding.site;
+        let (_, counters, health, driver) = match &mut self.bus {
             Some(known) if known.0 == bus => known,
-            _ => {
-                let site = &self.binding.site;
+            place => {
                 let look =
                     |gateway: &mut clino_gateway::Gateway| (*gateway.counters(bus), gateway.health(bus));
                 let (counters, health) = site.gateway(look).unwrap_or_default();
-                *self.bus.insert((bus, counters, health, site.driver_enable(bus)))
+                place.insert((bus, counters, health, site.driver_enable(bus)))
             }
         };
         match item {
@@ -297,14 +299,9 @@ fn flags(reading: &Reading, detail: &Detail, now: Instant) -> u16 {
 }
 
 /// A setting in steps of `scale`.
-fn setting<T>(table: &[Setting<T>], id: u8, of: &T, scale: u16) -> u32 {
-    let setting = table.iter().find(|setting| setting.id == id);
-    in_steps(setting.map_or(0, |setting| (setting.get)(of)), scale)
-}
-
 #[inline(never)]
-fn in_steps(value: i64, scale: u16) -> u32 {
-    value.checked_div(scale.into()).unwrap_or(0) as u32
+fn setting(of: &dyn Shown, id: u8, scale: u16) -> u32 {
+    of.find(id).map_or(0, |(place, _)| of.scaled(place, scale.into())) as u32
 }
 
 #[inline(never)]

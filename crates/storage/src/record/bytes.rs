@@ -2,6 +2,8 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 
+use clino_gateway::order::Refusal;
+
 use super::{CRC, Reject};
 
 /// The polynomial of IEEE 802.3. It is not that which `sequential-storage` guards its items with (Castagnoli): what one of
@@ -93,9 +95,11 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Reads numbers.
+/// Reads numbers. Once something is wrong it says why, and every reader of parts returns `None`: an error is larger than
+/// what it is passed through.
 pub(crate) struct Reader<'a> {
     left: core::slice::Iter<'a, u8>,
+    reject: Option<Reject>,
 }
 
 /// Bytes of the longest number of 32 bits.
@@ -106,61 +110,88 @@ const _: () = assert!(CRC == size_of::<u32>());
 
 impl<'a> Reader<'a> {
     pub fn new(bytes: &'a [u8]) -> Reader<'a> {
-        Reader { left: bytes.iter() }
+        Reader { left: bytes.iter(), reject: None }
     }
 
-    pub fn byte(&mut self) -> Result<u8, Reject> {
-        self.left.next().copied().ok_or(Reject::Short)
+    /// What is wrong.
+    pub fn reject(&self) -> Reject {
+        self.reject.unwrap_or(Reject::Short)
+    }
+
+    /// This is wrong.
+    #[inline(never)]
+    pub fn refuse<T>(&mut self, reject: Reject) -> Option<T> {
+        self.reject = Some(reject);
+        None
+    }
+
+    /// Goes on if the gateway accepts it.
+    #[inline(never)]
+    pub fn accepted(&mut self, checked: Result<(), Refusal>) -> Option<()> {
+        match checked {
+            Ok(()) => Some(()),
+            Err(refusal) => self.refuse(Reject::Refused(refusal)),
+        }
+    }
+
+    pub fn byte(&mut self) -> Option<u8> {
+        // That it ends is what is wrong if nothing else is.
+        self.left.next().copied()
     }
 
     /// A number of 64 bits.
-    pub fn wide(&mut self, what: &'static str) -> Result<u64, Reject> {
+    pub fn wide(&mut self, what: &'static str) -> Option<u64> {
         self.leb128(LONGEST_WIDE, what)
     }
 
     /// A number of 32 bits.
-    pub fn number(&mut self, what: &'static str) -> Result<u32, Reject> {
-        let value = self.leb128(LONGEST_NUMBER, what)?;
-        u32::try_from(value).map_err(|_| Reject::Number { what })
+    pub fn number(&mut self, what: &'static str) -> Option<u32> {
+        self.at_most(u32::MAX, what)
     }
 
-    fn leb128(&mut self, longest: usize, what: &'static str) -> Result<u64, Reject> {
+    /// A number of 16 bits.
+    pub fn short(&mut self, what: &'static str) -> Option<u16> {
+        self.at_most(u16::MAX.into(), what).map(|number| number as u16)
+    }
+
+    /// A number of 32 bits, zigzag.
+    pub fn signed(&mut self, what: &'static str) -> Option<i32> {
+        let value = self.number(what)?;
+        Some((value >> 1) as i32 ^ ((value & 1) as i32).wrapping_neg())
+    }
+
+    #[inline(never)]
+    fn at_most(&mut self, most: u32, what: &'static str) -> Option<u32> {
+        let value = self.leb128(LONGEST_NUMBER, what)?;
+        match u32::try_from(value) {
+            Ok(value) if value <= most => Some(value),
+            _ => self.refuse(Reject::Number { what }),
+        }
+    }
+
+    #[inline(never)]
+    fn leb128(&mut self, longest: usize, what: &'static str) -> Option<u64> {
         let mut value = 0_u64;
         for place in 0..longest as u32 {
             let byte = self.byte()?;
             let (bits, at) = (u64::from(byte & 0x7F), place.saturating_mul(7));
             let placed = bits.wrapping_shl(at);
             if placed >> at != bits {
-                return Err(Reject::Number { what });
+                break;
             }
             value |= placed;
             if byte & 0x80 == 0 {
-                return Ok(value);
+                return Some(value);
             }
         }
-        Err(Reject::Number { what })
-    }
-
-    pub fn short(&mut self, what: &'static str) -> Result<u16, Reject> {
-        u16::try_from(self.number(what)?).map_err(|_| Reject::Number { what })
-    }
-
-    pub fn signed(&mut self, what: &'static str) -> Result<i32, Reject> {
-        let value = self.number(what)?;
-        Ok((value >> 1) as i32 ^ ((value & 1) as i32).wrapping_neg())
-    }
-
-    /// One of these, by its number.
-    pub fn choice<T: Copy>(&mut self, what: &'static str, of: &[T]) -> Result<T, Reject> {
-        let code = self.byte()?;
-        of.get(usize::from(code)).copied().ok_or(Reject::Code { what, code })
+        self.refuse(Reject::Number { what })
     }
 
     /// Nothing may be left.
-    pub fn end(&self) -> Result<(), Reject> {
+    pub fn end(&mut self) -> Option<()> {
         match self.left.len() {
-            0 => Ok(()),
-            left => Err(Reject::Surplus(u16::try_from(left).unwrap_or(u16::MAX))),
+            0 => Some(()),
+            left => self.refuse(Reject::Surplus(u16::try_from(left).unwrap_or(u16::MAX))),
         }
     }
 }

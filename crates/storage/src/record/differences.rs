@@ -10,7 +10,7 @@
 //! Bit n of the differences is the setting with id n + 1 ([`clino_gateway::settings`]). A setting with two values has no
 //! value here: it has the other one. Values of settings that may be negative are zigzag.
 
-use clino_gateway::settings::{Form, Setting};
+use clino_gateway::settings::{Definition, Form, Settable, Setting, Shown};
 
 use super::Reject;
 use super::bytes::{LONGEST_WIDE, Reader, Writer};
@@ -45,7 +45,7 @@ const fn longest_value(form: &Form) -> usize {
 pub(crate) const fn longest<T>(table: &[Setting<T>]) -> usize {
     let (mut values, mut highest, mut at) = (0, 0, 0);
     while at < table.len() {
-        let Setting { id, form, .. } = &table[at];
+        let Definition { id, form, .. } = &table[at].definition;
         assert!(*id >= 1 && *id <= MOST, "an id has a bit");
         if !is_switch(form) {
             values += longest_value(form);
@@ -66,49 +66,50 @@ const fn unzigzag(value: u64) -> i64 {
     (value >> 1) as i64 ^ ((value & 1) as i64).wrapping_neg()
 }
 
-fn by_id<T>(table: &[Setting<T>]) -> impl Iterator<Item = (u64, &Setting<T>)> {
+/// The settings in the order of their ids: bit, place in the table, what it is.
+fn by_id(of: &dyn Shown) -> impl Iterator<Item = (u64, usize, &'static Definition)> {
     (0..MOST).filter_map(|bit| {
-        let setting = table.iter().find(|setting| setting.id == bit.wrapping_add(1))?;
-        Some((1 << bit, setting))
+        let (place, definition) = of.find(bit.wrapping_add(1))?;
+        Some((1 << bit, place, definition))
     })
 }
 
-/// Writes what differs.
-pub(crate) fn encode<T>(
-    table: &[Setting<T>],
-    of: &T,
-    differs: impl Fn(&Setting<T>) -> bool,
-    writer: &mut Writer<'_>,
-) {
-    let different = || by_id(table).filter(|(_, setting)| differs(setting));
-    writer.wide(different().fold(0, |mask, (bit, _)| mask | bit));
-    for (_, setting) in different().filter(|(_, setting)| !is_switch(&setting.form)) {
-        let value = (setting.get)(of);
-        writer.wide(if is_signed(&setting.form) { zigzag(value) } else { value as u64 });
+/// Writes what differs; `differs` says so by place and id.
+pub(crate) fn encode(of: &dyn Shown, differs: &dyn Fn(usize, u8) -> bool, writer: &mut Writer<'_>) {
+    let different = || by_id(of).filter(|(_, place, definition)| differs(*place, definition.id));
+    writer.wide(different().fold(0, |mask, (bit, ..)| mask | bit));
+    for (_, place, definition) in different().filter(|(.., definition)| !is_switch(&definition.form)) {
+        let value = of.value(place);
+        writer.wide(if is_signed(&definition.form) { zigzag(value) } else { value as u64 });
     }
 }
 
 /// Reads what differs into the usual. Nothing is believed: each value is checked.
-pub(crate) fn decode<T>(table: &[Setting<T>], of: &mut T, reader: &mut Reader<'_>) -> Result<(), Reject> {
-    let mask = reader.wide("differences")?;
-    let known = by_id(table).fold(0, |known, (bit, _)| known | bit);
-    if mask & !known != 0 {
-        return Err(Reject::Number { what: "differences" });
-    }
-    for (_, setting) in by_id(table).filter(|(bit, _)| mask & bit != 0) {
-        let value = match is_switch(&setting.form) {
-            true => i64::from((setting.get)(of) == 0),
+pub(crate) fn decode(of: &mut dyn Settable, reader: &mut Reader<'_>) -> Option<()> {
+    let mut mask = reader.wide("differences")?;
+    for id in 1..=MOST {
+        let is_different = mask & 1 != 0;
+        mask >>= 1;
+        if !is_different {
+            continue;
+        }
+        let shown: &dyn Shown = of;
+        let Some((place, definition)) = shown.find(id) else {
+            return reader.refuse(Reject::Number { what: "differences" });
+        };
+        let value = match is_switch(&definition.form) {
+            true => i64::from(of.value(place) == 0),
             false => {
-                let value = reader.wide(setting.name)?;
-                if is_signed(&setting.form) {
+                let value = reader.wide(definition.name)?;
+                if is_signed(&definition.form) {
                     unzigzag(value)
                 } else {
                     i64::try_from(value).unwrap_or(i64::MAX)
                 }
             }
         };
-        setting.check(value).map_err(Reject::Refused)?;
-        (setting.set)(of, value);
+        reader.accepted(definition.check(value))?;
+        of.set(place, value);
     }
-    Ok(())
+    Some(())
 }

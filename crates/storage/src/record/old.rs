@@ -42,100 +42,120 @@
 //! driver that was on too long is on as long as it may be.
 
 use clino_bus::Duration;
-use clino_codec::angle::{Angle, Range};
-use clino_codec::{isu, t7};
-use clino_gateway::config::{Ask, Direction, Filter, Kind};
-use clino_gateway::settings::port::{Parity, PortSettings, StopBits};
-use clino_gateway::settings::{self, Given};
-use clino_gateway::{Bus, BusChange, BusSettings, PwmInput, SlotConfig, Source};
+use clino_codec::angle::Angle;
+use clino_codec::t7::Axis;
+use clino_gateway::config::{Filter, Kind, SINGLE_AXIS};
+use clino_gateway::settings::port::{self, PortSettings};
+use clino_gateway::settings::slot::{self, id};
+use clino_gateway::settings::{self, Settable, Shown, Tabled};
+use clino_gateway::{Bus, BusSettings, SlotConfig, Source};
 
 use super::Reject;
 use super::base::base;
 use super::bytes::Reader;
 
-mod bit {
-    pub const ENABLED: u16 = 1;
-    pub const ASK: u16 = 1 << 1;
-    pub const CONFIRM: u16 = 1 << 2;
-    pub const DIRECTION: u16 = 1 << 3;
-    pub const RANGE: u16 = 1 << 4;
-    pub const RETRIES: u16 = 1 << 5;
-    pub const FILTER: u16 = 1 << 6;
-    pub const PARTNER: u16 = 1 << 7;
-    pub const TOLERANCE: u16 = 1 << 8;
-    pub const PERIOD: u16 = 1 << 9;
-    pub const TIMEOUT: u16 = 1 << 10;
-    pub const STALE_AFTER: u16 = 1 << 11;
-    pub const REPORT_EVERY: u16 = 1 << 12;
-    pub const SOFT_ZERO: u16 = 1 << 13;
-    pub const MAX_RATE: u16 = 1 << 14;
-    /// All there are.
-    pub const ALL: u16 = (1 << 15) - 1;
+/// How the value of a difference is written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    /// Not at all: of two values it has the other one.
+    Switch,
+    Byte,
+    /// A byte, and another one: the samples.
+    Filter,
+    /// A byte, one more than the value.
+    Partner,
+    /// A number of 16 bits; of a PWM a tenth of the value.
+    Tolerance,
+    Number,
+    Signed,
 }
+
+/// What the bits of the difference are, the lowest first.
+const BITS: [(u8, Form); 15] = [
+    (id::ENABLED, Form::Switch),
+    (id::ASK, Form::Switch),
+    (id::CONFIRM, Form::Switch),
+    (id::DIRECTION, Form::Switch),
+    (id::RANGE, Form::Switch),
+    (id::RETRIES, Form::Byte),
+    (id::FILTER, Form::Filter),
+    (id::PARTNER, Form::Partner),
+    (id::TOLERANCE, Form::Tolerance),
+    (id::PERIOD, Form::Number),
+    (id::TIMEOUT, Form::Number),
+    (id::STALE, Form::Number),
+    (id::REPORT, Form::Number),
+    (id::ZERO, Form::Signed),
+    (id::RATE, Form::Number),
+];
 
 /// Waits of a bus that follow from its bit rate: latencies to the longest wait for silence.
 const WAITS: usize = 9;
 
-const ECHO: [u8; 3] = [0, 1, 2];
-const PARITY: [Parity; 3] = [Parity::None, Parity::Even, Parity::Odd];
-const STOP_BITS: [StopBits; 2] = [StopBits::One, StopBits::Two];
+/// Sets what is within the limits of today.
+#[inline(never)]
+fn put(reader: &mut Reader<'_>, of: &mut dyn Settable, id: u8, value: i64) -> Option<()> {
+    let shown: &dyn Shown = of;
+    let (place, definition) = shown.find(id)?;
+    reader.accepted(definition.check(value))?;
+    of.set(place, value);
+    Some(())
+}
 
 /// A bus.
-pub(crate) fn bus(bus: Bus, reader: &mut Reader<'_>) -> Result<BusSettings, Reject> {
+#[inline(never)]
+pub(crate) fn bus(bus: Bus, reader: &mut Reader<'_>) -> Option<BusSettings> {
     use settings::bus::id;
-    let baud = reader.number("bit rate")?;
-    let guard = reader.number("wait_us")?;
-    for _ in 0..WAITS {
+    let mut settings = BusSettings::first(bus);
+    let of = &mut Tabled::new(settings::bus::settings(bus), &mut settings);
+    let value = reader.number("bit rate")?.into();
+    put(reader, of, id::BAUD, value)?;
+    let value = reader.number("wait_us")?.into();
+    put(reader, of, id::GUARD, value)?;
+    // Then the waits; the line has bit rate and guard of its own, which are the same.
+    for _ in 0..WAITS.saturating_add(2) {
         reader.number("wait_us")?;
     }
-    // The line has bit rate and guard of its own, which are the same.
-    reader.number("bit rate")?;
-    reader.number("wait_us")?;
-    let (pre, post) = (reader.number("wait_us")?, reader.number("wait_us")?);
-    let echo = reader.choice("echo", &ECHO)?;
-    let longest = |id: u8| {
-        let setting = settings::bus::settings(bus).iter().find(|setting| setting.id == id);
-        setting.map_or(0, |setting| setting.form.limits().1)
-    };
-    let named = |setting: u8| {
-        let value = match setting {
-            id::BAUD => baud.into(),
-            id::GUARD => guard.into(),
-            id::PRE => pre.into(),
-            id::POST => i64::from(post).min(longest(id::POST)),
-            id::ECHO => echo.into(),
-            _ => return None,
-        };
-        Some(Given::exactly(value))
-    };
-    let change = BusChange::named(bus, &named).map_err(Reject::Refused)?;
-    Ok(BusSettings::first(bus).with(bus, &change))
+    let value = reader.number("wait_us")?.into();
+    put(reader, of, id::PRE, value)?;
+    let shown: &dyn Shown = of;
+    let longest = shown.find(id::POST).map_or(0, |(_, definition)| definition.form.limits().1);
+    let value = i64::from(reader.number("wait_us")?).min(longest);
+    put(reader, of, id::POST, value)?;
+    let value = reader.byte()?.into();
+    put(reader, of, id::ECHO, value)?;
+    Some(settings)
 }
 
 /// The Modbus port.
-pub(crate) fn port(reader: &mut Reader<'_>) -> Result<PortSettings, Reject> {
-    Ok(PortSettings {
-        address: reader.byte()?,
-        baud: reader.number("bit rate")?,
-        parity: reader.choice("parity", &PARITY)?,
-        stop_bits: reader.choice("stop bits", &STOP_BITS)?,
-        ..PortSettings::DEFAULT
-    })
+#[inline(never)]
+pub(crate) fn port(reader: &mut Reader<'_>) -> Option<PortSettings> {
+    let mut settings = PortSettings::DEFAULT;
+    let of = &mut Tabled::new(&port::SETTINGS, &mut settings);
+    let value = reader.byte()?.into();
+    put(reader, of, port::id::ADDRESS, value)?;
+    let value = reader.number("bit rate")?.into();
+    put(reader, of, port::id::BAUD, value)?;
+    let value = reader.byte()?.into();
+    put(reader, of, port::id::PARITY, value)?;
+    let value = i64::from(reader.byte()?).saturating_add(1);
+    put(reader, of, port::id::STOP_BITS, value)?;
+    Some(settings)
 }
 
 /// Makes of a slot what the gateway allows.
 fn allowed(mut config: SlotConfig, stored_stale: bool) -> SlotConfig {
-    let largest = |id: u8| settings::slot::setting(id).map_or(0, |setting| setting.form.limits().1);
-    if config.timeout < settings::slot::latency(config.source.kind()) {
+    let largest = |id: u8| slot::setting(id).map_or(0, |setting| setting.form.limits().1);
+    if config.timeout < slot::latency(config.source.kind()) {
         config.timeout = Duration::ZERO;
     }
-    if i64::from(config.max_rate) > largest(settings::slot::id::RATE) {
+    if i64::from(config.max_rate) > largest(id::RATE) {
         config.max_rate = 0;
     }
     config.soft_zero = Angle::from_udeg(config.soft_zero.udeg().checked_rem(TURN).unwrap_or(0));
     let stale = core::mem::replace(&mut config.stale, Duration::ZERO);
     let fits = |limit: Duration| {
-        settings::slot::check(&SlotConfig { stale: limit, ..config }).is_ok() && limit != config.stale_after()
+        slot::check(&SlotConfig { stale: limit, ..config }).is_ok() && limit != config.stale_after()
     };
     if stored_stale && fits(stale) {
         config.stale = stale;
@@ -149,89 +169,58 @@ const TURN: i32 = 360_000_000;
 const PWM_PARTS: u16 = 10;
 
 /// A slot.
-pub(crate) fn slot(reader: &mut Reader<'_>) -> Result<SlotConfig, Reject> {
-    let mut config = base(decode_source(reader)?);
-    let bits = reader.short("difference")?;
-    if bits & !bit::ALL != 0 {
-        return Err(Reject::Number { what: "difference" });
-    }
-    let has = |bit| bits & bit != 0;
-    config.enabled ^= has(bit::ENABLED);
-    config.confirm ^= has(bit::CONFIRM);
-    if has(bit::ASK) {
-        config.ask = match config.ask {
-            Ask::Angle => Ask::Everything,
-            Ask::Everything => Ask::Angle,
+#[inline(never)]
+pub(crate) fn slot(reader: &mut Reader<'_>) -> Option<SlotConfig> {
+    let mut config = base(source(reader)?);
+    let is_pwm = config.source.kind() == Kind::Pwm;
+    let mut bits = reader.short("difference")?;
+    let mut stored_stale = false;
+    for &(id, form) in &BITS {
+        let is_different = bits & 1 != 0;
+        bits >>= 1;
+        if !is_different {
+            continue;
+        }
+        stored_stale |= id == id::STALE;
+        let Some(setting) = slot::setting(id) else { continue };
+        let value = match form {
+            Form::Switch => i64::from((setting.get)(&config) == 0),
+            Form::Byte | Form::Filter => reader.byte()?.into(),
+            Form::Partner => i64::from(reader.byte()?).saturating_sub(1),
+            Form::Tolerance => {
+                let parts = if is_pwm { PWM_PARTS } else { 1 };
+                reader.short("tolerance")?.saturating_mul(parts).into()
+            }
+            Form::Number => reader.number(setting.name)?.into(),
+            Form::Signed => reader.signed(setting.name)?.into(),
         };
+        if form == Form::Filter {
+            reader.accepted(setting.check(value))?;
+            let samples = reader.byte()?;
+            config.samples = if value == Filter::Off as i64 { 1 } else { samples };
+        }
+        // Other values are made what the gateway allows, or refused with the whole slot.
+        (setting.set)(&mut config, value);
     }
-    if has(bit::DIRECTION) {
-        config.direction = match config.direction {
-            Direction::Normal => Direction::Reversed,
-            Direction::Reversed => Direction::Normal,
-        };
+    if bits != 0 {
+        return reader.refuse(Reject::Number { what: "difference" });
     }
-    if has(bit::RANGE) {
-        config.range = match config.range {
-            Range::Bidirectional => Range::Unidirectional,
-            Range::Unidirectional => Range::Bidirectional,
-        };
-    }
-    if has(bit::RETRIES) {
-        config.retries = reader.byte()?;
-    }
-    if has(bit::FILTER) {
-        (config.filter, config.samples) = decode_filter(reader)?;
-    }
-    if has(bit::PARTNER) {
-        config.partner = reader.byte()?.checked_sub(1);
-    }
-    if has(bit::TOLERANCE) {
-        let tolerance = reader.short("tolerance")?;
-        let parts = if config.source.kind() == Kind::Pwm { PWM_PARTS } else { 1 };
-        config.tolerance = tolerance.saturating_mul(parts);
-    }
-    let spans = [
-        (bit::PERIOD, &mut config.period),
-        (bit::TIMEOUT, &mut config.timeout),
-        (bit::STALE_AFTER, &mut config.stale),
-        (bit::REPORT_EVERY, &mut config.report_every),
-    ];
-    for (_, span) in spans.into_iter().filter(|(bit, _)| has(*bit)) {
-        *span = Duration::from_micros(reader.number("span_us")?);
-    }
-    if has(bit::SOFT_ZERO) {
-        config.soft_zero = Angle::from_udeg(reader.signed("soft zero")?);
-    }
-    if has(bit::MAX_RATE) {
-        config.max_rate = reader.number("rate")?;
-    }
-    Ok(allowed(config, has(bit::STALE_AFTER)))
+    Some(allowed(config, stored_stale))
 }
 
-fn decode_source(reader: &mut Reader<'_>) -> Result<Source, Reject> {
-    Ok(match reader.byte()? {
-        0 => Source::Off,
-        1 => {
-            let code = reader.byte()?;
-            let address = t7::Address::of_request(code).ok_or(Reject::Code { what: "T7 address", code })?;
-            Source::T7 { address, axis: reader.choice("axis", &t7::Axis::ALL)? }
-        }
-        2 => {
-            let code = reader.byte()?;
-            let address = isu::Address::new(code).ok_or(Reject::Code { what: "ISU address", code })?;
-            Source::Isu { address }
-        }
-        3 => Source::Pwm { input: reader.choice("PWM input", &[PwmInput::Pwm1, PwmInput::Pwm2])? },
-        code => return Err(Reject::Code { what: "source", code }),
-    })
-}
-
-fn decode_filter(reader: &mut Reader<'_>) -> Result<(Filter, u8), Reject> {
-    let (code, samples) = (reader.byte()?, reader.byte()?);
-    match code {
-        0 => Ok((Filter::Off, 1)),
-        1 => Ok((Filter::Mean, samples)),
-        2 => Ok((Filter::Median, samples)),
-        code => Err(Reject::Code { what: "filter", code }),
+/// The codes of the kinds are still the same.
+fn source(reader: &mut Reader<'_>) -> Option<Source> {
+    let code = reader.byte()?;
+    let Some(kind) = Kind::from_code(code) else { return reader.refuse(Reject::Code { what: "source", code }) };
+    if kind == Kind::Off {
+        return Some(Source::Off);
+    }
+    let code = reader.byte()?;
+    let axis = if kind == Kind::T7 { Axis::new(reader.byte()?) } else { Some(SINGLE_AXIS) };
+    // Inputs were counted from 0.
+    let address = if kind == Kind::Pwm { code.saturating_add(1) } else { code };
+    match axis.map(|axis| Source::of(kind, address, axis)) {
+        None | Some(Source::Incomplete { .. }) => reader.refuse(Reject::Code { what: "address", code }),
+        source => source,
     }
 }

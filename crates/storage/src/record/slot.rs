@@ -3,7 +3,7 @@
 //! A slot as usual takes three bytes, one that is off two. An address of 255 was never set.
 
 use clino_gateway::config::{Kind, SINGLE_AXIS};
-use clino_gateway::settings::Setting;
+use clino_gateway::settings::Tabled;
 use clino_gateway::settings::slot::{self, id};
 use clino_gateway::{SlotConfig, Source};
 
@@ -27,13 +27,15 @@ pub(crate) fn encode(config: &SlotConfig, writer: &mut Writer<'_>) {
         Source::Incomplete { address: 0, .. } => writer.byte(NO_ADDRESS),
         source => writer.byte(source.address()),
     }
-    let differs = |setting: &Setting<SlotConfig>| slot::differs(setting, config, &base);
-    differences::encode(&slot::SETTINGS, config, differs, writer);
+    let differs = |place: usize, _| {
+        slot::SETTINGS.get(place).is_some_and(|setting| slot::differs(setting, config, &base))
+    };
+    differences::encode(&Tabled::new(&slot::SETTINGS, config), &differs, writer);
 }
 
-pub(crate) fn decode(reader: &mut Reader<'_>) -> Result<SlotConfig, Reject> {
+pub(crate) fn decode(reader: &mut Reader<'_>) -> Option<SlotConfig> {
     let code = reader.byte()?;
-    let kind = Kind::from_code(code).ok_or(Reject::Code { what: "kind", code })?;
+    let Some(kind) = Kind::from_code(code) else { return reader.refuse(Reject::Code { what: "kind", code }) };
     let source = match kind {
         Kind::Off => Source::Off,
         _ => match reader.byte()? {
@@ -42,12 +44,12 @@ pub(crate) fn decode(reader: &mut Reader<'_>) -> Result<SlotConfig, Reject> {
         },
     };
     let mut config = base(source);
-    differences::decode(&slot::SETTINGS, &mut config, reader)?;
+    differences::decode(&mut Tabled::new(&slot::SETTINGS, &mut config), reader)?;
     // Its difference would be another way to write the same.
     if config.source.kind() != kind {
-        return Err(Reject::Code { what: "kind", code: id::KIND });
+        return reader.refuse(Reject::Code { what: "kind", code: id::KIND });
     }
-    Ok(config)
+    Some(config)
 }
 
 /// The source that the differences are counted from: an unused slot may hold an address, a T7 have another axis.

@@ -1,0 +1,40 @@
+//! Lists of words, one of which is expected: what errors name, what is looked up, what Tab completes.
+
+use crate::command;
+use crate::rows::{Row, Table};
+
+/// Words, one of which is expected.
+#[derive(Clone, Copy)]
+pub enum Choice {
+    /// These.
+    Words(&'static [&'static str]),
+    /// Names of commands.
+    Commands,
+    /// Names of settings.
+    Settings(Table),
+}
+
+impl Choice {
+    /// No words.
+    pub const NOTHING: Choice = Choice::Words(&[]);
+
+    /// The word at this place; `None` behind the last.
+    pub fn get(self, place: usize) -> Option<&'static str> {
+        match self {
+            Choice::Words(words) => words.get(place).copied(),
+            Choice::Commands => command::name_at(place),
+            Choice::Settings(table) => table(place).filter(Row::has_name).map(|row| row.name),
+        }
+    }
+
+    /// All of them.
+    pub fn all(self) -> impl Iterator<Item = &'static str> {
+        (0_usize..).map_while(move |place| self.get(place))
+    }
+
+    /// Where a word stands.
+    #[inline(never)]
+    pub fn place(self, word: &str) -> Option<usize> {
+        self.all().position(|name| name == word)
+    }
+}

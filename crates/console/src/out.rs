@@ -1,0 +1,73 @@
+//! Text on its way out, without `core::fmt`: its numbers, paddings and tables of functions would cost more flash than all
+//! that is printed here.
+//!
+//! All text is ASCII, so that it goes out byte by byte.
+
+use core::convert::Infallible;
+
+use embedded_io::Write;
+
+/// Takes text. It never fails: a port that cannot take more waits.
+pub trait Out {
+    /// Takes the next characters. A line ends with a line feed.
+    fn put(&mut self, text: &[u8]);
+}
+
+/// A port: a line feed goes out as carriage return and line feed.
+pub struct Port<W>(pub W);
+
+impl<W: Write<Error = Infallible>> Out for Port<W> {
+    fn put(&mut self, text: &[u8]) {
+        for line in text.split_inclusive(|&byte| byte == b'\n') {
+            match line.strip_suffix(b"\n") {
+                Some(line) => {
+                    write(&mut self.0, line);
+                    write(&mut self.0, b"\r\n");
+                }
+                None => write(&mut self.0, line),
+            }
+        }
+    }
+}
+
+/// All of it, however little the port takes at once.
+#[inline(never)]
+fn write<W: Write<Error = Infallible>>(port: &mut W, mut text: &[u8]) {
+    while let Ok(taken @ 1..) = port.write(text) {
+        text = text.get(taken..).unwrap_or_default();
+    }
+}
+
+/// Text in a string of JSON, or in quotation marks.
+pub struct Inside<'o> {
+    pub out: &'o mut dyn Out,
+    /// What would end the string is escaped; otherwise it is left out: it is a sensor's own text, or repeats what was typed.
+    pub escapes: bool,
+}
+
+impl Out for Inside<'_> {
+    fn put(&mut self, text: &[u8]) {
+        for byte in text {
+            match byte {
+                b'"' | b'\\' if self.escapes => self.out.put(&[b'\\', *byte]),
+                b'"' | b'\\' => {}
+                _ if byte.is_ascii_control() => {}
+                byte => self.out.put(&[*byte]),
+            }
+        }
+    }
+}
+
+/// Counts characters.
+pub struct Width(pub usize);
+
+impl Out for Width {
+    fn put(&mut self, text: &[u8]) {
+        self.0 = self.0.saturating_add(text.len());
+    }
+}
+
+/// The same character some times.
+pub fn repeat(out: &mut dyn Out, byte: u8, times: usize) {
+    (0..times).for_each(|_| out.put(&[byte]));
+}
