@@ -8,7 +8,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use defmt_decoder::Table;
-use serial2::Parity;
 
 use crate::arguments::Arguments;
 
@@ -27,8 +26,6 @@ pub struct Ports {
     pub t7: Option<String>,
     pub isu: Option<String>,
     pub modbus: Option<String>,
-    /// Parity of the Modbus port: a pseudo-terminal has none.
-    pub modbus_parity: Parity,
 }
 
 /// A board that runs the image.
@@ -68,7 +65,6 @@ impl Board {
             t7: t7.clone(),
             isu: isu.clone(),
             modbus: modbus.clone(),
-            modbus_parity: Parity::Even,
         };
         Ok((ports, None))
     }
@@ -188,7 +184,6 @@ impl VirtualBoard {
             modbus: Some(port("modbus")?),
             t7: Some(port("t7")?),
             isu: Some(port("isu")?),
-            modbus_parity: Parity::None,
         };
         Ok((board, ports))
     }

@@ -74,7 +74,7 @@ impl Bench<'_> {
     /// Checks a bus with simulated sensors behind the adapter at this port, or behind the one that is moved there.
     fn sensors(&mut self, bus: &bus::Bus, port: Option<&str>) -> Result<Option<Sensors>, String> {
         if let Some(port) = port {
-            return bus.check(self, port).map(Some);
+            return bus.check(self, port);
         }
         if let Some(adapter) = self.arguments.adapter.as_deref() {
             ask_to_move(&format!("the pair of the {} bus", bus.title))?;
@@ -89,10 +89,10 @@ impl Bench<'_> {
     fn uplink(&mut self, ports: &Ports, sensors: bool) -> Result<(), String> {
         let Bench { arguments, .. } = *self;
         match (&ports.modbus, &arguments.adapter) {
-            (Some(port), _) => uplink::check(self, port, ports.modbus_parity, sensors),
+            (Some(port), _) => uplink::check(self, port, sensors),
             (None, Some(adapter)) => {
                 ask_to_move("the pair of the Modbus port")?;
-                uplink::check(self, adapter, ports.modbus_parity, false)
+                uplink::check(self, adapter, false)
             }
             (None, None) => {
                 self.report.skip("Modbus port", "no adapter on it");

@@ -19,12 +19,13 @@ pub struct Port {
 }
 
 impl Port {
-    /// Opens it with 8 data bits and one stop bit.
+    /// Opens it with 8 data bits and one stop bit. A pseudo-terminal has no parity, whatever is wanted.
     ///
     /// # Errors
     /// The system's words, and the port's name.
     pub fn open(path: &str, baud: u32, parity: Parity) -> Result<Port, String> {
         let failed = |why: io::Error| format!("{path}: {why}");
+        let parity = if path.starts_with("/dev/pts/") { Parity::None } else { parity };
         let set = |mut settings: Settings| {
             settings.set_raw();
             settings.set_baud_rate(baud)?;

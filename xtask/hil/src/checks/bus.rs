@@ -64,12 +64,19 @@ const WIRES: &str = "A and B exchanged? ground between adapter and board; 120 oh
                      no other sensor on the pair; the adapter's own direction control";
 
 impl Bus {
-    /// Checks the bus with its sensors behind the adapter at this port; they go on answering.
-    pub fn check(&self, bench: &mut Bench, port: &str) -> Result<Sensors, String> {
+    /// Checks the bus with its sensors behind the adapter at this port; they go on answering, if the port can be used.
+    pub fn check(&self, bench: &mut Bench, port: &str) -> Result<Option<Sensors>, String> {
         for Sensor { slot, .. } in self.sensors {
             bench.console.ask(&format!("set {slot} timeout {TIMEOUT_MS} period {PERIOD_MS}"))?;
         }
-        let mut sensors = self.serve(bench, port)?;
+        let mut sensors = match self.serve(bench, port) {
+            Ok(sensors) => sensors,
+            Err(why) => {
+                let what = format!("{} bus: adapter", self.title);
+                bench.report.check(what, "sensors behind it", Err(why), "`clino ports`");
+                return Ok(None);
+            }
+        };
         let found = self.angles(bench, "angles");
         if found && !bench.arguments.short {
             self.line(bench);
@@ -86,7 +93,7 @@ impl Bus {
             sensors = self.serve(bench, port)?;
             self.angles(bench, "angles after that");
         }
-        Ok(sensors)
+        Ok(Some(sensors))
     }
 
     fn serve(&self, bench: &Bench, port: &str) -> Result<Sensors, String> {
