@@ -76,6 +76,7 @@ const CHECKS: &[Check] = &[
         alone: true,
         ..script("fuzz", "fuzz/checks/fuzz.sh", "5 s of fuzzing for each part that takes bytes from outside")
     },
+    script("target-tests", "target-tests/checks/link.sh", "the tests for a real chip build and link"),
     script("stack", "xtask/inspect/checks/stack.sh", "worst-case stack of the firmware image"),
     script(
         "panics",

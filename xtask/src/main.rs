@@ -9,8 +9,10 @@ mod command;
 mod firmware;
 mod flash;
 mod hex;
+mod hil;
 mod lint;
 mod nextest;
+mod pictures;
 mod programs;
 mod sim;
 mod size;
@@ -44,6 +46,7 @@ Usage: cargo xtask <command>
   book       the documents as a book, below target/book, with mdBook
   transcripts
              write the console transcripts of the documents anew, from runs of the firmware image
+  pictures   draw the pictures of docs/bring-up.md anew, from captures of the virtual board
   size       flash and RAM of the firmware image, against its budget
   witness    the image on a second, independent emulator, which it installs if it is missing (a quarter
              of an hour), and the comparison of the two cores
@@ -51,6 +54,9 @@ Usage: cargo xtask <command>
              put the firmware on a real board (needs probe-rs)
   image [--board NAME]
              write the firmware as a .hex file, for the drive that a Nucleo's ST-LINK shows
+  hil --virtual | --console PORT [...]
+             the image on a board with this computer at its ports: assertions, times, a report;
+             or on the virtual board. `hil --help` says more; docs/bring-up.md how to wire it
 
 Boards: f407-disc1 (STM32F407G-DISC1, the default), f407ve (black boards with an STM32F407VE),
 nucleo-f446re (NUCLEO-F446RE).
@@ -77,6 +83,8 @@ fn main() -> ExitCode {
         Some("book") if rest.is_empty() => book::run(),
         Some("transcripts") if rest.is_empty() => transcripts::run(),
         Some("witness") if rest.is_empty() => witness::run(),
+        Some("pictures") if rest.is_empty() => pictures::run(),
+        Some("hil") => hil::run(&rest),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");
             return ExitCode::SUCCESS;

@@ -12,6 +12,7 @@ mod mosquitto;
 mod node;
 mod python;
 mod ser2net;
+mod sigrok;
 
 use std::fs::{self, File};
 use std::io::Write as _;
@@ -25,6 +26,7 @@ pub use mosquitto::Mosquitto;
 pub use node::Node;
 pub use python::Python;
 pub use ser2net::Ser2net;
+pub use sigrok::Sigrok;
 
 /// Says on standard error that a test did not test what it is for, and why: also when the test's own output is captured.
 /// `cargo nextest` shows nothing of tests that pass: what is in the file that `CLINO_SKIPPED` names is shown at the end

@@ -18,6 +18,7 @@ mod main_job;
 mod meaning;
 mod modbus_alone;
 mod orders;
+mod pictures;
 mod port;
 mod publication;
 mod pwm;

@@ -75,6 +75,7 @@ fn all(mut stderr: ChildStderr) -> String {
     text
 }
 
-fn program(variable: &str) -> OsString {
+/// The program that this variable names.
+pub fn program(variable: &str) -> OsString {
     env::var_os(variable).unwrap_or_else(|| panic!("{variable} is set by `cargo xtask test`"))
 }

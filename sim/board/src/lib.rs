@@ -13,6 +13,7 @@ pub mod reception;
 pub mod run;
 pub mod scenario;
 pub mod summary;
+pub mod vcd;
 
 // The emulator half.
 mod cpu;

@@ -368,7 +368,7 @@ fn a_modbus_master_gets_its_answer_with_parity_behind_de() {
     const CHARACTER: u64 = 572_917;
     const REQUEST: [u8; 8] = [0x01, 0x04, 0x00, 0x00, 0x00, 0x02, 0x71, 0xcb];
     const AT: u64 = 450 * MS;
-    let line = ModbusLine::new(Framing::default());
+    let line = ModbusLine::new("master", Framing::default());
     let master = line.master();
     let mut board = Board::new(image(), Ports { modbus: Box::new(line), ..ports().0 }).expect("a board");
     board.run_until(AT - 10 * MS).unwrap();
