@@ -1,21 +1,22 @@
 //! The board: which pin and which peripheral plays which role. Everything else knows roles.
 //!
-//! It is the only file that names pins, and, with the interrupts in `main.rs`, the only one that names peripherals: the
-//! table in `docs/architecture.md`.
+//! This file and those below it are the only ones that name pins, and, with the interrupts in `main.rs`, the only ones that
+//! name peripherals: the table in `docs/architecture.md`.
 //!
-//! | role          | peripheral | pins                        | what else hangs on them on a STM32F4-Discovery |
-//! |---------------|------------|-----------------------------|------------------------------------------------|
-//! | T7 bus        | USART1     | TX PB6, RX PB7, DE PB8      | PB6: SCL of the audio codec, 4.7 kΩ to 3 V (idles high, as TX does) |
-//! | ISU bus       | USART3     | TX PD8, RX PD9, DE PD10     | nothing                                        |
-//! | console       | USART2     | TX PA2, RX PA3              | nothing; the ST-LINK's virtual COM port on a Nucleo |
-//! | Modbus uplink | USART6     | TX PC6, RX PC7, DE PC8      | PC7: master clock input of the audio codec     |
-//! | PWM input 1   | TIM5 CH2   | PA1                         | nothing                                        |
-//! | PWM input 2   | TIM2 CH1   | PA15                        | JTDI, free when debugging over SWD             |
-//! | clock, alarms | TIM4       |                             |                                                |
+//! The pins, the chip and its clock are in one file for each board, below `board`, which a feature of the firmware chooses.
+//! The rest is the same on all of them:
 //!
-//! Avoided: PA0 (user button), PA9 (capacitor on VBUS), PA10 to PA12 (USB), PA4 and PA5 (not 5 V tolerant). All pins
-//! used are 5 V tolerant (DS8626 table 7, "FT"), those without a pull resistor only. Which registers are relied on, and
-//! where they are set, is in `docs/registers.md`.
+//! | role          | peripheral |
+//! |---------------|------------|
+//! | T7 bus        | USART1     |
+//! | ISU bus       | USART3     |
+//! | console       | USART2, TX PA2 |
+//! | Modbus uplink | USART6     |
+//! | PWM input 1   | TIM5 CH2   |
+//! | PWM input 2   | TIM2 CH1   |
+//! | clock, alarms | TIM4       |
+//!
+//! Which registers are relied on, and where they are set, is in `docs/registers.md`. How to add a board: `docs/boards.md`.
 
 use core::ops::Deref;
 use core::ptr;
@@ -25,26 +26,80 @@ use cortex_m::Peripherals as Core;
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{DWT, NVIC, SCB};
-use stm32f4xx_hal::gpio::{
-    Alternate, Output, PA1, PA2, PA3, PA15, PB6, PB7, PB8, PC6, PC7, PC8, PD8, PD9, PD10,
-};
-use stm32f4xx_hal::gpio::{Pin, PinState, Pull};
+use stm32f4xx_hal::gpio::{Alternate, Output, Pin, PinState, Pull};
 use stm32f4xx_hal::pac::{self, tim2};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{self, BusClock, BusTimerClock, Config, Enable, Rcc};
 
 use crate::params;
 
+#[cfg(feature = "board-f407-disc1")]
+mod f407_disc1;
+#[cfg(feature = "board-f407ve")]
+mod f407ve;
+#[cfg(feature = "board-nucleo-f446re")]
+mod nucleo_f446re;
+mod wrong_chip;
+
+#[cfg(feature = "board-f407-disc1")]
+use f407_disc1 as layout;
+#[cfg(feature = "board-f407ve")]
+use f407ve as layout;
+#[cfg(feature = "board-nucleo-f446re")]
+use nucleo_f446re as layout;
+
+pub use layout::{CHIP, DEVICE_IDS, FLASH_KB, PRODUCT};
+pub use wrong_chip::wrong_chip;
+
+/// What clocks the chip from outside.
+#[allow(dead_code, reason = "a board has one of them")]
+#[derive(Clone, Copy)]
+pub enum ExternalClock {
+    /// A crystal at its oscillator.
+    Crystal {
+        /// Its frequency.
+        hz: u32,
+    },
+    /// A clock at the oscillator's input.
+    Fed {
+        /// Its frequency.
+        hz: u32,
+    },
+}
+
+impl ExternalClock {
+    const fn hz(self) -> u32 {
+        match self {
+            ExternalClock::Crystal { hz } | ExternalClock::Fed { hz } => hz,
+        }
+    }
+
+    /// The chip's oscillator is not used.
+    const fn is_fed(self) -> bool {
+        matches!(self, ExternalClock::Fed { .. })
+    }
+}
+
+/// The pins by their roles, as a reset leaves them: TX, RX and DE of a line, the inputs of the timers.
+pub struct Pins {
+    t7: (layout::T7Tx, layout::T7Rx, layout::T7De),
+    isu: (layout::IsuTx, layout::IsuRx, layout::IsuDe),
+    console: (layout::ConsoleTx, layout::ConsoleRx),
+    modbus: (layout::ModbusTx, layout::ModbusRx, layout::ModbusDe),
+    pwm1: layout::Pwm1Pin,
+    pwm2: layout::Pwm2Pin<Alternate<0>>,
+}
+
 pub type T7Usart = pac::USART1;
-pub type T7De = PB8<Output>;
+pub type T7De = layout::T7De<Output>;
 pub type IsuUsart = pac::USART3;
-pub type IsuDe = PD10<Output>;
+pub type IsuDe = layout::IsuDe<Output>;
 pub type ConsoleUsart = pac::USART2;
 pub type ModbusUsart = pac::USART6;
-pub type ModbusDe = PC8<Output>;
-pub type Pwm1Pin = PA1<Alternate<2>>;
+pub type ModbusDe = layout::ModbusDe<Output>;
+pub type Pwm1Pin = layout::Pwm1Pin<Alternate<2>>;
 pub type Pwm2Timer = pac::TIM2;
-pub type Pwm2Pin = PA15<Alternate<1>>;
+pub type Pwm2Pin = layout::Pwm2Pin<Alternate<1>>;
 pub type ClockTimer = pac::TIM4;
 pub type FlashRegisters = pac::FLASH;
 
@@ -105,6 +160,9 @@ impl Deref for Watchdog {
     }
 }
 
+/// The key that feeds the watchdog (RM0090 section 21.4.1).
+pub const FEED: u16 = 0xAAAA;
+
 /// Writes one of its keys to the watchdog.
 pub fn tell_watchdog(key: u16) {
     // SAFETY: KR takes keys and nothing else, in one write.
@@ -147,7 +205,7 @@ impl ResetControl {
         let (clock, config) = match before {
             Clock::Crystal if crystal_starts(&self.0) => {
                 self.0.cr().modify(|_, w| w.csson().set_bit());
-                (Clock::Crystal, Config::hse(params::CRYSTAL_HZ.Hz()))
+                (Clock::Crystal, external())
             }
             Clock::Crystal => (Clock::Internal, Config::hsi()),
             known => (known, Config::hsi()),
@@ -156,8 +214,15 @@ impl ResetControl {
     }
 }
 
-/// Tries to start the crystal. The HAL would wait for it for ever.
+/// From the clock outside.
+fn external() -> Config {
+    let config = Config::hse(layout::CLOCK.hz().Hz());
+    if layout::CLOCK.is_fed() { config.bypass_hse_oscillator() } else { config }
+}
+
+/// Tries to start the crystal, or to take over the clock that is in its place. The HAL would wait for it for ever.
 fn crystal_starts(rcc: &pac::RCC) -> bool {
+    rcc.cr().modify(|_, w| w.hsebyp().bit(layout::CLOCK.is_fed()));
     rcc.cr().modify(|_, w| w.hseon().set_bit());
     let begin = cycles();
     let limit = (params::INTERNAL_HZ / 1_000_000).saturating_mul(params::CRYSTAL_START.as_micros());
@@ -198,24 +263,25 @@ pub struct Lines {
     pub pwm2: Pwm2Line,
 }
 
-pub struct T7Line(T7Usart, PB6, PB7, PB8);
-pub struct IsuLine(IsuUsart, PD8, PD9, PD10);
-pub struct ConsoleLine(ConsoleUsart, PA2, PA3);
-pub struct ModbusLine(ModbusUsart, PC6, PC7, PC8);
-pub struct Pwm1Line(pac::TIM5, PA1);
-pub struct Pwm2Line(Pwm2Timer, PA15<Alternate<0>>);
+pub struct T7Line(T7Usart, layout::T7Tx, layout::T7Rx, layout::T7De);
+pub struct IsuLine(IsuUsart, layout::IsuTx, layout::IsuRx, layout::IsuDe);
+pub struct ConsoleLine(ConsoleUsart, layout::ConsoleTx, layout::ConsoleRx);
+pub struct ModbusLine(ModbusUsart, layout::ModbusTx, layout::ModbusRx, layout::ModbusDe);
+pub struct Pwm1Line(pac::TIM5, layout::Pwm1Pin);
+pub struct Pwm2Line(Pwm2Timer, layout::Pwm2Pin<Alternate<0>>);
 
 impl Ports {
     pub fn split(self, rcc: &mut Rcc) -> Lines {
         let (a, b) = (self.pins.0.split(rcc), self.pins.1.split(rcc));
         let (c, d) = (self.pins.2.split(rcc), self.pins.3.split(rcc));
+        let Pins { t7, isu, console, modbus, pwm1, pwm2 } = layout::take(a, b, c, d);
         Lines {
-            t7: T7Line(self.usarts.0, b.pb6, b.pb7, b.pb8),
-            isu: IsuLine(self.usarts.1, d.pd8, d.pd9, d.pd10),
-            console: ConsoleLine(self.usarts.2, a.pa2, a.pa3),
-            modbus: ModbusLine(self.usarts.3, c.pc6, c.pc7, c.pc8),
-            pwm1: Pwm1Line(self.timers.0, a.pa1),
-            pwm2: Pwm2Line(self.timers.1, a.pa15),
+            t7: T7Line(self.usarts.0, t7.0, t7.1, t7.2),
+            isu: IsuLine(self.usarts.1, isu.0, isu.1, isu.2),
+            console: ConsoleLine(self.usarts.2, console.0, console.1),
+            modbus: ModbusLine(self.usarts.3, modbus.0, modbus.1, modbus.2),
+            pwm1: Pwm1Line(self.timers.0, pwm1),
+            pwm2: Pwm2Line(self.timers.1, pwm2),
         }
     }
 }
@@ -331,7 +397,7 @@ pub fn fault_status() -> [u32; 4] {
     [scb.cfsr.read(), scb.hfsr.read(), scb.mmfar.read(), scb.bfar.read()]
 }
 
-/// The unique number of the chip (RM0090 section 39.1).
+/// The unique number of the chip (RM0090 section 39.1, RM0390 section 34.1).
 pub fn uid() -> Uid {
     const UID: *const [u32; 3] = 0x1FFF_7A10 as *const _;
     // SAFETY: three aligned words of system memory, which every part has and nothing writes.

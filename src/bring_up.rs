@@ -4,22 +4,22 @@ use core::mem::MaybeUninit;
 
 use clino_bus::Event;
 use clino_codec::pwm;
-use clino_console::Received;
 use clino_gateway::{Bus, Capture, DegradedMode, Gateway};
 use clino_modbus::{Server, Settings};
 use clino_recovery::{Clock, Mode, Start};
 use clino_storage::Tally;
-use heapless::spsc::{Consumer, Producer, Queue};
+use heapless::spsc::Queue;
 
 use crate::board::{self, Board, FlashRegisters};
 use crate::bus::Inbox;
 use crate::capture::{PwmCapture, TimerInput};
-use crate::config_store::{ConfigStore, Kept};
+use crate::config_store::ConfigStore;
 use crate::flash::TallyFlash;
 use crate::log::log;
 use crate::modbus::Lines;
 use crate::ports::{IsuPort, Pwm1Port, Pwm2Port, T7Port};
-use crate::uart::{self, Rs485};
+use crate::quiet::Kept;
+use crate::uart::Rs485;
 use crate::{clock, console, modbus, params, start, watchdog};
 
 /// Events the T7 bus can have in hand before the bus level fetches them: 2.8 ms of characters at 115200 bit/s.
@@ -79,9 +79,9 @@ pub struct Parts {
     pub settings: Settings,
     pub console: console::Port,
     /// Characters received by the console.
-    pub keys: Consumer<'static, Received>,
+    pub keys: console::Keys,
     /// Text to be printed.
-    pub writer: Producer<'static, u8>,
+    pub writer: console::Writer,
     pub store: &'static mut ConfigStore,
     pub kept: Kept,
 }
@@ -120,9 +120,7 @@ pub fn bring_up(board: Board, places: Places) -> Parts {
     let t7 = Rs485::new(usart, de, &gateway.bus_settings(Bus::T7).timing, clock_hz, core_hz, t7_producer);
     let (usart, de, clock_hz) = ports.isu.start(rcc);
     let isu = Rs485::new(usart, de, &gateway.bus_settings(Bus::Isu).timing, clock_hz, core_hz, isu_producer);
-    let (usart, clock_hz) = ports.console.start(rcc);
-    let divider = uart::divider(clock_hz, params::CONSOLE.baud);
-    let (console, keys, writer) = console::start(usart, divider, &mut queues.console);
+    let (console, keys, writer) = console::start(ports.console, rcc, &mut queues.console);
     let (usart, de, clock_hz) = ports.modbus.start(rcc);
     let (uplink, lines) = modbus::port::start(usart, de, clock_hz, &settings, &mut queues.modbus);
     let server = places.server.write(Server::new(settings, &modbus::IDENTIFICATION, clock::now()));

@@ -13,9 +13,10 @@ use clino_bus::Instant;
 use clino_codec::character::LineErrors;
 use clino_console::Received;
 use heapless::spsc::{Consumer, Producer, Queue};
+use stm32f4xx_hal::rcc::Rcc;
 
-use crate::board::ConsoleUsart;
-use crate::params::{CONSOLE_LOW_WATER, CONSOLE_START};
+use crate::board::{ConsoleLine, ConsoleUsart};
+use crate::params::{CONSOLE, CONSOLE_LOW_WATER, CONSOLE_START};
 use crate::{clock, shared, uart};
 
 /// Characters that can wait to be sent: more than the longest line on top of the low-water mark.
@@ -76,12 +77,15 @@ impl Incoming {
     }
 }
 
-/// Takes over a USART whose clock is on. Returns its port, the reading end and the writing end.
-pub fn start(
-    uart: ConsoleUsart,
-    divider: u16,
-    queues: &'static mut Queues,
-) -> (Port, Consumer<'static, Received>, Producer<'static, u8>) {
+/// Characters received.
+pub type Keys = Consumer<'static, Received>;
+/// Text to be printed.
+pub type Writer = Producer<'static, u8>;
+
+/// Takes the line into service. Returns its port, the reading end and the writing end.
+pub fn start(line: ConsoleLine, rcc: &mut Rcc, queues: &'static mut Queues) -> (Port, Keys, Writer) {
+    let (uart, clock_hz) = line.start(rcc);
+    let divider = uart::divider(clock_hz, CONSOLE.baud);
     uart::set_up(&uart, divider);
     uart.cr1().modify(|_, w| w.re().set_bit().rxneie().set_bit());
     let (writer, outgoing) = queues.outgoing.split();

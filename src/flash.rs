@@ -1,4 +1,4 @@
-//! The sectors of flash that the firmware writes: 1 to 3, 16 KiB each, for the configuration; 11, 128 KiB, for the tally of
+//! The sectors of flash that the firmware writes: 1 to 3, 16 KiB each, for the configuration; the last, 128 KiB, for the tally of
 //! power-ups. No code is in either (`memory.x`).
 //!
 //! Registers, not the HAL: its `NorFlash` erases 128 KiB at once, which is all sectors from 0 to 4, it programs bytes
@@ -25,8 +25,16 @@ const FIRST_SECTOR: u32 = 1;
 const SECTOR: u32 = 16 * 1024;
 /// Bytes of all three.
 const SIZE: u32 = 3 * SECTOR;
-/// Sector 11, which is only ever programmed.
-const TALLY_BASE: usize = 0x080E_0000;
+unsafe extern "C" {
+    /// The last sector of flash, which is only ever programmed (`memory.x`).
+    static __tally_start: u8;
+}
+
+/// Where it begins.
+fn tally_base() -> usize {
+    ptr::addr_of!(__tally_start).addr()
+}
+
 /// Its bytes.
 const TALLY_SIZE: u32 = 128 * 1024;
 /// Bytes programmed at once, at 2.7 V and more.
@@ -221,7 +229,7 @@ impl ReadNorFlash for TallyFlash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
-        read(address(TALLY_BASE, TALLY_SIZE, offset, bytes.len())?, bytes);
+        read(address(tally_base(), TALLY_SIZE, offset, bytes.len())?, bytes);
         Ok(())
     }
 
@@ -239,6 +247,6 @@ impl NorFlash for TallyFlash {
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
-        program(&self.registers, address(TALLY_BASE, TALLY_SIZE, offset, bytes.len())?, bytes)
+        program(&self.registers, address(tally_base(), TALLY_SIZE, offset, bytes.len())?, bytes)
     }
 }

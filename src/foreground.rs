@@ -1,10 +1,9 @@
-//! The main loop: the console, deferred requests of the Modbus master, and sleep; and the gateway as the console sees
-//! it.
+//! The main loop with the console; and the gateway as the console sees it.
 
 use core::cell::RefCell;
 use core::convert::Infallible;
 
-use clino_bus::{DriverEnable, Instant};
+use clino_bus::Instant;
 use clino_console::{BusState, Host, Port, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
@@ -13,16 +12,16 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
 use clino_gateway::{Alarm, AlarmDetail, Bus, Detail, Reading, ReadingBrief, Requester, SlotConfig};
-use clino_modbus::binding::DeferredRequest;
 use clino_modbus::{Counters, Settings};
-use clino_recovery::{Mode, MonitoredTask, Start};
+use clino_recovery::{MonitoredTask, Start};
 use embedded_io::{ErrorType, Write};
-use heapless::spsc::{Consumer, Producer};
+use heapless::spsc::Consumer;
 use rtic::Mutex;
 
 use crate::app::idle::{LocalResources, SharedResources};
-use crate::config_store::{self, ConfigStore, Kept, Quiet, Work};
-use crate::{board, bus, clock, params, ports, shared, start, watchdog};
+use crate::config_store::ConfigStore;
+use crate::main_loop::{self, Common};
+use crate::{board, bus, clock, params, shared, watchdog};
 
 /// Runs for ever. The console is on its stack for good: 1.4 KB.
 pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
@@ -33,81 +32,14 @@ pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
     let mut out = Port(console);
     let mut shell = Shell::new(&mut out);
     loop {
-        if host.start.mode != Mode::Normal && clock::now().since(Instant::ZERO) >= params::SAFE_MODE {
-            start::retry();
-        }
+        main_loop::end_safe_mode(host.start);
         if let Some(key) = host.keys.dequeue() {
             shell.input(key, &mut host);
-        } else if let Some(request) = common.with(|shared| shared.deferred.lock(Option::take)).flatten() {
-            let well = host.carry_out_deferred(request);
-            common.with(|shared| shared.done.lock(|done| *done = Some(well)));
-            shared::wake_modbus();
-        } else if !(console.has_room() && shell.poll(&mut host)) {
+        } else if !main_loop::carry_out_deferred(&common, host.store)
+            && !(console.has_room() && shell.poll(&mut host))
+        {
             shared::sleep_until_work();
         }
-    }
-}
-
-/// Resources that the main loop shares with the levels.
-struct Common<'a> {
-    shared: RefCell<SharedResources<'a>>,
-    writer: RefCell<&'a mut Producer<'static, u8>>,
-}
-
-impl<'a> Common<'a> {
-    fn with<R>(&self, work: impl FnOnce(&mut SharedResources<'a>) -> R) -> Option<R> {
-        self.shared.try_borrow_mut().ok().map(|mut shared| work(&mut shared))
-    }
-
-    fn gateway<R>(&self, work: impl FnOnce(&mut clino_gateway::Gateway) -> R) -> Option<R> {
-        self.with(|shared| shared.gateway.lock(|gateway| work(gateway)))
-    }
-
-    fn kept(&self) -> Kept {
-        self.with(|shared| shared.kept.lock(|kept| *kept)).unwrap_or(Kept::UNKNOWN)
-    }
-
-    fn settings(&self) -> Settings {
-        self.with(|shared| shared.settings.lock(|it| *it)).unwrap_or(params::MODBUS)
-    }
-
-    fn has_command(&self) -> bool {
-        self.with(|shared| shared.has_command.lock(|it| *it)).unwrap_or(false)
-    }
-
-    fn is_unsaved(&self) -> bool {
-        let known = self.gateway(|gateway| gateway.fingerprint()).unwrap_or(0);
-        self.kept().is_unsaved((known, self.settings()))
-    }
-
-    fn driver_enable(&self, bus: Bus) -> DriverEnable {
-        self.with(|shared| ports::driver_enable(bus, &mut shared.t7, &mut shared.isu)).unwrap_or_default()
-    }
-
-    fn drain(&self) {
-        while !self.with(|shared| shared.console.lock(|port| port.is_drained())).unwrap_or(true) {}
-    }
-}
-
-impl Quiet for &Common<'_> {
-    fn while_silent(&mut self, work: Work<'_>) -> bool {
-        self.with(|shared| {
-            let SharedResources { gateway, settings, t7, isu, uplink, .. } = shared;
-            gateway.lock(|gateway| {
-                let driving = t7.lock(|port| port.is_driving())
-                    || isu.lock(|port| port.is_driving())
-                    || uplink.lock(|port| port.is_driving());
-                if !driving {
-                    settings.lock(|settings| work(gateway, settings));
-                }
-                !driving
-            })
-        })
-        .unwrap_or(false)
-    }
-
-    fn note(&mut self, kept: Kept) {
-        self.with(|shared| shared.kept.lock(|place| *place = kept));
     }
 }
 
@@ -158,18 +90,6 @@ pub struct Gateway<'a> {
 }
 
 impl Gateway<'_> {
-    /// Carries out a request that the Modbus level has deferred; returns whether it was done.
-    pub fn carry_out_deferred(&mut self, request: DeferredRequest) -> bool {
-        let mut common = self.common;
-        match request {
-            DeferredRequest::Save => self.store.save(&mut common).is_ok(),
-            DeferredRequest::FactoryReset => self.store.factory_reset(&mut common).is_ok(),
-            // The answer to the master comes first.
-            DeferredRequest::Reboot if config_store::await_silence(&mut common) => board::reset(),
-            DeferredRequest::Reboot => false,
-        }
-    }
-
     /// A value of the gateway. One option: an option in an option would be copied twice.
     fn look<R>(&self, find: impl FnOnce(&mut clino_gateway::Gateway) -> Option<R>) -> Option<R> {
         let mut found = None;

@@ -18,25 +18,49 @@
 #![no_std]
 #![no_main]
 #![deny(unsafe_op_in_unsafe_fn)]
+// What only the console or storage needs; the linker leaves it out.
+#![cfg_attr(not(all(feature = "console", feature = "storage")), allow(dead_code))]
 
 mod board;
 mod bring_up;
 mod bus;
 mod capture;
 mod clock;
+#[cfg(feature = "storage")]
 mod config_store;
+#[cfg(feature = "console")]
 mod console;
 mod faults;
 mod flash;
+#[cfg(feature = "console")]
 mod foreground;
 mod log;
+mod main_loop;
 mod modbus;
 mod params;
 mod ports;
+mod pre_init;
+mod quiet;
 mod shared;
 mod start;
 mod uart;
+#[cfg(not(feature = "console"))]
+mod unattended;
 mod watchdog;
+
+// What is left out has something in its place that does nothing.
+#[cfg(not(feature = "console"))]
+mod no_console;
+#[cfg(not(feature = "console"))]
+use no_console as console;
+#[cfg(not(feature = "storage"))]
+mod no_config_store;
+#[cfg(feature = "console")]
+use foreground::serve;
+#[cfg(not(feature = "storage"))]
+use no_config_store as config_store;
+#[cfg(not(feature = "console"))]
+use unattended::serve;
 
 /// Priorities: the higher the number, the more urgent. The watchdog's tick is above all of them (`watchdog.rs`).
 ///
@@ -54,20 +78,19 @@ mod app {
     use core::cell::RefCell;
     use core::mem::MaybeUninit;
 
-    use clino_console::Received;
     use clino_gateway::{Gateway, Publisher};
     use clino_modbus::binding::DeferredRequest;
     use clino_modbus::{Counters, Server, Settings};
     use clino_recovery::{Mode, Start};
-    use heapless::spsc::{Consumer, Producer};
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::board::{self, Board};
     use crate::bring_up::{self, Places, Queues};
     use crate::bus::Inbox;
-    use crate::config_store::{ConfigStore, Kept};
+    use crate::config_store::ConfigStore;
     use crate::ports::{IsuPort, Pwm1Port, Pwm2Port, T7Port};
-    use crate::{bus, clock, console, foreground, modbus, shared, watchdog};
+    use crate::quiet::Kept;
+    use crate::{bus, clock, console, modbus, serve, shared, watchdog};
 
     /// The interrupts of the sensors' ports, which safe mode leaves off.
     const SENSORS: [Interrupt; 4] = [Interrupt::USART1, Interrupt::USART3, Interrupt::TIM5, Interrupt::TIM2];
@@ -102,8 +125,8 @@ mod app {
     struct Local {
         start: &'static Start,
         start_for_modbus: &'static Start,
-        keys: Consumer<'static, Received>,
-        writer: Producer<'static, u8>,
+        keys: console::Keys,
+        writer: console::Writer,
         store: &'static mut ConfigStore,
         inbox: Inbox,
         snapshot: Publisher<'static>,
@@ -172,7 +195,7 @@ mod app {
         shared = [t7, isu, console, uplink, gateway, settings, new_settings, has_command, port_counters, deferred, done, kept]
     )]
     fn idle(cx: idle::Context) -> ! {
-        foreground::serve(cx.local, cx.shared)
+        serve(cx.local, cx.shared)
     }
 
     #[task(binds = USART1, priority = 4, shared = [t7])]

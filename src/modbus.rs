@@ -15,8 +15,8 @@ use rtic::Mutex;
 
 use crate::app::modbus_level::SharedResources;
 use crate::clock::Alarm;
-use crate::config_store::Kept;
-use crate::{clock, params, ports, shared, watchdog};
+use crate::quiet::Kept;
+use crate::{board, clock, params, ports, shared, watchdog};
 
 pub mod port;
 
@@ -24,11 +24,11 @@ use port::Event;
 
 pub static IDENTIFICATION: Identification = Identification([
     "clino",
-    "clino-f407",
+    board::PRODUCT,
     env!("CARGO_PKG_VERSION"),
     env!("CARGO_PKG_REPOSITORY"),
     "Inclinometer gateway",
-    "STM32F407",
+    board::CHIP,
 ]);
 
 /// Resources that move the characters of the level.
@@ -148,6 +148,10 @@ impl binding::Site for Site<'_> {
     }
 
     fn ask(&self, request: DeferredRequest) -> Result<(), Refusal> {
+        if !cfg!(feature = "storage") && request != DeferredRequest::Reboot {
+            // As any command that does not exist.
+            return Err(Refusal::Value);
+        }
         let before =
             with(self.shared, |shared| shared.deferred.lock(|place| place.replace(request))).flatten();
         shared::note_work();

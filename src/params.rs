@@ -8,10 +8,8 @@ use clino_codec::{isu, pwm, t7};
 use clino_gateway::config::PWM_PERIOD;
 use clino_gateway::{BusSettings, INTERNAL_OSCILLATOR_PPM, PwmInput, SlotConfig, Source};
 
-/// Crystal on the board, Hz (STM32F4-Discovery X2, 8 MHz).
-pub const CRYSTAL_HZ: u32 = 8_000_000;
-
-/// Core clock, Hz: the F407's maximum (DS8626 table 14). APB1 runs at a quarter, APB2 at half of it.
+/// Core clock, Hz: the F407's maximum (DS8626 table 14), and the F446's without over-drive (DS10693 table 16), so that all
+/// boards have the same times. APB1 runs at a quarter, APB2 at half of it.
 pub const CORE_HZ: u32 = 168_000_000;
 
 /// The internal oscillator the part starts on, Hz (DS8626 table 39).

@@ -12,7 +12,7 @@
 //! | everything | 0.53 to 1.48 s, as its oscillator runs at 47 to 17 kHz |
 //! | everything, before [`start()`] has set the time | 0.35 to 0.96 s |
 //!
-//! It runs from the first instructions after a reset on ([`pre_init`]), with the time that it has at reset:
+//! It runs from the first instructions after a reset on (`pre_init.rs`), with the time that it has at reset:
 //! divider 4, 4096 counts. [`start()`] sets its time. A time that was set counts from the next feed on (section 21.3), and takes
 //! up to five cycles of the oscillator to be taken over, during which a feed loads the old one and a further write is
 //! ignored (section 21.4.4): `start` waits for that and feeds. Then nothing feeds until the first tick: bringing the board up
@@ -50,8 +50,7 @@ const _: () = assert!(SHORTEST_MS >= ERASE_MS + 2 * TICK_MS, "a legal erase woul
 const LONGEST_UPDATE_MS: u32 = 10;
 const _: () = assert!(COUNTS <= 0x1000, "RLR has twelve bits");
 
-/// Keys to be written to KR (RM0090 section 21.4.1). [`pre_init`] has its own [`START`].
-const FEED: u16 = 0xAAAA;
+/// Keys to be written to KR (RM0090 section 21.4.1). `pre_init.rs` has its own [`START`].
 const UNLOCK: u16 = 0x5555;
 const START: u16 = 0xCCCC;
 
@@ -60,26 +59,6 @@ const TICK_CYCLES: u32 = params::CORE_HZ / 1_000 * TICK_MS;
 const _: () = assert!(TICK_CYCLES <= 1 << 24);
 
 static MONITOR: TaskMonitor = TaskMonitor::new();
-
-/// Starts the watchdog before anything else, memory included. In assembly: no Rust may run before memory is set up.
-mod pre_init {
-    use core::arch::global_asm;
-
-    global_asm!(
-        ".section .text.__pre_init, \"ax\", %progbits",
-        ".global __pre_init",
-        ".type __pre_init, %function",
-        ".thumb_func",
-        "__pre_init:",
-        // IWDG_KR, and START.
-        "movw r0, #0x3000",
-        "movt r0, #0x4000",
-        "movw r1, #0xcccc",
-        "str r1, [r0]",
-        "bx lr",
-        ".size __pre_init, . - __pre_init",
-    );
-}
 
 /// Sets the watchdog's time. Until [`begin`] nothing feeds it after that.
 pub fn start(iwdg: &Watchdog) {
@@ -145,9 +124,9 @@ pub fn look() {
     }
 }
 
-/// The one place that feeds.
+/// The one place that feeds, but for the refusal of the wrong chip.
 fn feed() {
-    board::tell_watchdog(FEED);
+    board::tell_watchdog(board::FEED);
 }
 
 /// The watchdog's tick.

@@ -1,6 +1,7 @@
 //! Runs the shipped firmware image through a scenario and keeps everything a test may want to look at.
 //!
-//! The image is the file named by `CLINO_ELF`; `cargo xtask test` builds it and sets that.
+//! The image is the file named by `CLINO_ELF`, the board it is for is named by `CLINO_BOARD` (without it, the default one);
+//! `cargo xtask test` builds it and sets them.
 
 #[cfg(feature = "virtual-board")]
 pub mod modbus;
@@ -8,7 +9,7 @@ pub mod modbus;
 mod ran;
 
 #[cfg(feature = "virtual-board")]
-pub use ran::{Ran, Spoken, elf, image, run, run_file};
+pub use ran::{Ran, Spoken, elf, image, model, run, run_file};
 
 #[cfg(all(test, not(feature = "virtual-board")))]
 mod tests {

@@ -4,7 +4,6 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use clino_board::HostPorts;
 use clino_board::analysis::Analysis;
 use clino_board::checker::{self, Reading};
 use clino_board::console::Line;
@@ -15,6 +14,7 @@ use clino_board::pwm::Pulse;
 use clino_board::reception::Reception;
 use clino_board::run::Run;
 use clino_board::scenario::Scenario;
+use clino_board::{BoardModel, HostPorts};
 use defmt_decoder::Table;
 
 /// A reading as it came over the console.
@@ -153,7 +153,19 @@ fn decode(rtt: &[u8]) -> Vec<String> {
 /// It is not there.
 pub fn image() -> &'static Image {
     static IMAGE: OnceLock<Image> = OnceLock::new();
-    IMAGE.get_or_init(|| Image::read(&elf()).unwrap_or_else(|error| panic!("{error}")))
+    IMAGE.get_or_init(|| Image::read(&elf(), model()).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// The board that it is for: the one that `CLINO_BOARD` names, or the default one.
+///
+/// # Panics
+/// There is no board of that name.
+pub fn model() -> BoardModel {
+    let name = env::var("CLINO_BOARD").unwrap_or_default();
+    if name.is_empty() {
+        return BoardModel::default();
+    }
+    name.parse().unwrap_or_else(|error| panic!("CLINO_BOARD: {error}"))
 }
 
 /// The image's file.

@@ -3,4 +3,5 @@
 fn main() {
     println!("cargo:rustc-link-search={}/../..", env!("CARGO_MANIFEST_DIR"));
     println!("cargo:rerun-if-changed=../../memory.x");
+    println!("cargo:rustc-link-arg-bins=-Tlink.x");
 }

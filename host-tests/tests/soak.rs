@@ -12,9 +12,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use clino_board::console::Line;
-use clino_board::elf::Image;
 use clino_board::run::Run;
 use clino_board::scenario::Scenario;
+use clino_host_tests::image;
 use clino_host_tests::modbus;
 
 const MS: u64 = 1_000_000;
@@ -133,12 +133,9 @@ struct Soak {
 }
 
 fn soak(seed: u64, seconds: u64) -> Soak {
-    let elf = env::var_os("CLINO_ELF")
-        .expect("CLINO_ELF names the firmware image: run these tests with `cargo xtask test`");
-    let image = Image::read(Path::new(&elf)).unwrap_or_else(|error| panic!("{error}"));
     let text = scenario(seed, seconds);
     let parsed = Scenario::parse(Path::new("soak"), &text).unwrap_or_else(|error| panic!("{error}\n{text}"));
-    let mut run = Run::new(&image, &parsed).unwrap_or_else(|error| panic!("{error}"));
+    let mut run = Run::new(image(), &parsed).unwrap_or_else(|error| panic!("{error}"));
     run.remember(2 * SECOND);
     let master = run.modbus();
     let mut digest = 0xCBF2_9CE4_8422_2325u64;

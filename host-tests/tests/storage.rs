@@ -6,7 +6,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use clino_board::elf::Image;
-use clino_board::{Board, CpuStats, Ports, Stopped};
+use clino_board::{Board, BoardModel, CpuStats, Ports, Stopped};
 
 const MS: u64 = 1_000_000;
 /// Longer than the longest erase, and what is computed around it.
@@ -33,7 +33,8 @@ fn image() -> &'static Image {
             .status()
             .expect("cargo runs");
         assert!(status.success(), "the firmware does not build: is the thumb target installed?");
-        Image::read(&target_dir.join("thumbv7em-none-eabihf/release/storage-firmware")).expect("an image")
+        Image::read(&target_dir.join("thumbv7em-none-eabihf/release/storage-firmware"), BoardModel::default())
+            .expect("an image")
     })
 }
 

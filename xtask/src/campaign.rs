@@ -2,10 +2,12 @@
 
 use std::ops::RangeInclusive;
 
+use crate::boards::{self, Board};
 use crate::command::{self, Failure, Outcome};
-use crate::firmware;
-use crate::programs::Programs;
+use crate::firmware::{self, SHIPPED, Variant};
+use crate::programs::{self, Programs};
 use crate::steps::Steps;
+use crate::witness;
 
 const HOW_TO_ADD: &str = "\
 To add one: let the environment raise the size of a test (CLINO_...: a number of scripts, of days, a seed), and make
@@ -32,9 +34,13 @@ enum Run {
     Tests(&'static str, &'static str, &'static [Variable]),
     /// The same once for each seed, which is in the variable that is named last.
     Seeds(&'static str, &'static str, &'static [Variable], &'static str, RangeInclusive<u32>),
+    /// All tests of a program on the image for another board.
+    On(Board, &'static str),
+    /// The comparison of the two cores: random sequences, calls of each function of the image, seed.
+    Cores([&'static str; 3]),
 }
 
-use Run::{Script, Seeds, Tests};
+use Run::{Cores, On, Script, Seeds, Tests};
 
 const CAMPAIGNS: &[Campaign] = &[
     Campaign {
@@ -75,6 +81,19 @@ const CAMPAIGNS: &[Campaign] = &[
         runs: &[Tests("clino-commissioning::isu_power_cut", "every_character", &[])],
     },
     Campaign {
+        name: "pc",
+        shows: "the PC tool killed at every frame of a change of address, and its log a thousand times (20 min)",
+        runs: &[
+            Tests("clino::bus", "killed::", &[("CLINO_PC_KILLS", "all")]),
+            Tests("clino::bus", "log::killed", &[("CLINO_LOG_KILLS", "1000")]),
+        ],
+    },
+    Campaign {
+        name: "fleet",
+        shows: "300 gateways on one broker: loss, times, load; an hour without the broker (10 min, 10 GB)",
+        runs: &[Tests("clino::fleet", "load::", &[])],
+    },
+    Campaign {
         name: "storage",
         shows: "the power cut at every word of saves, every seed (5 min)",
         runs: &[Tests("clino-storage::power", "campaign", &[])],
@@ -93,6 +112,11 @@ const CAMPAIGNS: &[Campaign] = &[
         ],
     },
     Campaign {
+        name: "cpu",
+        shows: "a million random instruction sequences and the image's functions on two cores (30 min)",
+        runs: &[Cores(["1000000", "10", "2"])],
+    },
+    Campaign {
         name: "power",
         shows: "the power cut at every step of the shipped image's saves (30 min)",
         runs: &[Tests("clino-host-tests::recovery", "a_cut_in_any_step", &[("CLINO_EVERY_CUT", "1")])],
@@ -107,6 +131,16 @@ const CAMPAIGNS: &[Campaign] = &[
             "CLINO_SOAK_SEED",
             1..=4,
         )],
+    },
+    Campaign {
+        name: "nucleo",
+        shows: "all tests of the image on that for the NUCLEO-F446RE (40 min)",
+        runs: &[
+            On(boards::NUCLEO, "clino-host-tests::board"),
+            On(boards::NUCLEO, "clino-host-tests::recovery"),
+            On(boards::NUCLEO, "clino-host-tests::clients"),
+            On(boards::NUCLEO, "clino-host-tests::soak"),
+        ],
     },
 ];
 
@@ -130,8 +164,16 @@ pub fn run(names: &[String]) -> Outcome {
 
 fn all(steps: &mut Steps, wanted: &[&Campaign]) -> Outcome {
     let runs = || wanted.iter().flat_map(|campaign| campaign.runs);
-    if runs().filter_map(Run::program).any(|program| program.starts_with("clino-host-tests")) {
-        firmware::build(steps)?;
+    let has_cores = runs().any(|run| matches!(run, Cores(_)));
+    if has_cores || runs().filter_map(Run::program).any(|program| program.starts_with("clino-host-tests")) {
+        let boards = runs().filter_map(Run::board).map(Variant::of);
+        let mut images = vec![SHIPPED];
+        images.extend(boards);
+        images.dedup();
+        firmware::build_all(steps, &images)?;
+    }
+    if has_cores {
+        witness::install(steps)?;
     }
     // Scripts build what they need themselves.
     let built = if runs().any(|run| run.program().is_some()) { Some(Programs::build(steps)?) } else { None };
@@ -147,8 +189,16 @@ impl Run {
     /// The test program that it needs.
     fn program(&self) -> Option<&'static str> {
         match self {
-            Script(..) => None,
-            Tests(program, ..) | Seeds(program, ..) => Some(program),
+            Script(..) | Cores(_) => None,
+            Tests(program, ..) | Seeds(program, ..) | On(_, program) => Some(program),
+        }
+    }
+
+    /// The board whose image it needs, besides the shipped one.
+    fn board(&self) -> Option<Board> {
+        match self {
+            On(board, _) => Some(*board),
+            _ => None,
         }
     }
 
@@ -164,8 +214,15 @@ impl Run {
         };
         match self {
             Script(path, arguments) => steps.run(name, command::script(path, arguments)),
+            Cores(numbers) => steps.run(name, witness::cpu(numbers)),
             Tests(program, test, environment) => {
                 steps.run(&format!("{name} {test}"), tests(program, test, environment)?);
+            }
+            On(board, program) => {
+                let built = built.ok_or_else(|| Failure::new("the test programs are not built"))?;
+                let mut command = built.test(program)?.command();
+                programs::with_image(&mut command, Variant::of(*board));
+                steps.run(&format!("{name} {program}"), command);
             }
             Seeds(program, test, environment, variable, seeds) => {
                 for seed in seeds.clone() {

@@ -76,6 +76,7 @@ const CHECKS: &[Check] = &[
         alone: true,
         ..script("fuzz", "fuzz/checks/fuzz.sh", "5 s of fuzzing for each part that takes bytes from outside")
     },
+    script("target-tests", "target-tests/checks/link.sh", "the tests for a real chip build and link"),
     script("stack", "xtask/inspect/checks/stack.sh", "worst-case stack of the firmware image"),
     script(
         "panics",
@@ -86,6 +87,11 @@ const CHECKS: &[Check] = &[
         alone: true,
         ..script("throughput", "crates/clino/checks/throughput.sh", "frames a second of the bench tool")
     },
+    Check {
+        alone: true,
+        ..script("pc", "crates/clino/checks/pc.sh", "the PC tool on a bus: polling, scans, log, first angle")
+    },
+    script("systems", "crates/clino/checks/systems.sh", "the PC tool builds for Windows and macOS"),
 ];
 
 /// Targets without an operating system for which the reusable crates are built.

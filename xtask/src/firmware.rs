@@ -1,9 +1,10 @@
-//! Building the firmware image.
+//! Building the firmware image: for which board, with which functions, with its log or without.
 
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
+use crate::boards::{self, Board};
 use crate::command::{self, Failure, Outcome};
 use crate::steps::Steps;
 
@@ -12,37 +13,97 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 /// The root package.
 pub const PACKAGE: &str = "clino-firmware";
 
-/// Where the release image is.
-pub fn elf() -> PathBuf {
+/// An image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Variant {
+    /// What it is called, and its file; empty for the shipped one.
+    pub name: &'static str,
+    /// The board that it is for.
+    pub board: Board,
+    /// What it does: features of the firmware.
+    pub functions: &'static str,
+    /// With its log.
+    pub has_log: bool,
+}
+
+/// Everything.
+const FULL: &str = "full";
+
+/// The image that is shipped: everything, with its log, for the default board.
+pub const SHIPPED: Variant = Variant::of(boards::DEFAULT);
+
+/// The same without its log.
+pub const WITHOUT_LOG: Variant = Variant { name: "without-log", has_log: false, ..SHIPPED };
+
+/// Modbus and the stored configuration, no console.
+pub const WITHOUT_CONSOLE: Variant = Variant { name: "without-console", functions: "storage", ..WITHOUT_LOG };
+
+/// Modbus alone.
+pub const MODBUS_ONLY: Variant = Variant { name: "modbus-only", functions: "", ..WITHOUT_LOG };
+
+impl Variant {
+    /// The shipped image for a board.
+    pub const fn of(board: Board) -> Variant {
+        Variant { name: "", board, functions: FULL, has_log: true }
+    }
+
+    /// Where it is after it was built.
+    pub fn elf(&self) -> PathBuf {
+        let mut name = String::from(PACKAGE);
+        let board = if self.board == boards::DEFAULT { "" } else { self.board.name };
+        for part in [board, self.name].into_iter().filter(|part| !part.is_empty()) {
+            name = format!("{name}-{part}");
+        }
+        built().with_file_name(name)
+    }
+
+    /// What a step that builds it is called.
+    pub fn step(&self) -> String {
+        let board = if self.board == boards::DEFAULT { "" } else { self.board.name };
+        ["image", board, self.name].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+    }
+
+    /// How cargo is told to build it.
+    pub fn selection(&self) -> Vec<String> {
+        let mut selection: Vec<String> = ["--package", PACKAGE, "--target", TARGET].map(String::from).into();
+        if *self != SHIPPED {
+            let log = if self.has_log { ",defmt" } else { "" };
+            let features = format!("{},board-{}{log}", self.functions, self.board.name);
+            let features = features.trim_start_matches(',').to_owned();
+            selection.extend(["--no-default-features".into(), "--features".into(), features]);
+        }
+        selection
+    }
+}
+
+/// Where cargo puts a release image.
+fn built() -> PathBuf {
     command::target_dir().join(TARGET).join("release").join(PACKAGE)
 }
 
-/// Where the release image without its log is.
-pub fn elf_without_log() -> PathBuf {
-    elf().with_file_name(format!("{PACKAGE}-without-log"))
-}
-
-/// Builds the release image.
+/// Builds the shipped image.
 pub fn build(steps: &mut Steps) -> Outcome {
-    add_target()?;
-    steps.need("image", build_command())
+    build_all(steps, &[SHIPPED])
 }
 
-/// Builds the release image, with its log and without. Both are built in one folder, so that what they have in common is
-/// built once; the one with its log stays where everybody looks for it.
-pub fn build_both(steps: &mut Steps) -> Outcome {
+/// Builds these images. They are built in one folder, so that what they have in common is built once; the shipped one comes
+/// last, if it is among them, and stays where everybody looks for it.
+pub fn build_all(steps: &mut Steps, variants: &[Variant]) -> Outcome {
     add_target()?;
-    let mut without = build_command();
-    without.arg("--no-default-features");
-    steps.need("image without its log", without)?;
-    let (from, to) = (elf(), elf_without_log());
-    let failed = |error| Failure::new(format!("{} to {}: {error}", from.display(), to.display()));
-    fs::copy(&from, &to).map_err(failed)?;
-    steps.need("image", build_command())
-}
-
-fn build_command() -> Command {
-    command::cargo(["build", "--release", "--package", PACKAGE, "--target", TARGET])
+    let (shipped, others): (Vec<Variant>, Vec<Variant>) =
+        variants.iter().partition(|variant| **variant == SHIPPED);
+    for variant in others.into_iter().chain(shipped) {
+        let selection = variant.selection();
+        let mut build = command::cargo(["build", "--release"]);
+        build.args(selection);
+        steps.need(&variant.step(), build)?;
+        let (from, to) = (built(), variant.elf());
+        if from != to {
+            let failed = |error| Failure::new(format!("{} to {}: {error}", from.display(), to.display()));
+            fs::copy(&from, &to).map_err(failed)?;
+        }
+    }
+    Ok(())
 }
 
 /// Installs the target's standard library if it is missing.

@@ -2,14 +2,13 @@
 
 use std::process::Command;
 
+use crate::boards::Board;
 use crate::command::{self, Failure, Outcome};
-use crate::firmware;
+use crate::firmware::{self, Variant};
 use crate::steps::Steps;
 
-const CHIP: &str = "STM32F407VGTx";
-
 /// Builds the image, writes it through a debug probe, and shows its log until interrupted.
-pub fn run() -> Outcome {
+pub fn run(board: Board) -> Outcome {
     if command::output_of("probe-rs", &["--version"]).is_none() {
         return Err(Failure::new(
             "probe-rs is not installed. Install it with `cargo install probe-rs-tools --locked`, \
@@ -23,9 +22,9 @@ pub fn run() -> Outcome {
              it (https://probe.rs/docs/getting-started/probe-setup)",
         ));
     }
-    firmware::build(&mut Steps::new("flash"))?;
-    let elf = firmware::elf();
+    let variant = Variant::of(board);
+    firmware::build_all(&mut Steps::new("flash"), &[variant])?;
     let mut probe = Command::new("probe-rs");
-    probe.args(["run", "--chip", CHIP]).arg(elf);
+    probe.args(["run", "--chip", board.chip]).arg(variant.elf());
     command::run(probe)
 }

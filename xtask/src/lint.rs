@@ -2,10 +2,10 @@
 
 use std::process::Command;
 
-use crate::book;
 use crate::command::{self, Outcome};
-use crate::firmware::{self, PACKAGE, TARGET};
+use crate::firmware::{self, SHIPPED, Variant, WITHOUT_LOG};
 use crate::steps::Steps;
+use crate::{boards, book};
 
 /// Formatting, clippy for host and target, documentation; a warning is a failure.
 pub fn run() -> Outcome {
@@ -20,16 +20,14 @@ fn all(steps: &mut Steps) -> Outcome {
     steps.need("rustfmt and clippy", components)?;
     firmware::add_target()?;
     steps.run("formatting", command::cargo(["fmt", "--all", "--check"]));
-    let image = ["--package", PACKAGE, "--target", TARGET];
-    steps.run("clippy", clippy(["--all-targets", "--all-features"]));
-    steps.run("clippy of the image", clippy(image));
-    steps.run(
-        "clippy of the image without its log",
-        clippy(image.into_iter().chain(["--no-default-features"])),
-    );
+    let image = |variant: Variant| variant.selection();
+    steps.run("clippy of the image", clippy(as_str(&image(SHIPPED))));
+    for variant in [WITHOUT_LOG, Variant::of(boards::NUCLEO)] {
+        steps.run(&format!("clippy of the {}", variant.step()), clippy(as_str(&image(variant))));
+    }
     // With the features of the first clippy, so that what the crates depend on is read once.
     steps.run("documentation", documentation(["--all-features"]));
-    steps.run("documentation of the image", documentation(image));
+    steps.run("documentation of the image", documentation(as_str(&image(SHIPPED))));
     if let Err(failure) = steps.own("book", book::check) {
         eprintln!("FAILED {failure}");
     }
@@ -47,4 +45,8 @@ fn documentation<'a>(selection: impl IntoIterator<Item = &'a str>) -> Command {
         command::cargo(["doc", "--no-deps", "--document-private-items"].into_iter().chain(selection));
     doc.env("RUSTDOCFLAGS", "-D warnings");
     doc
+}
+
+fn as_str(words: &[String]) -> impl Iterator<Item = &str> {
+    words.iter().map(String::as_str)
 }

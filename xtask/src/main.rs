@@ -1,5 +1,6 @@
 //! `cargo xtask …`: the front door to everything that plain cargo cannot do.
 
+mod boards;
 mod book;
 mod campaign;
 mod check;
@@ -7,22 +8,29 @@ mod circles;
 mod command;
 mod firmware;
 mod flash;
+mod hex;
+mod hil;
 mod lint;
 mod nextest;
+mod pictures;
 mod programs;
 mod sim;
 mod size;
 mod steps;
 mod test;
 mod transcripts;
+mod witness;
 
 use std::env;
 use std::process::ExitCode;
 
+use command::{Failure, Outcome};
+
 const USAGE: &str = "\
 Usage: cargo xtask <command>
 
-  sim [--duration 5s] [--scenario FILE] [--bus-log FILE] [--realtime] [--console-pty] [--modbus-pty]
+  sim [--board NAME] [--duration 5s] [--scenario FILE] [--bus-log FILE] [--realtime]
+      [--console-pty] [--modbus-pty]
              build the firmware and run it on the virtual board; `sim --help` says more
   test [--quick]
              every test: portable, firmware build, firmware on the virtual board;
@@ -38,8 +46,20 @@ Usage: cargo xtask <command>
   book       the documents as a book, below target/book, with mdBook
   transcripts
              write the console transcripts of the documents anew, from runs of the firmware image
+  pictures   draw the pictures of docs/bring-up.md anew, from captures of the virtual board
   size       flash and RAM of the firmware image, against its budget
-  flash      put the firmware on a real STM32F407 board (needs probe-rs)
+  witness    the image on a second, independent emulator, which it installs if it is missing (a quarter
+             of an hour), and the comparison of the two cores
+  flash [--board NAME]
+             put the firmware on a real board (needs probe-rs)
+  image [--board NAME]
+             write the firmware as a .hex file, for the drive that a Nucleo's ST-LINK shows
+  hil --virtual | --console PORT [...]
+             the image on a board with this computer at its ports: assertions, times, a report;
+             or on the virtual board. `hil --help` says more; docs/bring-up.md how to wire it
+
+Boards: f407-disc1 (STM32F407G-DISC1, the default), f407ve (black boards with an STM32F407VE),
+nucleo-f446re (NUCLEO-F446RE).
 
 Exit status: 0 it worked, 1 it did not, 2 the command line, a scenario or an image is wrong.
 ";
@@ -52,7 +72,7 @@ fn main() -> ExitCode {
     let command = arguments.next();
     let rest: Vec<String> = arguments.collect();
     let result = match command.as_deref() {
-        Some("sim") => sim::run(&rest),
+        Some(command @ ("sim" | "flash" | "image")) => for_board(command, &rest),
         Some("test") if rest.is_empty() => test::run(),
         Some("test") if rest == ["--quick"] => test::quick(),
         Some("check") => check::run(&rest),
@@ -62,7 +82,9 @@ fn main() -> ExitCode {
         Some("size") if rest.is_empty() => size::run(),
         Some("book") if rest.is_empty() => book::run(),
         Some("transcripts") if rest.is_empty() => transcripts::run(),
-        Some("flash") if rest.is_empty() => flash::run(),
+        Some("witness") if rest.is_empty() => witness::run(),
+        Some("pictures") if rest.is_empty() => pictures::run(),
+        Some("hil") => hil::run(&rest),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");
             return ExitCode::SUCCESS;
@@ -78,5 +100,19 @@ fn main() -> ExitCode {
             eprintln!("cargo xtask: {failure}");
             ExitCode::from(failure.status)
         }
+    }
+}
+
+/// The commands that are about one board.
+fn for_board(command: &str, arguments: &[String]) -> Outcome {
+    let (board, rest) = boards::take(arguments)?;
+    match command {
+        "sim" => sim::run(board, &rest),
+        _ if !rest.is_empty() => {
+            let message = format!("{command} takes no `{}`\n\n{USAGE}", rest.join(" "));
+            Err(Failure { message, status: BAD_USAGE })
+        }
+        "flash" => flash::run(board),
+        _ => hex::run(board),
     }
 }

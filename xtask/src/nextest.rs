@@ -9,6 +9,7 @@ use std::fs;
 use std::time::Duration;
 
 use crate::command;
+use crate::firmware::{SHIPPED, Variant};
 use crate::programs;
 use crate::steps::Steps;
 
@@ -18,14 +19,17 @@ pub fn is_there() -> bool {
     !unwanted && command::output_of("cargo", &["nextest", "show-config", "version"]).is_some()
 }
 
-/// Runs the tests that a filter selects, or all that are not ignored.
-pub fn run(steps: &mut Steps, filter: Option<String>) {
+/// Runs the tests that a filter selects, or all that are not ignored, on this image.
+pub fn run(steps: &mut Steps, filter: Option<String>, variant: Variant) {
     let mut nextest = programs::cargo(["nextest", "run"]);
+    programs::with_image(&mut nextest, variant);
     nextest.args(filter.iter().flat_map(|filter| ["-E", filter]));
     let report = command::target_dir().join("nextest/default/junit.xml");
     // That of the last run, if there is one, is not for this table; without a report, it is shorter.
     let _ = fs::remove_file(&report);
-    steps.run("tests", nextest);
+    let step =
+        if variant == SHIPPED { "tests".to_owned() } else { format!("tests of the {}", variant.step()) };
+    steps.run(&step, nextest);
     let report = fs::read_to_string(report).unwrap_or_default();
     let mut programs: Vec<_> =
         add_up(&report).into_iter().map(|(name, (time, failed))| (name, time, failed)).collect();

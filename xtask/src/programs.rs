@@ -13,7 +13,7 @@ use std::process::Command;
 use serde::Deserialize;
 
 use crate::command::{self, Failure, Outcome};
-use crate::firmware;
+use crate::firmware::{SHIPPED, Variant};
 use crate::steps::{self, Steps};
 
 /// On top of the default features of all default members.
@@ -28,13 +28,15 @@ const FEATURES: [&str; 4] = [
 pub fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
     let mut cargo = command::cargo(arguments);
     cargo.arg("--features").arg(FEATURES.join(","));
-    with_image(&mut cargo);
+    with_image(&mut cargo, SHIPPED);
     cargo
 }
 
-/// Tells tests of the image where it is, and the virtual board's program.
-fn with_image(command: &mut Command) {
-    command.env("CLINO_ELF", firmware::elf());
+/// Tells tests of an image where it is, which board it is for, what it does, and where the virtual board's program is.
+pub fn with_image(command: &mut Command, variant: Variant) {
+    command.env("CLINO_ELF", variant.elf());
+    command.env("CLINO_BOARD", variant.board.name);
+    command.env("CLINO_FUNCTIONS", variant.functions);
     command.env("CLINO_SKIPPED", steps::skipped());
     command.env("CLINO_VBOARD", command::target_dir().join("debug").join("vboard"));
 }
@@ -92,7 +94,7 @@ impl Program {
     pub fn command(&self) -> Command {
         let mut command = Command::new(&self.executable);
         command.current_dir(&self.folder);
-        with_image(&mut command);
+        with_image(&mut command, SHIPPED);
         command
     }
 

@@ -4,9 +4,10 @@
 //! side, one core each.
 
 use crate::command::{self, Failure, Outcome};
+use crate::firmware::{self, MODBUS_ONLY, SHIPPED, Variant, WITHOUT_CONSOLE};
 use crate::programs::{self, Program, Programs};
 use crate::steps::{Step, Steps};
-use crate::{firmware, nextest, size};
+use crate::{boards, nextest, size, witness};
 
 /// The package whose tests run the image; all other tests are portable.
 const IMAGE_TESTS: &str = "clino-host-tests";
@@ -33,9 +34,15 @@ const LONGEST: [&str; 8] = [
     "clino-commissioning::isu_power_cut",
 ];
 
+/// A test program, as `cargo nextest` names it, and a test of it.
+type Test = (&'static str, &'static str);
+
+/// The images that leave something out.
+const SMALL: [Variant; 2] = [WITHOUT_CONSOLE, MODBUS_ONLY];
+
 /// A few tests of the image: it reads every angle, notices a lost sensor, takes commands, keeps what is saved, comes back from
 /// a crash, and answers a Modbus master.
-const HANDFUL: [(&str, &str); 6] = [
+const HANDFUL: [Test; 6] = [
     ("clino-host-tests::board", "main_job::every_slot_tells_the_truth"),
     (
         "clino-host-tests::board",
@@ -46,6 +53,24 @@ const HANDFUL: [(&str, &str); 6] = [
     ("clino-host-tests::recovery", "crashes::a_panic_says_where_it_was"),
     ("clino-host-tests::clients", "modbus::a_request_from_before_the_gateway_has_started_is_answered"),
 ];
+
+/// What runs on the image for another board every day: the main job, what is different about the board, and what depends on its
+/// memories. `cargo xtask campaign nucleo` runs everything.
+const ON_ANOTHER_BOARD: [Test; 9] = [
+    ("clino-host-tests::board", "main_job::every_slot_tells_the_truth"),
+    ("clino-host-tests::board", "registers::every_register_is_as_the_image_relies_on_it"),
+    ("clino-host-tests::board", "console::a_slot_is_set_zeroed_and_shown"),
+    ("clino-host-tests::board", "saving::what_is_saved_survives_a_reset_and_is_not_written_twice"),
+    ("clino-host-tests::board", "wrong_chip::the_image_says_so_and_does_nothing_on_another_chip"),
+    ("clino-host-tests::recovery", "crashes::a_panic_says_where_it_was"),
+    ("clino-host-tests::recovery", "crashes::a_stack_that_overflows_meets_no_data"),
+    ("clino-host-tests::recovery", "power_ups::a_power_up_is_counted_once_and_a_reset_is_not"),
+    ("clino-host-tests::clients", "modbus::a_request_from_before_the_gateway_has_started_is_answered"),
+];
+
+/// What runs on the images that leave something out.
+const ON_SMALL_ONES: [Test; 1] =
+    [("clino-host-tests::board", "modbus_alone::the_angles_are_at_the_modbus_port")];
 
 /// Every test.
 pub fn run() -> Outcome {
@@ -62,16 +87,30 @@ pub fn quick() -> Outcome {
 }
 
 fn everything(steps: &mut Steps) -> Outcome {
-    firmware::build_both(steps)?;
+    let nucleo = Variant::of(boards::NUCLEO);
+    firmware::build_all(steps, &[&size::MEASURED[..], &[nucleo]].concat())?;
     steps.own("size", size::check)?;
     let programs = Programs::build(steps)?;
+    must_have(&programs, &ON_ANOTHER_BOARD)?;
+    must_have(&programs, &ON_SMALL_ONES)?;
     let mut beside = Vec::new();
     if nextest::is_there() {
-        nextest::run(steps, None);
+        nextest::run(steps, None, SHIPPED);
+        nextest::run(steps, Some(filter(ON_ANOTHER_BOARD.iter())), nucleo);
+        for small in SMALL {
+            nextest::run(steps, Some(filter(ON_SMALL_ONES.iter())), small);
+        }
     } else {
         beside.extend(longest_first(programs.tests()).map(all_of));
+        for test in ON_ANOTHER_BOARD {
+            beside.push(one(&programs, test, nucleo)?);
+        }
+        for small in SMALL {
+            beside.push(one(&programs, ON_SMALL_ONES[0], small)?);
+        }
     }
     beside.push(selftest(&programs)?);
+    beside.extend(witness::daily(steps)?);
     beside.push(Step::new("documentation", programs::cargo(["test", "--doc"])));
     beside.push(Step::new("the codec as the image has it", command::cargo(SHORT_MESSAGES)));
     beside.extend(programs.examples().map(|example| Step::new(&example.name, example.command())));
@@ -82,25 +121,40 @@ fn everything(steps: &mut Steps) -> Outcome {
 fn handful(steps: &mut Steps) -> Outcome {
     firmware::build(steps)?;
     let programs = Programs::build(steps)?;
-    for (program, test) in HANDFUL {
-        programs.test(program)?.must_have(test)?;
-    }
+    must_have(&programs, &HANDFUL)?;
     if nextest::is_there() {
-        let of_image =
-            HANDFUL.iter().map(|(program, test)| format!(" | (binary_id({program}) & test(={test}))"));
-        nextest::run(steps, Some(format!("not package({IMAGE_TESTS}){}", of_image.collect::<String>())));
+        let wanted = format!("not package({IMAGE_TESTS}) | {}", filter(HANDFUL.iter()));
+        nextest::run(steps, Some(wanted), SHIPPED);
         return Ok(());
     }
     let mut beside = Vec::new();
-    for (program, test) in HANDFUL {
-        let mut command = programs.test(program)?.command();
-        command.args(["--exact", test]);
-        beside.push(Step::new(format!("{program} {test}"), command));
+    for test in HANDFUL {
+        beside.push(one(&programs, test, SHIPPED)?);
     }
     let portable = programs.tests().filter(|program| !program.name.starts_with(IMAGE_TESTS));
     beside.extend(longest_first(portable).map(all_of));
     steps.side_by_side(beside);
     Ok(())
+}
+
+/// Makes sure that the programs have these tests.
+fn must_have(programs: &Programs, tests: &[Test]) -> Outcome {
+    tests.iter().try_for_each(|(program, test)| programs.test(program)?.must_have(test))
+}
+
+/// Selects these tests.
+fn filter<'a>(tests: impl Iterator<Item = &'a Test>) -> String {
+    let tests: Vec<String> =
+        tests.map(|(program, test)| format!("(binary_id({program}) & test(={test}))")).collect();
+    tests.join(" | ")
+}
+
+/// One test of an image.
+fn one(programs: &Programs, (program, test): Test, variant: Variant) -> Result<Step, Failure> {
+    let mut command = programs.test(program)?.command();
+    command.args(["--exact", test]);
+    programs::with_image(&mut command, variant);
+    Ok(Step::new(format!("{program} {test} {}", variant.step()), command))
 }
 
 /// All tests of a program, on one core.

@@ -2,9 +2,11 @@
 
 use clap::{Parser, Subcommand};
 
+#[cfg(feature = "fleet")]
+use crate::fleet;
 #[cfg(target_os = "linux")]
 use crate::sim;
-use crate::{isu, ports, pwm, t7};
+use crate::{gateway, isu, log, manual, ports, pwm, sniff, t7, watch};
 
 const EXIT_STATUSES: &str = "\
 Exit status:
@@ -33,10 +35,29 @@ pub enum Tool {
     Isu(isu::Tool),
     /// The serial ports of this computer, and what to do about those that cannot be opened
     Ports(ports::Arguments),
+    /// Live readings in the terminal, with a plot
+    Watch(watch::Arguments),
+    /// Readings as rows of a file
+    Log(log::Arguments),
+    /// Listen on a pair, or decode a capture: what both sides say, with times
+    Sniff(sniff::Arguments),
+    /// The configuration of a gateway as text, and back
+    #[command(subcommand)]
+    Gateway(gateway::Tool),
     /// STT ISU, pulse width: timer ticks to duty and angle
     #[command(allow_negative_numbers = true)]
     Pwm(pwm::Arguments),
-    /// Simulated sensors of both makes, served on pseudo-terminals
+    /// Gateways on a live page in a browser
+    #[cfg(feature = "fleet")]
+    Serve(fleet::ServeArguments),
+    /// Gateways to an MQTT broker, to Prometheus, to InfluxDB
+    #[cfg(feature = "fleet")]
+    Bridge(fleet::BridgeArguments),
+    /// Simulated sensors of both makes, served on pseudo-terminals or on a port
     #[cfg(target_os = "linux")]
     Sim(sim::Arguments),
+    /// Completions for a shell, to standard output
+    Completions(manual::Completions),
+    /// The manual page, to standard output, or those of all commands into a folder
+    Man(manual::Manual),
 }

@@ -24,6 +24,11 @@ impl Bad {
         Self { kind, message: message.to_string(), values: Vec::new() }
     }
 
+    /// Its kind, for programs.
+    pub fn kind(&self) -> &'static str {
+        self.kind
+    }
+
     /// What is wrong, for people.
     pub fn message(&self) -> &str {
         &self.message

@@ -37,9 +37,9 @@ use clino_commissioning::{Commissionable, Operation, Runner, RunnerAction, TaskP
 
 use crate::port::{Port, PortError};
 pub use ask::AskT7;
-use clock::Clock;
-pub use diagnosis::{Asked, Diagnosis, Make, Seen, collision, diagnose};
-use echo::{Echo, Whose};
+pub use clock::Clock;
+pub use diagnosis::{Asked, Diagnosis, Make, Seen, collision, diagnose, overheard};
+pub use echo::{Echo, Whose};
 pub use stop::Stop;
 
 /// The longest wait without a look at whether the user wants to stop. A signal ends a wait at once on most systems.

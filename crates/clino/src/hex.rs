@@ -79,7 +79,7 @@ fn is_blank(character: char) -> bool {
 /// The bytes of these digits, if they are whole.
 fn bytes(digits: &[char]) -> Option<Vec<u8>> {
     let values: Option<Vec<u8>> =
-        digits.iter().map(|digit| digit.to_digit(16).and_then(|value| value.try_into().ok())).collect();
+        digits.iter().map(|digit| digit.to_digit(16).and_then(|value| u8::try_from(value).ok())).collect();
     let values = values?;
     let (pairs, rest) = values.as_chunks();
     rest.is_empty().then(|| pairs.iter().map(|&[high, low]| high << 4 | low).collect())

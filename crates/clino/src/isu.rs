@@ -4,6 +4,8 @@ mod answer;
 mod arguments;
 mod ascii;
 mod command;
+mod eeprom;
+mod hunt;
 mod memory;
 mod names;
 mod refusal;
@@ -20,15 +22,34 @@ use answer::AnswerObject;
 pub use arguments::Tool;
 use arguments::{Decode, Encode};
 use command::CommandObject;
+pub use hunt::Hunt;
 
 pub fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
     match tool {
         Tool::Decode(Decode { command: true, frames }) => Ok(stream::run(&frames, command_of)?),
         Tool::Decode(Decode { command: false, frames }) => Ok(stream::run(&frames, answer_of)?),
         Tool::Encode(encode) => self::encode(encode),
-        Tool::Ascii => ascii::run(),
+        Tool::Ascii(lines) => ascii::run(&lines),
         Tool::Verb(verb) => run::run(verb),
     }
+}
+
+/// A command's frame as JSON.
+///
+/// # Errors
+/// It is none.
+pub fn command_json(frame: &[u8]) -> Result<String, Bad> {
+    let object = CommandObject(Request::decode(frame)?);
+    Ok(serde_json::to_string(&object).unwrap_or_default())
+}
+
+/// An answer's frame as JSON.
+///
+/// # Errors
+/// It is none.
+pub fn answer_json(frame: &[u8]) -> Result<String, Bad> {
+    let object = AnswerObject(Answer::decode(frame)?);
+    Ok(serde_json::to_string(&object).unwrap_or_default())
 }
 
 fn command_of(text: &[u8]) -> Result<CommandObject, Bad> {

@@ -9,21 +9,31 @@ mod arguments;
 mod bad;
 mod bus;
 mod choice;
+#[cfg(feature = "fleet")]
+mod fleet;
+mod feed;
+mod gateway;
 mod hex;
 mod isu;
+mod log;
+mod manual;
 mod number;
 mod outcome;
 mod parameter;
+mod poll;
 mod port;
 mod ports;
 mod pwm;
 mod report;
 mod say;
+mod sensors;
 mod session;
 #[cfg(target_os = "linux")]
 mod sim;
+mod sniff;
 mod stream;
 mod t7;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -42,7 +52,17 @@ fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
         Tool::T7(tool) => t7::run(tool),
         Tool::Isu(tool) => isu::run(tool),
         Tool::Ports(arguments) => ports::run(&arguments),
+        Tool::Watch(arguments) => watch::run(arguments),
+        Tool::Log(arguments) => log::run(arguments),
+        Tool::Sniff(arguments) => sniff::run(arguments),
+        Tool::Gateway(tool) => gateway::run(tool),
+        Tool::Completions(arguments) => manual::completions(&arguments),
+        Tool::Man(arguments) => manual::manual(&arguments),
         Tool::Pwm(ticks) => pwm::run(ticks),
+        #[cfg(feature = "fleet")]
+        Tool::Serve(arguments) => fleet::serve(arguments),
+        #[cfg(feature = "fleet")]
+        Tool::Bridge(arguments) => fleet::bridge(&arguments),
         #[cfg(target_os = "linux")]
         Tool::Sim(arguments) => sim::run(arguments),
     }

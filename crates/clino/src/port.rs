@@ -7,6 +7,7 @@
 //!
 //! A port moves bytes and knows how late it delivers them. It knows no protocol, and no time but its own waits.
 
+mod driver;
 mod error;
 #[cfg(unix)]
 mod group;

@@ -9,20 +9,22 @@ use std::io::{self, IsTerminal as _, Write as _};
 use clino_commissioning::TaskProgress;
 use clino_console::Audience;
 use clino_gateway::task::TaskEvent;
+use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
 
+use crate::bad::Bad;
 use crate::bus::{Diagnosis, Observer, Stop};
 
-/// Erases a line of a terminal and goes back to its beginning.
-const ERASE: &str = "\r\x1b[2K";
+/// How a bar looks: plain ASCII, so that it looks so everywhere.
+const LOOK: &str = "[{bar:30}] {pos} of {len}, {eta} left";
 
 /// Where results and notes go.
 pub struct Say {
     audience: Audience,
     /// A person watches standard error.
     shows_progress: bool,
-    /// A line of progress stands there.
-    is_dirty: bool,
+    /// Stands there.
+    bar: Option<ProgressBar>,
     shown: TaskProgress,
 }
 
@@ -31,7 +33,7 @@ impl Say {
     pub fn new(json: bool) -> Self {
         let audience = if json { Audience::Programs } else { Audience::People };
         let shows_progress = !json && io::stderr().is_terminal();
-        Self { audience, shows_progress, is_dirty: false, shown: TaskProgress::default() }
+        Self { audience, shows_progress, bar: None, shown: TaskProgress::default() }
     }
 
     /// Whether a program reads it.
@@ -105,6 +107,26 @@ impl Say {
         writeln!(io::stderr(), "error: {text}\n  next: {next}")
     }
 
+    /// An error: an object for programs, words and the next step for people.
+    ///
+    /// # Errors
+    /// The output failed.
+    pub fn failure(&mut self, kind: &'static str, text: &str, next: &str) -> io::Result<()> {
+        self.failed_object(Bad::new(kind, text).with("next", next), text, next)
+    }
+
+    /// As [`Say::failure`], with an object that says more.
+    ///
+    /// # Errors
+    /// The output failed.
+    pub fn failed_object(&mut self, object: Bad, text: &str, next: &str) -> io::Result<()> {
+        if !self.is_for_programs() {
+            return self.error(text, next);
+        }
+        self.clear()?;
+        crate::report::line(&mut io::stdout().lock(), Err::<(), _>(object)).map(|_| ())
+    }
+
     /// Text that ends a line, at once: a program may wait for it.
     ///
     /// # Errors
@@ -138,8 +160,35 @@ impl Say {
         self.print(&format!("{}\n", serde_json::json!({ "hint": hint })))
     }
 
+    /// A bar on the terminal of a person, for what has more than one part.
+    pub fn show_progress(&mut self, progress: TaskProgress) {
+        if !self.shows_progress || progress == self.shown || progress.of <= 1 {
+            return;
+        }
+        self.shown = progress;
+        let bar = self.bar.get_or_insert_with(|| {
+            let bar = ProgressBar::new(progress.of.into());
+            // A template that is wrong would leave the usual look.
+            ProgressStyle::with_template(LOOK)
+                .map_or(bar.clone(), |style| bar.with_style(style.progress_chars("#-")))
+        });
+        bar.set_length(progress.of.into());
+        bar.set_position(progress.done.into());
+    }
+
+    /// The user wants to stop.
+    pub fn tell_stopping(&mut self) {
+        // What cannot be told changes nothing.
+        let _ = self.hint("stopping", "stopping at the next safe point");
+    }
+
+    /// The line is for something else.
+    #[expect(clippy::unnecessary_wraps, reason = "what follows writes, and can fail")]
     fn clear(&mut self) -> io::Result<()> {
-        if std::mem::take(&mut self.is_dirty) { write!(io::stderr(), "{ERASE}") } else { Ok(()) }
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+        Ok(())
     }
 }
 
@@ -149,18 +198,11 @@ impl<E: Into<TaskEvent>> Observer<E> for Say {
     }
 
     fn progress(&mut self, progress: TaskProgress) {
-        if !self.shows_progress || progress == self.shown || progress.of <= 1 {
-            return;
-        }
-        self.shown = progress;
-        self.is_dirty = true;
-        // A line that cannot be drawn is not worth an error.
-        let _ = write!(io::stderr(), "{ERASE}{} of {}", progress.done, progress.of);
+        self.show_progress(progress);
     }
 
     fn stopping(&mut self) {
-        // What cannot be told changes nothing.
-        let _ = self.hint("stopping", "stopping at the next safe point");
+        self.tell_stopping();
     }
 }
 
@@ -206,6 +248,7 @@ fn program(what: &str, values: &[(&str, Item)]) -> String {
     for (name, value) in values {
         let _ = match value {
             Item::Text(word) => write!(text, ",\"{name}\":{}", serde_json::Value::from(word.as_str())),
+            Item::Flag(flag) => write!(text, ",\"{name}\":{flag}"),
             Item::None => write!(text, ",\"{name}\":null"),
             value => write!(text, ",\"{name}\":{value}"),
         };
@@ -223,6 +266,8 @@ pub enum Item {
     Decimal(i64, usize),
     /// A word.
     Text(String),
+    /// Yes or no.
+    Flag(bool),
     /// There is none.
     None,
 }
@@ -238,6 +283,7 @@ impl Display for Item {
                 write!(f, "{sign}{whole}.{rest}")
             }
             Self::Text(word) => f.write_str(word),
+            Self::Flag(flag) => f.write_str(if *flag { "yes" } else { "no" }),
             Self::None => f.write_str("none"),
         }
     }

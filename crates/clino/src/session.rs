@@ -6,10 +6,10 @@ use std::io::{self, IsTerminal as _};
 use clap::Args;
 use clino_bus::line::EchoMode;
 use clino_bus::{Duration, Protocol, Serial};
-use clino_commissioning::{Commissionable, Operation};
+use clino_commissioning::{Commissionable, Operation, TaskProgress};
 use clino_gateway::task::TaskEvent;
 
-use crate::bus::{self, Asked, Broken, Bus, Make, Stop, TimingAt};
+use crate::bus::{self, Asked, Broken, Bus, Make, Observer, Stop, TimingAt};
 use crate::choice::choose;
 use crate::number::within;
 use crate::outcome::{DecodeVerdict, Failure};
@@ -65,6 +65,11 @@ impl PortOptions {
         Say::new(self.json)
     }
 
+    /// What switches the driver.
+    pub fn wiring(&self) -> Wiring {
+        Wiring { rts_de: self.rts_de, rs485: self.rs485 }
+    }
+
     /// Opens the port. What is wrong with it is told.
     ///
     /// # Errors
@@ -75,8 +80,7 @@ impl PortOptions {
     {
         let mut say = self.say();
         let stop = Stop::on_signals()?;
-        let wiring = Wiring { rts_de: self.rts_de, rs485: self.rs485 };
-        let port = match port::open(&self.port, serial.baud, wiring) {
+        let port = match port::open(&self.port, serial.baud, self.wiring()) {
             Ok(port) => port,
             Err(error) => return Err(port_failed(&mut say, &error)?),
         };
@@ -141,6 +145,24 @@ impl<P: Protocol + Commissionable> Session<P> {
         }
     }
 
+    /// Runs an operation whose events are no news of the gateway; they are returned with its result.
+    ///
+    /// # Errors
+    /// As [`Session::run`].
+    pub fn collect<O>(&mut self, operation: O) -> Result<Collected<O>, Failure>
+    where
+        O: Operation<Protocol = P>,
+    {
+        let mut collector = Collector { say: &mut self.say, found: Vec::new() };
+        let ran = self.bus.run(operation, &self.stop, &mut collector);
+        let found = collector.found;
+        match ran {
+            Ok(result) => Ok(Collected { found, result }),
+            Err(Broken::Output(error)) => Err(error.into()),
+            Err(Broken::Port(error)) => Err(port_failed(&mut self.say, &error)?),
+        }
+    }
+
     /// Waits as long as a sensor may be deaf that has heard something else than commands: bytes at another bit rate, or the
     /// first half of one. `false` if that is no reason for its silence, because something was understood before.
     ///
@@ -197,13 +219,51 @@ impl<P: Protocol + Commissionable> Session<P> {
     }
 }
 
-/// Tells what is wrong with a port.
-fn port_failed(say: &mut Say, error: &port::PortError) -> io::Result<Failure> {
-    if say.is_for_programs() {
-        crate::report::line(&mut io::stdout().lock(), Err::<(), _>(error.object()))?;
-    } else {
-        say.error(&error.message(), &error.next())?;
+/// What an operation has found, and how it ended.
+pub struct Collected<O: Operation> {
+    pub found: Vec<O::Event>,
+    pub result: Result<O::Report, O::Error>,
+}
+
+/// Keeps what is found; progress is shown.
+pub struct Collector<'a, E> {
+    say: &'a mut Say,
+    found: Vec<E>,
+}
+
+impl<'a, E> Collector<'a, E> {
+    /// Nothing yet.
+    pub fn new(say: &'a mut Say) -> Self {
+        Self { say, found: Vec::new() }
     }
+
+    /// All that was found.
+    pub fn into_found(self) -> Vec<E> {
+        self.found
+    }
+}
+
+impl<E> Observer<E> for Collector<'_, E> {
+    fn event(&mut self, event: E) -> io::Result<()> {
+        self.found.push(event);
+        Ok(())
+    }
+
+    fn progress(&mut self, progress: TaskProgress) {
+        self.say.show_progress(progress);
+    }
+
+    fn stopping(&mut self) {
+        self.say.tell_stopping();
+    }
+}
+
+/// Tells what is wrong with a port.
+///
+/// # Errors
+/// The output failed.
+pub fn port_failed(say: &mut Say, error: &port::PortError) -> io::Result<Failure> {
+    say.failed_object(error.object(), &error.message(), &error.next())?;
     Ok(Failure::PORT)
 }
 

@@ -1,4 +1,5 @@
-//! `clino sim`: simulated sensors on pseudo-terminals, one for each bus, for programs written for the real ones.
+//! `clino sim`: simulated sensors on pseudo-terminals, one for each bus, or on a real port, for programs and boards made for
+//! the real ones.
 //!
 //! ```text
 //! program ── pseudo-terminal ── adapter ── pair ┬─ sensor
@@ -15,6 +16,7 @@
 
 mod adapter;
 mod arguments;
+mod attached;
 mod chatter;
 mod isu;
 mod serve;
@@ -28,8 +30,11 @@ use clino_segment::chance::Chance;
 use clino_segment::{Noise, Segment, SegmentSettings, Station};
 
 use crate::outcome::{DecodeVerdict, Failure};
+use crate::port::{self, PortName, Wiring};
+use crate::say::Say;
 use adapter::Adapter;
 pub use arguments::Arguments;
+use attached::Attached;
 use chatter::Chatter;
 use serve::Bus;
 
@@ -40,33 +45,42 @@ const ISU_BUS: u64 = 2;
 /// Serves until SIGINT or SIGTERM.
 pub fn run(arguments: Arguments) -> Result<DecodeVerdict, Failure> {
     arguments.check().map_err(Failure::Usage)?;
+    let mut pairs = Vec::new();
     let chance = Chance::new(arguments.seed);
-    let mut buses = Vec::new();
     if !arguments.t7.is_empty() {
         let chance = chance.part(T7_BUS);
         let sensors = arguments.t7.iter().zip(0..).map(|(t7, place)| t7.station(place, chance));
         let sensors = sensors.collect::<Result<_, _>>().map_err(Failure::Usage)?;
-        buses.push(bus("t7", t7::DEFAULT_BAUD, sensors, chance, &arguments)?);
+        pairs.push(pair("t7", t7::DEFAULT_BAUD, sensors, chance, &arguments));
     }
     if !arguments.isu.is_empty() {
         let chance = chance.part(ISU_BUS);
         let sensors = arguments.isu.iter().zip(0..).map(|(isu, place)| isu.station(place, chance)).collect();
-        buses.push(bus("isu", clino_sim::isu::BAUD, sensors, chance, &arguments)?);
+        pairs.push(pair("isu", clino_sim::isu::BAUD, sensors, chance, &arguments));
     }
+    if let Some(name) = &arguments.port {
+        let wiring = Wiring { rts_de: arguments.rts_de, rs485: arguments.rs485 };
+        // One protocol on a port: there is one pair.
+        let Some(pair) = pairs.pop() else { return Ok(DecodeVerdict::Good) };
+        return attach(pair, name, wiring);
+    }
+    let buses = pairs.into_iter().map(Pair::on_terminal).collect::<io::Result<Vec<_>>>();
+    let mut buses = buses?;
     let stop = serve::Stop::on_signals()?;
-    announce(&buses)?;
+    announce(buses.iter().map(|bus| bus.terminal.path()))?;
     serve::until(&stop, &mut buses)?;
     Ok(DecodeVerdict::Good)
 }
 
-/// A bus with its sensors, its terminal, and the log of its frames.
-fn bus(
-    name: &'static str,
+/// A bus with its sensors and the log of its frames, connected to nothing yet.
+struct Pair {
+    segment: Segment,
+    chatter: Chatter,
+    /// What a program finds it at.
     baud: u32,
-    sensors: Vec<Station>,
-    chance: Chance,
-    arguments: &Arguments,
-) -> io::Result<Bus> {
+}
+
+fn pair(name: &'static str, baud: u32, sensors: Vec<Station>, chance: Chance, arguments: &Arguments) -> Pair {
     let noise = Noise { bit_errors: arguments.bit_error_rate, ..Noise::default() };
     let mut notes = io::stderr().lock();
     for sensor in &sensors {
@@ -75,14 +89,41 @@ fn bus(
     }
     let segment = Segment::new(SegmentSettings { chance, echo: arguments.echo, noise }, sensors);
     let chatter = Chatter::new(name, segment.log(), arguments.verbose);
-    Ok(Bus { terminal: Terminal::open(baud)?, adapter: Adapter::new(segment, baud), chatter })
+    Pair { segment, chatter, baud }
 }
 
-/// Prints the path of each terminal on a line of its own.
-fn announce(buses: &[Bus]) -> io::Result<()> {
+impl Pair {
+    fn on_terminal(self) -> io::Result<Bus> {
+        let Self { segment, chatter, baud } = self;
+        Ok(Bus { terminal: Terminal::open(baud)?, adapter: Adapter::new(segment, baud), chatter })
+    }
+}
+
+/// Serves a bus on a port until SIGINT, SIGTERM or SIGHUP.
+fn attach(pair: Pair, name: &PortName, wiring: Wiring) -> Result<DecodeVerdict, Failure> {
+    let Pair { segment, chatter, baud } = pair;
+    let baud = segment.node_baud(0).unwrap_or(baud);
+    let stop = crate::bus::Stop::on_signals()?;
+    let served = port::open(name, baud, wiring).and_then(|port| {
+        let attached = Attached::new(port, Adapter::new(segment, baud), chatter, baud);
+        // Whoever reads it may have gone: the sensors answer all the same.
+        let _ = announce([name.to_string().as_str()].into_iter());
+        attached.until(&stop)
+    });
+    match served {
+        Ok(()) => Ok(DecodeVerdict::Good),
+        Err(error) => {
+            Say::new(false).error(&error.message(), &error.next())?;
+            Err(Failure::PORT)
+        }
+    }
+}
+
+/// Prints the path of each bus on a line of its own.
+fn announce<'a>(paths: impl Iterator<Item = &'a str>) -> io::Result<()> {
     let mut output = io::stdout().lock();
-    for bus in buses {
-        writeln!(output, "{}", bus.terminal.path())?;
+    for path in paths {
+        writeln!(output, "{path}")?;
     }
     output.flush()
 }

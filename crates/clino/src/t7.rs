@@ -20,6 +20,7 @@ use answer::AnswerObject;
 pub use arguments::Tool;
 use arguments::{Decode, Encode};
 use command::CommandObject;
+pub use typed::{axis, baud};
 
 pub fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
     match tool {
@@ -37,6 +38,25 @@ fn decode(arguments: &Decode) -> Result<DecodeVerdict, Failure> {
     let values = if any_value { ValueRange::Off } else { ValueRange::AnyMode };
     let checks = Checks { values, ..Checks::ALL };
     Ok(stream::run(frames, |text| answer_of(text, checks))?)
+}
+
+/// A command's frame as JSON.
+///
+/// # Errors
+/// It is none.
+pub fn command_json(frame: &[u8]) -> Result<String, Bad> {
+    let object = CommandObject(Request::decode(frame)?);
+    Ok(serde_json::to_string(&object).unwrap_or_default())
+}
+
+/// An answer's frame as JSON.
+///
+/// # Errors
+/// It is none.
+pub fn answer_json(frame: &[u8]) -> Result<String, Bad> {
+    let object =
+        AnswerObject(Answer::decode_with(frame, Checks { values: ValueRange::AnyMode, ..Checks::ALL })?);
+    Ok(serde_json::to_string(&object).unwrap_or_default())
 }
 
 fn command_of(text: &[u8]) -> Result<CommandObject, Bad> {

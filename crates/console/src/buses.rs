@@ -2,8 +2,8 @@
 
 use clino_gateway::lint::{Finding, Lint, Part};
 use clino_gateway::order::Order;
-use clino_gateway::settings;
 use clino_gateway::settings::bus::id;
+use clino_gateway::settings::{self, Tabled};
 use clino_gateway::{Bus, BusChange, BusFault, BusSettings};
 
 use crate::host::BusState;
@@ -11,7 +11,7 @@ use crate::job::{Job, Outcome};
 use crate::label::Label;
 use crate::meter::BUSES;
 use crate::reply::Reply;
-use crate::rows::{of_bus, row_of, values};
+use crate::rows::{of_bus, row_of};
 use crate::settings::{Change, entries};
 use crate::typed::Opt;
 use crate::value::{Value, thousandths};
@@ -40,7 +40,7 @@ pub fn bus(job: &mut Job<'_, '_>) -> Outcome {
     let mut change = Change::default();
     for (word, (_, id)) in words.into_iter().zip(OPTIONS) {
         if let (Some(word), Some(row)) = (word, row_of(of_bus(bus), id)) {
-            change.name(id, job.value(&row, word)?);
+            change.name(id, job.value(row, word)?);
         }
     }
     change_bus(job, bus, &change)
@@ -58,7 +58,7 @@ pub fn show(job: &mut Job<'_, '_>, bus: Bus) {
     let Some(BusState { settings: state, health, .. }) = job.host.bus(bus) else { return };
     job.reply.begin_list("bus", bus.name().into());
     let table = settings::bus::settings(bus);
-    entries(&mut job.reply, of_bus(bus), &values(table, &state), &|_| true);
+    entries(&mut job.reply, &Tabled::new(table, &state), &|_| true);
     job.reply.entry(&Label::plain("fault"), health.fault.map(BusFault::name).into());
     job.reply.end_list();
 }

@@ -1,7 +1,7 @@
 //! Lists of words, one of which is expected: what errors name, what is looked up, what Tab completes.
 
 use crate::command;
-use crate::rows::{Row, Table};
+use crate::rows::{Table, has_name};
 
 /// Words, one of which is expected.
 #[derive(Clone, Copy)]
@@ -23,7 +23,7 @@ impl Choice {
         match self {
             Choice::Words(words) => words.get(place).copied(),
             Choice::Commands => command::name_at(place),
-            Choice::Settings(table) => table(place).filter(Row::has_name).map(|row| row.name),
+            Choice::Settings(table) => table(place).filter(|row| has_name(row)).map(|row| row.name),
         }
     }
 

@@ -88,7 +88,7 @@ fn of_settings(mut words: &str, table: Table) -> Choice {
     while let Some(name) = next(&mut words) {
         let Some((_, row)) = rows(table).find(|(_, row)| row.name == name) else { return Choice::NOTHING };
         let Some(value) = next(&mut words) else {
-            return Choice::Words(match *row.form {
+            return Choice::Words(match row.form {
                 Form::Flag => ON_OFF,
                 Form::Choice(words) => words,
                 _ => &[],

@@ -8,8 +8,8 @@
 //! port and console are written whole.
 
 use clino_gateway::config::{Filter, Kind, SINGLE_AXIS};
-use clino_gateway::settings;
 use clino_gateway::settings::slot::{self, SETTINGS, differs, id};
+use clino_gateway::settings::{self, Definition, Form, Shown, Tabled};
 use clino_gateway::{MAX_SLOTS, SlotConfig, Source};
 
 use crate::job::{Job, Outcome};
@@ -17,7 +17,7 @@ use crate::line::LONGEST_LINE;
 use crate::meter::BUSES;
 use crate::out::{Inside, Out};
 use crate::reply::Reply;
-use crate::rows::{FILTER, Row, Table, Values, of_bus, of_console, of_modbus, of_slot, rows, values};
+use crate::rows::FILTER;
 use crate::settings::{MOST, shown};
 use crate::value::{Value, print};
 
@@ -27,14 +27,14 @@ pub fn export(job: &mut Job<'_, '_>) -> Outcome {
     for bus in BUSES {
         if let Some(state) = job.host.bus(bus) {
             let table = settings::bus::settings(bus);
-            whole(&mut job.reply, bus.name(), of_bus(bus), &values(table, &state.settings));
+            whole(&mut job.reply, bus.name(), &Tabled::new(table, &state.settings));
         }
     }
     if let Some(port) = job.host.modbus() {
-        whole(&mut job.reply, "modbus", of_modbus, &values(&settings::port::SETTINGS, &port));
+        whole(&mut job.reply, "modbus", &Tabled::new(&settings::port::SETTINGS, &port));
     }
     let console = job.host.console();
-    whole(&mut job.reply, "console", of_console, &values(&settings::console::SETTINGS, &console));
+    whole(&mut job.reply, "console", &Tabled::new(&settings::console::SETTINGS, &console));
     for number in 0..MAX_SLOTS as u8 {
         if let Some(config) = job.host.config(number.into()) {
             slot(&mut job.reply, number, &config);
@@ -45,10 +45,10 @@ pub fn export(job: &mut Job<'_, '_>) -> Outcome {
 
 /// All settings of a table.
 #[inline(never)]
-fn whole(reply: &mut Reply<'_>, target: &'static str, table: Table, of: Values<'_>) {
+fn whole(reply: &mut Reply<'_>, target: &'static str, of: &dyn Shown) {
     let mut lines = Lines::of(target.into(), reply);
-    for (place, row) in rows(table) {
-        lines.setting(&row, of(place), Value::None);
+    for (place, row) in of.definitions() {
+        lines.setting(row, of.value(place), Value::None);
     }
     lines.end();
 }
@@ -76,11 +76,11 @@ fn slot(reply: &mut Reply<'_>, number: u8, config: &SlotConfig) {
         }
     }
     let usual = SlotConfig::usual(source);
-    for (setting, (_, row)) in SETTINGS.iter().zip(rows(of_slot)) {
-        if is_told(&row, config) && differs(setting, config, &usual) {
+    for setting in &SETTINGS {
+        if is_told(setting, config) && differs(setting, config, &usual) {
             let value = (setting.get)(config);
-            let is_filter = row.name == FILTER && value > 0;
-            lines.setting(&row, value, if is_filter { config.samples.into() } else { Value::None });
+            let is_filter = setting.name == FILTER && value > 0;
+            lines.setting(setting, value, if is_filter { config.samples.into() } else { Value::None });
         }
     }
     lines.end();
@@ -91,11 +91,11 @@ fn slot(reply: &mut Reply<'_>, number: u8, config: &SlotConfig) {
 }
 
 /// Whether a setting stands in a line of its own: it is not a part of another.
-fn is_told(row: &Row, config: &SlotConfig) -> bool {
+fn is_told(row: &Definition, config: &SlotConfig) -> bool {
     let kind = config.source.kind();
     match row.id {
         id::KIND | id::ADDRESS => false,
-        _ if *row.form == settings::Form::Characters => false,
+        _ if row.form == Form::Characters => false,
         id::AXIS => kind == Kind::Off,
         id::SAMPLES => config.filter == Filter::Off,
         id => kind == Kind::Off || slot::applies(id, kind),
@@ -118,8 +118,8 @@ impl<'r, 'o> Lines<'r, 'o> {
 
     /// The next setting, as it is typed. `--` stands before a negative number.
     #[inline(never)]
-    fn setting(&mut self, row: &Row, value: i64, second: Value<'static>) {
-        let typed = match shown(row.form, value) {
+    fn setting(&mut self, row: &Definition, value: i64, second: Value<'static>) {
+        let typed = match shown(&row.form, value) {
             Value::Flag(on) => Value::Text(if on { "on" } else { "off" }),
             value => value,
         };

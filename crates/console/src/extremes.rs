@@ -1,11 +1,10 @@
 //! The lowest and the highest angle of each slot since they were cleared.
 
 use clino_gateway::order::Order;
-use clino_gateway::{Detail, ExtremeAngle, Source};
+use clino_gateway::{Detail, Source};
 
 use crate::job::{Job, Outcome, Reported};
 use crate::slots::LAST_SLOT;
-use crate::value::thousandths;
 
 /// Milliseconds in a second.
 const MS_PER_S: u64 = 1_000;
@@ -42,9 +41,11 @@ fn show(job: &mut Job<'_, '_>, slot: u8, named: bool) {
         return;
     };
     let now = job.now;
-    let (low, high) = (extremes.lowest(now), extremes.highest(now));
-    let angle = |extreme: Option<ExtremeAngle>| extreme.map(|e| thousandths(e.mdeg)).into();
-    let age = |extreme: Option<ExtremeAngle>| extreme.map(|e| e.age_ms / MS_PER_S).into();
-    let values = [angle(low), age(low), angle(high), age(high)];
-    job.reply.list("extremes lowest_deg lowest_age_s highest_deg highest_age_s", slot.into(), &values);
+    let mut list =
+        job.reply.open_list("extremes lowest_deg lowest_age_s highest_deg highest_age_s", slot.into());
+    for extreme in [extremes.lowest(now), extremes.highest(now)] {
+        list.thousandths_of(extreme.map(|extreme| extreme.mdeg));
+        list.next(extreme.map(|extreme| extreme.age_ms / MS_PER_S).into());
+    }
+    list.end();
 }

@@ -25,6 +25,7 @@ pub fn write(reply: &mut Reply<'_>, news: &TaskEvent) {
 /// Writes what an operation found, or how it ended, as the console does: one line, in words or in JSON. For programs
 /// that run the operations without a gateway.
 pub fn write_outcome(audience: Audience, news: &TaskEvent, out: &mut dyn fmt::Write) {
+    /// Reports are ASCII.
     struct Taker<'o>(&'o mut dyn fmt::Write);
     impl Out for Taker<'_> {
         fn put(&mut self, text: &[u8]) {

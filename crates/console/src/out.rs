@@ -1,7 +1,7 @@
 //! Text on its way out, without `core::fmt`: its numbers, paddings and tables of functions would cost more flash than all
 //! that is printed here.
 //!
-//! All text is ASCII, so that it goes out byte by byte.
+//! Text goes out byte by byte: what is counted, escaped or left out is ASCII, and other characters pass as they are.
 
 use core::convert::Infallible;
 
@@ -18,14 +18,18 @@ pub struct Port<W>(pub W);
 
 impl<W: Write<Error = Infallible>> Out for Port<W> {
     fn put(&mut self, text: &[u8]) {
-        for line in text.split_inclusive(|&byte| byte == b'\n') {
-            match line.strip_suffix(b"\n") {
-                Some(line) => {
-                    write(&mut self.0, line);
+        let mut rest = text;
+        while !rest.is_empty() {
+            let length = rest.iter().take_while(|&&byte| byte != b'\n').count();
+            let (line, behind) = rest.split_at_checked(length).unwrap_or((rest, b""));
+            write(&mut self.0, line);
+            rest = match behind.strip_prefix(b"\n") {
+                Some(behind) => {
                     write(&mut self.0, b"\r\n");
+                    behind
                 }
-                None => write(&mut self.0, line),
-            }
+                None => b"",
+            };
         }
     }
 }

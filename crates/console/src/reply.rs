@@ -5,7 +5,7 @@ use crate::audience::Audience;
 use crate::label::Label;
 use crate::out::{Inside, Out};
 use crate::split::split_before;
-use crate::value::{Value, print};
+use crate::value::{Value, print, thousandths};
 
 /// Where an answer goes. The port never fails, so there is no result.
 pub struct Reply<'o> {
@@ -244,6 +244,36 @@ impl Members<'_, '_> {
     #[inline(never)]
     pub fn text(&mut self, text: &str) {
         self.next(Value::Text(text));
+    }
+
+    /// Writes a number, if there is one.
+    #[inline(never)]
+    pub fn count_of(&mut self, count: Option<u32>) {
+        self.next(count.into());
+    }
+
+    /// Writes bits, if there are any.
+    #[inline(never)]
+    pub fn hex_of(&mut self, bits: Option<u32>) {
+        self.next(bits.map_or(Value::None, Value::Hex));
+    }
+
+    /// Writes a word, if there is one.
+    #[inline(never)]
+    pub fn text_of(&mut self, text: Option<&str>) {
+        self.next(text.into());
+    }
+
+    /// Writes a number in thousandths, if there is one.
+    #[inline(never)]
+    pub fn thousandths_of(&mut self, number: Option<i32>) {
+        self.next(number.map(thousandths).into());
+    }
+
+    /// Writes yes or no.
+    #[inline(never)]
+    pub fn flag(&mut self, flag: bool) {
+        self.next(Value::Flag(flag));
     }
 
     /// Ends the answer.

@@ -7,14 +7,16 @@
 
 use clino_bus::Instant;
 
-use clino_gateway::{Alarm, Alarms, MAX_SLOTS, ReadingBrief, Status};
+use clino_gateway::{Alarm, Alarms, MAX_SLOTS, ReadingBrief, Stamp, Status};
 
+/// What was printed of a slot. Small: there is one for each slot, on the stack of the main loop.
 #[derive(Clone, Copy, Default)]
 struct Printed {
-    sequence: u32,
+    /// Only tells whether there was another outcome since.
+    sequence: u16,
     status: Option<Status>,
     alarms: Alarms,
-    at: Instant,
+    at: Stamp,
 }
 
 /// What is printed next.
@@ -58,7 +60,10 @@ impl Reporter {
         let alarm = printed.alarms.first_change(alarms);
         match alarm {
             Some(alarm) => printed.alarms = printed.alarms.with(alarm, alarms),
-            None => *printed = Printed { sequence, status: Some(status), at: now, ..*printed },
+            None => {
+                let (sequence, at) = (sequence as u16, Stamp::of(now));
+                *printed = Printed { sequence, status: Some(status), at, ..*printed };
+            }
         }
         Some(StreamEntry { slot, alarm })
     }
@@ -86,9 +91,10 @@ fn deadline(brief: &ReadingBrief, printed: &Printed, now: Instant) -> Option<Ins
         };
         return (!says_nothing).then_some(Instant::ZERO);
     }
-    let due = printed.at + brief.report_every;
+    let at = printed.at.near(now);
     let interval = brief.report_every.max(brief.period);
-    (brief.sequence != printed.sequence && now >= due).then(|| printed.at + interval + interval)
+    let is_due = brief.sequence as u16 != printed.sequence && now >= at + brief.report_every;
+    is_due.then(|| at + interval + interval)
 }
 
 #[cfg(test)]

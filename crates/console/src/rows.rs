@@ -1,7 +1,4 @@
-//! The gateway's tables of settings as one type.
-//!
-//! The gateway has a table of each thing that is set, in a type of its own. What is shown, typed and completed does not
-//! depend on what a setting is of: here each table is a function from a place to a row.
+//! The gateway's tables of settings, by what is typed: each is a function from a place to a definition.
 
 use clino_gateway::Bus;
 use clino_gateway::settings::{self, Definition, Form, Setting};
@@ -11,49 +8,33 @@ use crate::label::Label;
 /// The setting whose value has two words.
 pub const FILTER: &str = "filter";
 
-/// A row of a table of settings, whatever it is a setting of.
-#[derive(Clone, Copy)]
-pub struct Row {
-    pub id: u8,
-    pub name: &'static str,
-    pub unit: &'static str,
-    pub form: &'static Form,
-    pub text: &'static str,
+/// The setting at a place; `None` behind the last.
+pub type Table = fn(usize) -> Option<&'static Definition>;
+
+/// The name and unit of a setting.
+pub const fn label(of: &Definition) -> Label {
+    Label { name: of.name, unit: of.unit }
 }
 
-/// The row at a place; `None` behind the last.
-pub type Table = fn(usize) -> Option<Row>;
-
-/// The value of the setting at a place of a table.
-pub type Values<'a> = &'a dyn Fn(usize) -> i64;
-
-impl Row {
-    /// Its name and unit.
-    pub const fn label(&self) -> Label {
-        Label { name: self.name, unit: self.unit }
-    }
-
-    /// Whether it is typed: not the rest of a text.
-    pub fn has_name(&self) -> bool {
-        *self.form != Form::Characters || self.name == "name"
-    }
+/// Whether a setting is typed: not the rest of a text.
+pub fn has_name(of: &Definition) -> bool {
+    of.form != Form::Characters || of.name == "name"
 }
 
-fn row<T>(table: &'static [Setting<T>], place: usize) -> Option<Row> {
-    let Definition { id, name, unit, form, text, .. } = &table.get(place)?.definition;
-    Some(Row { id: *id, name, unit, form, text })
+fn row<T>(table: &'static [Setting<T>], place: usize) -> Option<&'static Definition> {
+    table.get(place).map(|setting| &setting.definition)
 }
 
 /// Settings of a slot.
-pub fn of_slot(place: usize) -> Option<Row> {
+pub fn of_slot(place: usize) -> Option<&'static Definition> {
     row(&settings::slot::SETTINGS, place)
 }
 
-fn of_t7(place: usize) -> Option<Row> {
+fn of_t7(place: usize) -> Option<&'static Definition> {
     row(&settings::bus::T7_SETTINGS, place)
 }
 
-fn of_isu(place: usize) -> Option<Row> {
+fn of_isu(place: usize) -> Option<&'static Definition> {
     row(&settings::bus::ISU_SETTINGS, place)
 }
 
@@ -66,12 +47,12 @@ pub const fn of_bus(bus: Bus) -> Table {
 }
 
 /// Settings of the Modbus port.
-pub fn of_modbus(place: usize) -> Option<Row> {
+pub fn of_modbus(place: usize) -> Option<&'static Definition> {
     row(&settings::port::SETTINGS, place)
 }
 
 /// Settings of the console.
-pub fn of_console(place: usize) -> Option<Row> {
+pub fn of_console(place: usize) -> Option<&'static Definition> {
     row(&settings::console::SETTINGS, place)
 }
 
@@ -86,18 +67,13 @@ pub fn of_target(target: &str) -> Table {
     }
 }
 
-/// The values of a thing's settings.
-pub fn values<'a, T>(table: &'static [Setting<T>], of: &'a T) -> impl Fn(usize) -> i64 + 'a {
-    move |place| table.get(place).map_or(0, |setting| (setting.get)(of))
-}
-
 /// All rows of a table, with their places.
-pub fn rows(table: Table) -> impl Iterator<Item = (usize, Row)> {
+pub fn rows(table: Table) -> impl Iterator<Item = (usize, &'static Definition)> {
     (0_usize..).map_while(move |place| Some((place, table(place)?)))
 }
 
 /// The row of a setting.
 #[inline(never)]
-pub fn row_of(table: Table, id: u8) -> Option<Row> {
+pub fn row_of(table: Table, id: u8) -> Option<&'static Definition> {
     rows(table).map(|(_, row)| row).find(|row| row.id == id)
 }

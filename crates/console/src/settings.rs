@@ -3,14 +3,14 @@
 
 use clino_gateway::config::Name;
 use clino_gateway::settings::slot::id;
-use clino_gateway::settings::{Form, Given, NO_SLOT};
+use clino_gateway::settings::{Definition, Form, Given, NO_SLOT, Shown};
 
 use crate::choice::Choice;
 use crate::error::{NAME, TWICE};
 use crate::job::{Job, Outcome, Reported};
 use crate::number;
 use crate::reply::Reply;
-use crate::rows::{FILTER, Row, Table, Values, of_target, row_of, rows};
+use crate::rows::{FILTER, Table, has_name, label, of_target, row_of, rows};
 use crate::value::Value;
 
 /// Most settings that one line can change.
@@ -62,20 +62,20 @@ pub fn shown(form: &Form, value: i64) -> Value<'static> {
 
 /// Shows the settings of a table, one by one; texts left out.
 #[inline(never)]
-pub fn entries(reply: &mut Reply<'_>, table: Table, of: Values<'_>, has: &dyn Fn(u8) -> bool) {
-    for (place, row) in rows(table).filter(|(_, row)| *row.form != Form::Characters) {
-        let value = if has(row.id) { shown(row.form, of(place)) } else { Value::None };
-        reply.entry(&row.label(), value);
+pub fn entries(reply: &mut Reply<'_>, of: &dyn Shown, has: &dyn Fn(u8) -> bool) {
+    for (place, row) in of.definitions().filter(|(_, row)| row.form != Form::Characters) {
+        let value = if has(row.id) { shown(&row.form, of.value(place)) } else { Value::None };
+        reply.entry(&label(row), value);
     }
 }
 
 /// Shows all settings of a table in one line.
 #[inline(never)]
-pub fn line(reply: &mut Reply<'_>, what: &str, table: Table, of: Values<'_>) {
+pub fn line(reply: &mut Reply<'_>, what: &str, of: &dyn Shown) {
     reply.begin(what);
     let mut before = ": ";
-    for (place, row) in rows(table) {
-        reply.member(before, &row.label(), shown(row.form, of(place)));
+    for (place, row) in of.definitions() {
+        reply.member(before, &label(row), shown(&row.form, of.value(place)));
         before = ", ";
     }
     reply.end();
@@ -91,8 +91,8 @@ pub fn describe(reply: &mut Reply<'_>, all: bool) {
         if reply.is_for_people() {
             reply.print("{0}\n", &[of.into()]);
         }
-        for (_, row) in rows(of_target(of)).filter(|(_, row)| row.has_name()) {
-            let allowed = Value::Allowed(row.form, &row.unit);
+        for (_, row) in rows(of_target(of)).filter(|(_, row)| has_name(row)) {
+            let allowed = Value::Allowed(&row.form, &row.unit);
             if reply.is_for_people() {
                 let values = [row.name.into(), allowed, row.text.into(), "".into()];
                 reply.print("  {0<11} {1}\n{3<14}{2}\n", &values);
@@ -107,7 +107,7 @@ pub fn describe(reply: &mut Reply<'_>, all: bool) {
 impl Job<'_, '_> {
     /// A setting that is named is not named again.
     #[inline(never)]
-    fn once(&mut self, change: &Change, row: &Row) -> Outcome {
+    fn once(&mut self, change: &Change, row: &Definition) -> Outcome {
         match change.of(row.id) {
             Some(_) => Err(self.refuse(TWICE, &[row.name.into()])),
             None => Ok(()),
@@ -116,8 +116,8 @@ impl Job<'_, '_> {
 
     /// The value that a word means for a setting. What the setting does not allow is refused.
     #[inline(never)]
-    pub fn value(&mut self, row: &Row, word: &str) -> Result<i64, Reported> {
-        let form = row.form;
+    pub fn value(&mut self, row: &Definition, word: &str) -> Result<i64, Reported> {
+        let form = &row.form;
         let (least, most) = form.limits();
         // No slot is `none` here.
         let least = if matches!(form, Form::Slot) { 0 } else { least };
@@ -130,11 +130,11 @@ impl Job<'_, '_> {
         }
         match number::parse(word, decimals.into()) {
             Some(value) if matches!(form, Form::OneOf(_)) || (least..=most).contains(&value) => {
-                let checked = form.check(row.name, row.unit, value);
+                let checked = row.check(value);
                 self.accepted(checked)?;
                 Ok(value)
             }
-            value => Err(self.beyond(&row.label(), word, value, (least, most), decimals)),
+            value => Err(self.beyond(&label(row), word, value, (least, most), decimals)),
         }
     }
 
@@ -145,18 +145,18 @@ impl Job<'_, '_> {
         while !change.is_full() {
             let place = self.place_of("setting", Choice::Settings(table))?;
             let row = table(place).ok_or(Reported)?;
-            self.once(&change, &row)?;
+            self.once(&change, row)?;
             let word = self.word("value")?;
-            if *row.form == Form::Characters {
+            if row.form == Form::Characters {
                 self.name(word, &mut change)?;
             } else {
-                let value = self.value(&row, word)?;
+                let value = self.value(row, word)?;
                 change.name(row.id, value);
                 if row.name == FILTER && value > 0 {
                     let samples = row_of(table, id::SAMPLES).ok_or(Reported)?;
-                    self.once(&change, &samples)?;
+                    self.once(&change, samples)?;
                     let word = self.word(samples.name)?;
-                    let value = self.value(&samples, word)?;
+                    let value = self.value(samples, word)?;
                     change.name(samples.id, value);
                 }
             }

@@ -3,7 +3,7 @@
 use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
 use clino_gateway::settings::slot::{SETTINGS, id};
-use clino_gateway::settings::{self, Given};
+use clino_gateway::settings::{self, Definition, Given, Tabled};
 use clino_gateway::{Bus, Health, MAX_SLOTS, Published, SlotConfig, Status};
 
 use crate::error::{NO_EFFECT, NO_VALUE};
@@ -11,10 +11,10 @@ use crate::job::{Job, Outcome, Reported};
 use crate::json;
 use crate::label::Label;
 use crate::pending::Next;
-use crate::rows::{Row, of_slot, row_of, rows, values};
+use crate::rows::{of_slot, row_of, rows};
 use crate::settings::{Change, entries};
 use crate::typed::Opt;
-use crate::value::{Value, thousandths};
+use crate::value::Value;
 use crate::{buses, system, table};
 
 /// The last slot.
@@ -49,9 +49,9 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     let (now, (kind, bus, address)) = (job.now, json::name(&reading.source));
     let status = reading.status(now);
     // A value that does not exist has neither health nor freshness.
-    let known = |value| if status == Status::Ok { value } else { Value::None };
+    let is_ok = status == Status::Ok;
     let health = match reading.health {
-        Health::WELL if status != Status::Ok && job.reply.is_for_people() => "unknown".into(),
+        Health::WELL if !is_ok && job.reply.is_for_people() => "unknown".into(),
         health => Value::Health(health),
     };
     // The first ones are those of the stream.
@@ -66,14 +66,14 @@ pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     list.next(reading.age_ms(now).into());
     list.next(health);
     list.next(reading.raw(now).map(Published::of_sensor).into());
-    list.next(reading.rate(now).map(thousandths).into());
-    list.next(known(reading.turns().into()));
-    list.next(known(reading.temperature().map(|c| thousandths(i64::from(c).saturating_mul(10))).into()));
-    list.next(known(Value::Flag(reading.is_fresh())));
+    list.thousandths_of(reading.rate(now));
+    list.next(if is_ok { reading.turns().into() } else { Value::None });
+    list.thousandths_of(reading.temperature().filter(|_| is_ok).map(|c| i32::from(c).saturating_mul(10)));
+    list.next(if is_ok { Value::Flag(reading.is_fresh()) } else { Value::None });
     list.count(reading.sequence);
-    list.next(detail.last_error.map(Status::name).into());
-    list.next(Value::Flag(detail.awaits_confirmation));
-    list.next(Value::Flag(detail.is_dead));
+    list.text_of(detail.last_error.map(Status::name));
+    list.flag(detail.awaits_confirmation);
+    list.flag(detail.is_dead);
     list.end();
     Ok(())
 }
@@ -98,20 +98,20 @@ pub fn slot(job: &mut Job<'_, '_>) -> Outcome {
     change.name(id::KIND, kind as i64);
     for (word, (_, id)) in words.into_iter().zip(OPTIONS) {
         if let (Some(word), Some(row)) = (word, row_of(of_slot, id)) {
-            applies(job, &row, kind)?;
-            change.name(id, job.value(&row, word)?);
+            applies(job, row, kind)?;
+            change.name(id, job.value(row, word)?);
         }
     }
     if let (Kind::T7 | Kind::Isu | Kind::Pwm, Some(row)) = (kind, row_of(of_slot, id::ADDRESS)) {
         let word = job.word("address")?;
-        change.name(id::ADDRESS, job.value(&row, word)?);
+        change.name(id::ADDRESS, job.value(row, word)?);
     }
     set_slot(job, slot, &change)
 }
 
 /// A setting is only taken for a slot that has it.
 #[inline(never)]
-fn applies(job: &mut Job<'_, '_>, row: &Row, kind: Kind) -> Outcome {
+fn applies(job: &mut Job<'_, '_>, row: &Definition, kind: Kind) -> Outcome {
     if settings::slot::applies(row.id, kind) {
         return Ok(());
     }
@@ -126,7 +126,7 @@ pub fn show(job: &mut Job<'_, '_>) -> Outcome {
             let Some(config) = job.host.config(slot.into()) else { return Ok(()) };
             let kind = config.source.kind();
             job.reply.begin_list("config", slot.into());
-            entries(&mut job.reply, of_slot, &values(&SETTINGS, &config), &|id| {
+            entries(&mut job.reply, &Tabled::new(&SETTINGS, &config), &|id| {
                 settings::slot::applies(id, kind)
             });
             job.reply.entry(&Label::plain("name"), Value::Quoted(config.name.as_str()));
@@ -160,7 +160,7 @@ fn set_settings(job: &mut Job<'_, '_>, slot: u8) -> Outcome {
     let kind = kind.and_then(Kind::from_code).unwrap_or(config.source.kind());
     // An unused slot keeps every setting.
     for (_, row) in rows(of_slot).filter(|(_, row)| kind != Kind::Off && change.of(row.id).is_some()) {
-        applies(job, &row, kind)?;
+        applies(job, row, kind)?;
     }
     job.end()?;
     let result = job.host.change_slot(slot, &|id| change.of(id));

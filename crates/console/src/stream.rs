@@ -91,8 +91,8 @@ impl Stream {
         if reply.is_for_people() || now < self.statistics_due {
             return false;
         }
-        let bus = BUSES.get(self.printed / Topic::ALL.len());
-        let topic = Topic::ALL.get(self.printed % Topic::ALL.len());
+        let bus = self.printed.checked_div(Topic::ALL.len()).and_then(|bus| BUSES.get(bus));
+        let topic = self.printed.checked_rem(Topic::ALL.len()).and_then(|topic| Topic::ALL.get(topic));
         let (Some(&bus), Some(&topic)) = (bus, topic) else {
             self.summarise(host, reply, true);
             // While commands are typed nothing is printed: lines that were due meanwhile are left out.

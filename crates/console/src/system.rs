@@ -1,7 +1,7 @@
 //! The gateway as a whole: Modbus port, stored settings, cause of the start.
 
 use clino_gateway::order::Order;
-use clino_gateway::settings::{console, port};
+use clino_gateway::settings::{Tabled, console, port};
 use clino_recovery::{Crash, MonitoredTask};
 
 use crate::error::ABSENT;
@@ -9,9 +9,8 @@ use crate::identity;
 use crate::job::{Job, Outcome};
 use crate::pending::{Next, Pending};
 use crate::reply::Reply;
-use crate::rows::{of_console, of_modbus, values};
+use crate::rows::{of_console, of_modbus};
 use crate::settings::line;
-use crate::value::Value;
 
 /// `version`
 pub fn version(job: &mut Job<'_, '_>) -> Outcome {
@@ -40,7 +39,6 @@ pub fn reset_cause(job: &mut Job<'_, '_>) -> Outcome {
 /// The last crash.
 #[inline(never)]
 fn write_crash(reply: &mut Reply<'_>, crash: &Crash) {
-    let hex = |bits: Option<u32>| bits.map_or(Value::None, Value::Hex);
     let registers = crash.registers;
     let fault = Some(crash.fault).filter(|fault| fault.is_fault());
     let mut line =
@@ -48,16 +46,16 @@ fn write_crash(reply: &mut Reply<'_>, crash: &Crash) {
     line.text(crash.cause.name());
     line.count(crash.boot);
     line.next(crash.uptime_ms.into());
-    line.next(crash.task().map(MonitoredTask::name).into());
-    line.next(crash.file().into());
-    line.next(crash.line().into());
+    line.text_of(crash.task().map(MonitoredTask::name));
+    line.text_of(crash.file());
+    line.count_of(crash.line());
     for address in [registers.map(|at| at.pc), registers.map(|at| at.lr), registers.map(|at| at.sp)] {
-        line.next(hex(address));
+        line.hex_of(address);
     }
-    line.next(registers.map(|at| at.exception).into());
-    line.next(hex(fault.map(|fault| fault.cfsr)));
-    line.next(hex(fault.map(|fault| fault.hfsr)));
-    line.next(hex(fault.and_then(|fault| fault.known_address())));
+    line.count_of(registers.map(|at| at.exception.into()));
+    line.hex_of(fault.map(|fault| fault.cfsr));
+    line.hex_of(fault.map(|fault| fault.hfsr));
+    line.hex_of(fault.and_then(|fault| fault.known_address()));
     line.end();
 }
 
@@ -90,7 +88,7 @@ pub fn modbus(job: &mut Job<'_, '_>) -> Outcome {
 pub fn show_modbus(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let Some(settings) = job.host.modbus() else { return Err(job.refuse(ABSENT, &["modbus".into()])) };
-    line(&mut job.reply, "modbus", of_modbus, &values(&port::SETTINGS, &settings));
+    line(&mut job.reply, "modbus", &Tabled::new(&port::SETTINGS, &settings));
     Ok(())
 }
 
@@ -111,7 +109,7 @@ pub fn set_modbus(job: &mut Job<'_, '_>) -> Outcome {
 pub fn show_console(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let settings = job.host.console();
-    line(&mut job.reply, "console", of_console, &values(&console::SETTINGS, &settings));
+    line(&mut job.reply, "console", &Tabled::new(&console::SETTINGS, &settings));
     Ok(())
 }
 

@@ -283,9 +283,9 @@ fn allowed(out: &mut dyn Out, form: &Form, unit: &str) {
         }
         Form::OneOf(numbers) => separated(out, b"|", numbers),
         Form::Number { least, most, decimals } => {
-            decimal(out, least, decimals);
+            decimal(out, least.into(), decimals);
             out.put(b" to ");
-            decimal(out, most, decimals);
+            decimal(out, most.into(), decimals);
             if !unit.is_empty() {
                 out.put(b" ");
                 out.put(unit.as_bytes());

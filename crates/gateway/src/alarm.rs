@@ -28,7 +28,7 @@
 use clino_bus::{Duration, Instant};
 
 use crate::config::AlarmConfig;
-use crate::stamp::Stamp;
+use crate::stamp::{Halves, Stamp};
 
 /// An alarm. The numbers are those of the bits in [`Alarms`], and part of the register map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -179,7 +179,7 @@ struct Record {
     /// When its condition began, or when it was raised.
     since: Stamp,
     /// The angle or the rate furthest beyond the limit, in 0.001° or 0.001°/s.
-    extreme: i32,
+    extreme: Halves,
 }
 
 /// What is known of an alarm that is not quiet.
@@ -193,7 +193,7 @@ pub struct AlarmDetail {
     pub extreme: Option<i32>,
 }
 
-/// The alarms of one slot. 52 bytes.
+/// The alarms of one slot. 42 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Watch {
     alarms: Alarms,
@@ -212,7 +212,7 @@ impl Watch {
     pub fn detail(&self, alarm: Alarm, now: Instant) -> Option<AlarmDetail> {
         let state = self.alarms.state(alarm);
         let record = self.records.get(alarm as usize).filter(|_| state != AlarmState::Quiet)?;
-        let extreme = Some(record.extreme).filter(|_| alarm != Alarm::NoValue);
+        let extreme = Some(record.extreme.get()).filter(|_| alarm != Alarm::NoValue);
         Some(AlarmDetail { state, age_ms: now.millis_since(record.since.near(now)), extreme })
     }
 
@@ -246,8 +246,8 @@ impl Watch {
         if self.alarms.is_active(alarm) {
             if !stays {
                 self.end(config, alarm);
-            } else if is_further(alarm, value, record.extreme) {
-                record.extreme = value;
+            } else if is_further(alarm, value, record.extreme.get()) {
+                record.extreme = Halves::of(value);
             }
             return;
         }
@@ -257,17 +257,17 @@ impl Watch {
         }
         // One that waits for its acknowledgement has been an alarm already.
         if self.alarms.is_unacknowledged(alarm) {
-            if is_further(alarm, value, record.extreme) {
-                record.extreme = value;
+            if is_further(alarm, value, record.extreme.get()) {
+                record.extreme = Halves::of(value);
             }
             self.alarms.raise(alarm);
             return;
         }
         if self.pending & alarm.bit() == 0 {
             self.pending |= alarm.bit();
-            *record = Record { since: Stamp::of(at), extreme: value };
-        } else if is_further(alarm, value, record.extreme) {
-            record.extreme = value;
+            *record = Record { since: Stamp::of(at), extreme: Halves::of(value) };
+        } else if is_further(alarm, value, record.extreme.get()) {
+            record.extreme = Halves::of(value);
         }
         if at.since(record.since.near(at)) >= tenths(config.delay) {
             record.since = Stamp::of(at);

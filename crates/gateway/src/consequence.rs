@@ -1,6 +1,6 @@
 //! What else an order changes, beside the sensor that it names: shown when the command asks for confirmation.
 
-use crate::config::{Bus, MAX_SLOTS, SlotConfig, Source};
+use crate::config::{Bus, MAX_SLOTS, SlotConfig};
 use crate::order::Order;
 use crate::task;
 
@@ -37,29 +37,38 @@ impl Consequence {
     }
 }
 
-/// What the slots that are switched on read, with their numbers.
-fn sources(slot: &dyn Fn(u8) -> Option<SlotConfig>) -> impl Iterator<Item = (u8, Source)> + '_ {
-    let slots = (0..MAX_SLOTS as u8).filter_map(move |number| Some((number, slot(number)?)));
-    slots.filter(|(_, config)| config.is_on()).map(|(number, config)| (number, config.source))
+/// The nodes that slots read on a bus, with the slots' numbers; slots that are switched off left out.
+#[inline(never)]
+fn nodes(slot: &dyn Fn(u8) -> Option<SlotConfig>, bus: Bus, visit: &mut dyn FnMut(u8, u8)) {
+    for number in 0..MAX_SLOTS as u8 {
+        if let Some(config) = slot(number)
+            && config.bus() == Some(bus)
+        {
+            visit(number, config.source.address());
+        }
+    }
 }
 
 /// How many other nodes slots read on a bus.
 fn others(slot: &dyn Fn(u8) -> Option<SlotConfig>, bus: Bus, node: u8) -> u8 {
     let mut seen: u128 = 0;
-    for (_, source) in sources(slot) {
-        if let Some((of, other)) = source.node()
-            && of == bus
-            && other != node
-        {
+    nodes(slot, bus, &mut |_, other| {
+        if other != node {
             seen |= 1_u128.wrapping_shl(other.into());
         }
-    }
+    });
     seen.count_ones() as u8
 }
 
 /// The first slot that reads a node.
 fn reader(slot: &dyn Fn(u8) -> Option<SlotConfig>, bus: Bus, node: u8) -> Option<u8> {
-    sources(slot).find(|(_, source)| source.node() == Some((bus, node))).map(|(number, _)| number)
+    let mut first = None;
+    nodes(slot, bus, &mut |number, other| {
+        if other == node {
+            _ = first.get_or_insert(number);
+        }
+    });
+    first
 }
 
 #[cfg(test)]
@@ -71,6 +80,7 @@ mod tests {
     use clino_commissioning::t7::Device;
 
     use super::*;
+    use crate::config::Source;
 
     fn address(number: u8) -> t7::Address {
         t7::Address::new(number).unwrap()

@@ -56,4 +56,5 @@ pub use schedule::outage::{BusFault, BusHealth};
 pub use settings::{BusChange, BusSettings, Configuration, Settings};
 pub use slot::{ExtremeAngle, Extremes};
 pub use snapshot::{Publisher, Snapshot, Value, View};
+pub use stamp::Stamp;
 pub use value::{Published, Reading, ReadingBrief, Status};

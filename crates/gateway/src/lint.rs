@@ -238,18 +238,25 @@ impl<'a> Lint<'a> {
             }
             self.of_bus(bus, found);
         }
-        for (slot, config) in self.slots() {
-            self.of_slot(slot, &config, found);
-        }
-        for (slot, SlotConfig { source, .. }) in
-            self.all_slots().filter(|(_, config)| config.source.is_faulty())
-        {
-            found(Finding::Incomplete { slot, kind: source.kind(), address: source.address() });
+        self.each(&mut |slot, config| self.of_slot(slot, config, found));
+        self.each(&mut |slot, SlotConfig { source, .. }| {
+            if source.is_faulty() {
+                found(Finding::Incomplete { slot, kind: source.kind(), address: source.address() });
+            }
+        });
+    }
+
+    /// Looks at each slot, used or not. The only place that holds a slot's settings: they are large.
+    #[inline(never)]
+    fn each(&self, look: &mut dyn FnMut(u8, &SlotConfig)) {
+        for slot in 0..=u8::MAX {
+            let Some(config) = (self.slot)(slot) else { return };
+            look(slot, &config);
         }
     }
 
     #[inline(never)]
-    fn of_bus(self, bus: Bus, found: &mut dyn FnMut(Finding)) {
+    fn of_bus(&self, bus: Bus, found: &mut dyn FnMut(Finding)) {
         let BusSettings { timing, line } = self.bus(bus);
         let character = timing.serial.characters(1);
         if timing.guard < character {
@@ -260,7 +267,7 @@ impl<'a> Lint<'a> {
         }
     }
 
-    const fn bus(self, bus: Bus) -> &'a BusSettings {
+    const fn bus(&self, bus: Bus) -> &'a BusSettings {
         match bus {
             Bus::T7 => self.t7,
             Bus::Isu => self.isu,
@@ -269,26 +276,20 @@ impl<'a> Lint<'a> {
 
     /// What the periods of a bus's slots ask for, in percent of what it can carry; periods of zero left out.
     #[inline(never)]
-    pub fn load(self, bus: Bus) -> u32 {
-        let parts = |config: &SlotConfig| {
-            let span =
-                u64::from(self.exchange(config).as_micros()).saturating_mul(PERCENT.saturating_mul(PARTS));
-            span.checked_div(u64::from(config.period.as_micros())).unwrap_or(0)
-        };
-        let on_bus = self.slots().filter(|(_, config)| config.bus() == Some(bus));
-        let sum = on_bus.map(|(_, config)| parts(&config)).fold(0, u64::saturating_add);
+    pub fn load(&self, bus: Bus) -> u32 {
+        let mut sum: u64 = 0;
+        self.each(&mut |_, config| {
+            if config.is_on() && config.bus() == Some(bus) {
+                let span = u64::from(self.exchange(config).as_micros());
+                let parts = span.saturating_mul(PERCENT.saturating_mul(PARTS));
+                let parts = parts.checked_div(u64::from(config.period.as_micros())).unwrap_or(0);
+                sum = sum.saturating_add(parts);
+            }
+        });
         u32::try_from(sum.div_ceil(PARTS)).unwrap_or(u32::MAX)
     }
 
-    fn all_slots(self) -> impl Iterator<Item = (u8, SlotConfig)> + 'a {
-        (0..=u8::MAX).map_while(move |slot| Some((slot, (self.slot)(slot)?)))
-    }
-
-    fn slots(self) -> impl Iterator<Item = (u8, SlotConfig)> + 'a {
-        self.all_slots().filter(|(_, config)| config.is_on())
-    }
-
-    fn exchange(self, config: &SlotConfig) -> Duration {
+    fn exchange(&self, config: &SlotConfig) -> Duration {
         let Some(bus) = config.source.bus() else { return Duration::ZERO };
         let timing = &self.bus(bus).timing;
         let (latency, characters) = match (bus, config.ask) {
@@ -299,13 +300,16 @@ impl<'a> Lint<'a> {
         timing.serial.characters(characters) + latency + timing.guard
     }
 
-    fn overload(self, bus: Bus) -> Option<Finding> {
+    fn overload(&self, bus: Bus) -> Option<Finding> {
         let percent = self.load(bus);
         (u64::from(percent) > PERCENT).then_some(Finding::Overload { bus, percent })
     }
 
     #[inline(never)]
-    fn of_slot(self, slot: u8, config: &SlotConfig, found: &mut dyn FnMut(Finding)) {
+    fn of_slot(&self, slot: u8, config: &SlotConfig, found: &mut dyn FnMut(Finding)) {
+        if !config.is_on() {
+            return;
+        }
         if let Some(same_as) = self.earlier(slot, config.source) {
             found(Finding::Duplicate { slot, same_as });
         }
@@ -341,13 +345,18 @@ impl<'a> Lint<'a> {
 
     /// The first slot before this one that reads the same source.
     #[inline(never)]
-    fn earlier(self, slot: u8, source: Source) -> Option<u8> {
-        let mut earlier = self.slots().take_while(|&(other, _)| other < slot);
-        earlier.find(|(_, other)| other.source == source).map(|(other, _)| other)
+    fn earlier(&self, slot: u8, source: Source) -> Option<u8> {
+        let mut first = None;
+        self.each(&mut |other, config| {
+            if other < slot && config.is_on() && config.source == source {
+                first = first.or(Some(other));
+            }
+        });
+        first
     }
 
     #[inline(never)]
-    fn all_answer(self, slot: u8, config: &SlotConfig) -> Option<Finding> {
+    fn all_answer(&self, slot: u8, config: &SlotConfig) -> Option<Finding> {
         let (bus, address) = config.source.node()?;
         let for_all = match config.source {
             Source::T7 { address, .. } => address.is_all(),
@@ -357,14 +366,18 @@ impl<'a> Lint<'a> {
         if !for_all {
             return None;
         }
-        let nodes = self.slots().filter_map(|(_, other)| other.source.node());
         let mut seen: u128 = 0;
-        nodes.filter(|&(other, _)| other == bus).for_each(|(_, node)| seen |= 1 << (node & 0x7F));
+        self.each(&mut |_, config| match config.source.node() {
+            Some((other, node)) if other == bus && config.is_on() => {
+                seen |= 1_u128.wrapping_shl((node & 0x7F).into());
+            }
+            _ => {}
+        });
         let nodes = seen.count_ones() as u8;
         (nodes > 1).then_some(Finding::AllAnswer { slot, address, nodes })
     }
 
-    fn reads_isu(self, slot: u8) -> bool {
+    fn reads_isu(&self, slot: u8) -> bool {
         (self.slot)(slot).is_some_and(|config| matches!(config.source, Source::Isu { .. }) && config.enabled)
     }
 }

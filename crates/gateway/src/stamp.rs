@@ -18,7 +18,7 @@ pub(crate) const LONGEST_AGE: u64 = ROUND - FUTURE - 1;
 
 /// The low 48 bits of an instant, in three parts, which need no room for alignment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Stamp([u16; 3]);
+pub struct Stamp([u16; 3]);
 
 impl Stamp {
     /// What is kept of an instant.
@@ -44,6 +44,24 @@ impl Stamp {
     const fn bits(self) -> u64 {
         let Stamp([low, middle, high]) = self;
         low as u64 | (middle as u64) << 16 | (high as u64) << 32
+    }
+}
+
+/// A number in two parts, for a place beside a stamp.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Halves([u16; 2]);
+
+impl Halves {
+    /// What is kept of a number: all of it.
+    pub const fn of(number: i32) -> Halves {
+        let bits = number.cast_unsigned();
+        Halves([bits as u16, (bits >> 16) as u16])
+    }
+
+    /// The number.
+    pub const fn get(self) -> i32 {
+        let Halves([low, high]) = self;
+        (low as u32 | (high as u32) << 16).cast_signed()
     }
 }
 

@@ -4,23 +4,29 @@
 //! Needs the network the first time, and `python3` with venv or pip, `npm`, or on a Debian `apt-get` and `dpkg`. What cannot be
 //! had is an error that says what was tried; a test decides whether it fails, or says that it was skipped ([`skipped`]).
 
+mod chromium;
 mod debian;
 mod libmodbus;
 mod mbpoll;
+mod mosquitto;
 mod node;
 mod python;
 mod ser2net;
+mod sigrok;
 
 use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
+pub use chromium::Chromium;
 pub use libmodbus::Libmodbus;
 pub use mbpoll::Mbpoll;
+pub use mosquitto::Mosquitto;
 pub use node::Node;
 pub use python::Python;
 pub use ser2net::Ser2net;
+pub use sigrok::Sigrok;
 
 /// Says on standard error that a test did not test what it is for, and why: also when the test's own output is captured.
 /// `cargo nextest` shows nothing of tests that pass: what is in the file that `CLINO_SKIPPED` names is shown at the end
@@ -45,6 +51,13 @@ fn alone(place: &Path) -> Result<File, String> {
     let file = fs::create_dir_all(place).and_then(|()| File::create(&lock));
     let locked = file.and_then(|file| file.lock().map(|()| file));
     locked.map_err(|why| format!("{}: {why}\n", lock.display()))
+}
+
+/// Folders with libraries of packages that were unpacked below `root`, as the loader takes them.
+fn library_folders(root: &Path) -> String {
+    let machines = fs::read_dir(root.join("usr/lib")).into_iter().flatten().filter_map(Result::ok);
+    let folders = machines.map(|entry| entry.path()).filter(|path| path.is_dir());
+    folders.map(|path| path.display().to_string()).collect::<Vec<_>>().join(":")
 }
 
 /// Runs a step of an installation; what it said if it failed.

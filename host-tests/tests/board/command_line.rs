@@ -5,13 +5,21 @@ use std::ffi::OsString;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Output, Stdio};
 
+use clino_host_tests::model;
+
 fn program(variable: &str) -> OsString {
     env::var_os(variable).unwrap_or_else(|| panic!("{variable} is set by `cargo xtask test`"))
 }
 
 fn vboard(elf: &str, arguments: &[&str]) -> Output {
     let mut command = Command::new(program("CLINO_VBOARD"));
-    command.arg("--elf").arg(elf).args(arguments).output().expect("the program starts")
+    command
+        .arg("--elf")
+        .arg(elf)
+        .args(["--board", model().name()])
+        .args(arguments)
+        .output()
+        .expect("the program starts")
 }
 
 #[test]
@@ -19,6 +27,7 @@ fn an_interrupt_ends_the_run_with_the_summary() {
     let mut child = Command::new(program("CLINO_VBOARD"))
         .arg("--elf")
         .arg(program("CLINO_ELF"))
+        .args(["--board", model().name()])
         .args(["--duration", "10000s"])
         .stdout(Stdio::piped())
         .spawn()

@@ -3,10 +3,9 @@
 
 use std::path::Path;
 
-use clino_board::elf::Image;
 use clino_board::run::Run;
 use clino_board::scenario::Scenario;
-use clino_host_tests::elf;
+use clino_host_tests::image;
 
 /// Both buses, both PWM inputs, the console, the Modbus port and a save to flash.
 const BUSY: &str = r#"
@@ -27,9 +26,8 @@ bytes = "01 04 00 00 00 02 71 cb"
 
 /// All that can be seen of a run.
 fn seen(with_fast_path: bool) -> (Vec<String>, String, String, String) {
-    let image = Image::read(&elf()).unwrap_or_else(|error| panic!("{error}"));
     let scenario = Scenario::parse(Path::new("fast path"), BUSY).unwrap_or_else(|error| panic!("{error}"));
-    let mut run = Run::new(&image, &scenario).unwrap_or_else(|error| panic!("{error}"));
+    let mut run = Run::new(image(), &scenario).unwrap_or_else(|error| panic!("{error}"));
     if !with_fast_path {
         run.board().without_fast_path();
     }

@@ -4,8 +4,7 @@
 //! turned while the image runs. What that cannot show, ages of every limit in between, is in the core's own tests
 //! (`crates/gateway`, `stamp/tests.rs`, `gate/tests.rs`, `maths/tests.rs`, `phase/tests.rs`).
 
-use clino_board::elf::Image;
-use clino_host_tests::{Ran, elf, run};
+use clino_host_tests::{Ran, image, run};
 
 /// Microseconds in a round of the clock.
 const ROUND: u64 = 1 << 16;
@@ -15,7 +14,7 @@ const JUMPS: [u32; 4] = [15, 16, 26, 29];
 
 /// Where the count of rounds is.
 fn rounds() -> u32 {
-    let image = Image::read(&elf()).expect("the image");
+    let image = image();
     let found: Vec<u32> =
         image.symbols().filter(|(name, _)| name.contains("5clock6ROUNDS")).map(|(_, at)| at).collect();
     let [address] = found[..] else { panic!("one count of rounds: {found:x?}") };

@@ -6,9 +6,10 @@
 
 use std::path::Path;
 
+use clino_board::BoardModel;
 use clino_board::run::Run;
 use clino_board::scenario::Scenario;
-use clino_host_tests::{image, run};
+use clino_host_tests::{image, model, run};
 
 const MS: u64 = 1_000_000;
 /// When everything is at rest: brought up, and as delivered.
@@ -38,7 +39,7 @@ const DBGMCU: u32 = 0xe004_2000;
 
 /// GPIO (RM0090 section 8.4), two bits a pin in MODER, OSPEEDR and PUPDR, four in AFRL and AFRH. Unused pins are as
 /// at reset: PA13 (SWDIO, up), PA14 (SWCLK, down), PB3 (SWO), PB4 (up).
-const PINS: [Register; 24] = [
+const PINS: [Register; 12] = [
     // PA1, PA2, PA3, PA15 are alternate functions 2, 7, 7, 1; PA3 alone is pulled up.
     ("GPIOA_MODER", GPIOA, ALL, 0xa800_00a8),
     ("GPIOA_OTYPER", GPIOA + 0x04, ALL, 0),
@@ -53,6 +54,10 @@ const PINS: [Register; 24] = [
     ("GPIOB_PUPDR", GPIOB + 0x0c, ALL, 0x0000_4100),
     ("GPIOB_AFRL", GPIOB + 0x20, ALL, 0x7700_0000),
     ("GPIOB_AFRH", GPIOB + 0x24, ALL, 0),
+];
+
+/// The same for the ports whose pins depend on the board: on a Discovery,
+const DISCOVERY: [Register; 13] = [
     // PC6 and PC7 are alternate function 8, PC8 is an output; PC7 is pulled up.
     ("GPIOC_MODER", GPIOC, ALL, 0x0001_a000),
     ("GPIOC_OTYPER", GPIOC + 0x04, ALL, 0),
@@ -67,6 +72,47 @@ const PINS: [Register; 24] = [
     ("GPIOD_PUPDR", GPIOD + 0x0c, ALL, 0x0004_0000),
     ("GPIOD_AFRL", GPIOD + 0x20, ALL, 0),
     ("GPIOD_AFRH", GPIOD + 0x24, ALL, 0x0000_0077),
+    // PLLON, CSSON, HSEON, HSION, not HSEBYP; the trimming is the factory's.
+    ("RCC_CR", RCC, 0x010d_0001, 0x0109_0001),
+];
+
+/// on a black board,
+const BLACK: [Register; 13] = [
+    // PC6 and PC7 are alternate function 8; PC7 is pulled up.
+    ("GPIOC_MODER", GPIOC, ALL, 0x0000_a000),
+    ("GPIOC_OTYPER", GPIOC + 0x04, ALL, 0),
+    ("GPIOC_OSPEEDR", GPIOC + 0x08, ALL, 0),
+    ("GPIOC_PUPDR", GPIOC + 0x0c, ALL, 0x0000_4000),
+    ("GPIOC_AFRL", GPIOC + 0x20, ALL, 0x8800_0000),
+    ("GPIOC_AFRH", GPIOC + 0x24, ALL, 0),
+    // PD8 and PD9 are alternate function 7, PD10 and PD11 are outputs; PD9 is pulled up.
+    ("GPIOD_MODER", GPIOD, ALL, 0x005a_0000),
+    ("GPIOD_OTYPER", GPIOD + 0x04, ALL, 0),
+    ("GPIOD_OSPEEDR", GPIOD + 0x08, ALL, 0),
+    ("GPIOD_PUPDR", GPIOD + 0x0c, ALL, 0x0004_0000),
+    ("GPIOD_AFRL", GPIOD + 0x20, ALL, 0),
+    ("GPIOD_AFRH", GPIOD + 0x24, ALL, 0x0000_0077),
+    ("RCC_CR", RCC, 0x010d_0001, 0x0109_0001),
+];
+
+/// on a Nucleo.
+const NUCLEO: [Register; 13] = [
+    // PC6 and PC7 are alternate function 8, PC10 and PC11 alternate function 7, PC8 and PC12 are outputs; PC7 and PC11 are
+    // pulled up.
+    ("GPIOC_MODER", GPIOC, ALL, 0x01a1_a000),
+    ("GPIOC_OTYPER", GPIOC + 0x04, ALL, 0),
+    ("GPIOC_OSPEEDR", GPIOC + 0x08, ALL, 0),
+    ("GPIOC_PUPDR", GPIOC + 0x0c, ALL, 0x0040_4000),
+    ("GPIOC_AFRL", GPIOC + 0x20, ALL, 0x8800_0000),
+    ("GPIOC_AFRH", GPIOC + 0x24, ALL, 0x0000_7700),
+    ("GPIOD_MODER", GPIOD, ALL, 0),
+    ("GPIOD_OTYPER", GPIOD + 0x04, ALL, 0),
+    ("GPIOD_OSPEEDR", GPIOD + 0x08, ALL, 0),
+    ("GPIOD_PUPDR", GPIOD + 0x0c, ALL, 0),
+    ("GPIOD_AFRL", GPIOD + 0x20, ALL, 0),
+    ("GPIOD_AFRH", GPIOD + 0x24, ALL, 0),
+    // PLLON, CSSON, HSEBYP, HSEON, HSION.
+    ("RCC_CR", RCC, 0x010d_0001, 0x010d_0001),
 ];
 
 /// USART (RM0090 section 30.6). In CR1, TXEIE and TCIE (bits 7 and 6) come and go with what is sent.
@@ -133,9 +179,7 @@ const TIMERS: [Register; 27] = [
 ];
 
 /// Clocks, flash, watchdog, debugging, interrupt lines (RM0090 sections 7.3, 3.9, 21.4, 38.16, 12.3).
-const CHIP: [Register; 22] = [
-    // PLLON, CSSON, HSEON, HSION; the trimming is the factory's.
-    ("RCC_CR", RCC, 0x010d_0001, 0x0109_0001),
+const CHIP: [Register; 21] = [
     // APB2 at a half, APB1 at a quarter, AHB whole, PLL in use.
     ("RCC_CFGR", RCC + 0x08, 0x0000_fcff, 0x0000_940a),
     ("RCC_CIR", RCC + 0x0c, ALL, 0),
@@ -176,7 +220,12 @@ fn board(scenario: &str) -> Run {
 
 /// What is not as it should be.
 fn wrong(run: &mut Run) -> Vec<String> {
-    let registers = [&PINS[..], &SERIAL, &TIMERS, &CHIP].concat();
+    let of_board = match model() {
+        BoardModel::F407Disc1 => &DISCOVERY[..],
+        BoardModel::F407Ve => &BLACK,
+        BoardModel::NucleoF446re => &NUCLEO,
+    };
+    let registers = [&PINS[..], of_board, &SERIAL, &TIMERS, &CHIP].concat();
     let wrong = registers.into_iter().filter_map(|(name, address, mask, expected)| {
         let value = run.board().peek32(address).unwrap_or_else(|| panic!("{name} is there"));
         (value & mask != expected)

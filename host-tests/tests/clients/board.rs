@@ -26,6 +26,7 @@ impl Board {
         let mut child = Command::new(program("CLINO_VBOARD"))
             .arg("--elf")
             .arg(program("CLINO_ELF"))
+            .args(["--board", clino_host_tests::model().name()])
             .arg("--scenario")
             .arg(scenario)
             .args(["--realtime", "--console-pty", "--modbus-pty"])
@@ -74,6 +75,7 @@ fn all(mut stderr: ChildStderr) -> String {
     text
 }
 
-fn program(variable: &str) -> OsString {
+/// The program that this variable names.
+pub fn program(variable: &str) -> OsString {
     env::var_os(variable).unwrap_or_else(|| panic!("{variable} is set by `cargo xtask test`"))
 }

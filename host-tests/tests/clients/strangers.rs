@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use clino_board::BoardModel;
 use clino_testkit::programs::{Libmodbus, Node, Python, said, skipped};
 
 use super::bench::{SPARE_ADDRESS, angle, spare_angle};
@@ -94,7 +95,7 @@ fn check(name: &str, client: Result<Command, String>, knows: Knows) {
             .map(|object| object.split_once(' ').expect("an object with a text"))
             .map(|(number, text)| (number.parse().expect("a number"), text))
             .collect();
-        assert_eq!((objects[&0], objects[&1]), ("clino", "clino-f407"), "{name}");
+        assert_eq!((objects[&0], objects[&1]), ("clino", product()), "{name}");
         assert_eq!(objects[&2], env!("CARGO_PKG_VERSION"), "{name}");
         assert!(objects.keys().copied().all(|number| number < 6), "{name}: {objects:?}");
         assert!(objects.values().all(|text| !text.is_empty()), "{name}: {objects:?}");
@@ -150,4 +151,12 @@ fn tokio_modbus() {
         false => Err(said(&output)),
     });
     check("tokio-modbus", client, Knows { identification: true, diagnostics: false });
+}
+
+/// Product code of the image.
+fn product() -> &'static str {
+    match clino_host_tests::model() {
+        BoardModel::F407Disc1 | BoardModel::F407Ve => "clino-f407",
+        BoardModel::NucleoF446re => "clino-f446",
+    }
 }

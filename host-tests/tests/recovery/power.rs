@@ -21,9 +21,7 @@ const AT_ONCE: u32 = 12;
 const FIRST: u32 = 101;
 
 fn image() -> Image {
-    let elf = std::env::var_os("CLINO_ELF");
-    let elf = elf.expect("CLINO_ELF names the firmware image: run these tests with `cargo xtask test`");
-    Image::read(Path::new(&elf)).unwrap_or_else(|error| panic!("{error}"))
+    clino_host_tests::image().clone()
 }
 
 /// What one life of the board came to.

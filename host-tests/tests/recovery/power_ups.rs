@@ -2,14 +2,20 @@
 
 use std::path::Path;
 
-use clino_board::elf::Image;
+use clino_board::BoardModel;
 use clino_board::run::Run;
 use clino_board::scenario::Scenario;
+use clino_host_tests::{image, model};
 
 use crate::{MS, SECOND, typed};
 
-/// Sector 11 (RM0090 table 5).
-const TALLY: u32 = 0x080E_0000;
+/// The last sector: 11 of 1 MiB, 7 of 512 KiB (RM0090 table 5, RM0390 table 5).
+fn tally() -> u32 {
+    match model() {
+        BoardModel::F407Disc1 => 0x080E_0000,
+        BoardModel::F407Ve | BoardModel::NucleoF446re => 0x0806_0000,
+    }
+}
 /// Its words.
 const WORDS: u32 = 32 * 1024;
 
@@ -18,10 +24,8 @@ const WORDS: u32 = 32 * 1024;
 fn life(words: &[u32]) -> (Vec<(u64, u64)>, Vec<u32>) {
     let text = "duration = \"2s\"\n".to_owned() + &typed(300, "reboot --yes");
     let scenario = Scenario::parse(Path::new("power_ups"), &text).unwrap_or_else(|error| panic!("{error}"));
-    let elf = std::env::var_os("CLINO_ELF");
-    let elf = elf.expect("CLINO_ELF names the firmware image: run these tests with `cargo xtask test`");
     let contents: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    let image = Image::read(Path::new(&elf)).and_then(|image| image.with_flash(TALLY, &contents));
+    let image = image().clone().with_flash(tally(), &contents);
     let image = image.unwrap_or_else(|error| panic!("{error}"));
     let mut run = Run::new(&image, &scenario).unwrap_or_else(|error| panic!("{error}"));
     let mut starts = Vec::new();
@@ -35,7 +39,7 @@ fn life(words: &[u32]) -> (Vec<(u64, u64)>, Vec<u32>) {
         });
     }
     let after = (0..(words.len() as u32 + 1).min(WORDS))
-        .map(|word| run.board().peek32(TALLY + 4 * word).expect("flash"));
+        .map(|word| run.board().peek32(tally() + 4 * word).expect("flash"));
     (starts, after.collect())
 }
 

@@ -16,6 +16,7 @@ use clino_sim::node::Ns;
 use crate::gaps::{self, Gap, Waiting};
 
 use clino_segment::log::PS_PER_S;
+use clino_segment::trace::Trace;
 use clino_segment::wire::{Format, Received, Sent, Wire};
 
 /// Bit rate of the console in bit/s, 8N1.
@@ -111,6 +112,8 @@ pub struct Console {
     /// The line towards the gateway is busy until then.
     busy_until: Ns,
     received: VecDeque<Received>,
+    /// The gateway's TX over time, if it is wanted.
+    trace: Option<Trace>,
 }
 
 impl Console {
@@ -122,6 +125,11 @@ impl Console {
     /// The host's handle.
     pub fn terminal(&self) -> SharedTerminal {
         self.terminal.clone()
+    }
+
+    /// Records the level of the gateway's TX from now on.
+    pub fn trace(&mut self) -> Trace {
+        self.trace.get_or_insert_default().clone()
     }
 
     /// When the next typed byte starts, if there is one and a receiver for it.
@@ -152,6 +160,9 @@ impl Wire for Console {
 
     fn send(&mut self, sent: Sent) {
         self.advance(sent.start);
+        if let Some(trace) = &self.trace {
+            trace.note_character(&sent);
+        }
         let mut terminal = self.terminal.lock();
         let Some(byte) = readable(&sent) else {
             terminal.unreadable += 1;

@@ -17,6 +17,7 @@
 //!
 //! The loop itself is in `round`; here is what the core consists of, and what stands around it.
 
+mod bare;
 mod clocks;
 mod device;
 mod fast;
@@ -45,6 +46,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
 use work::{Timer, Work};
 
+pub use bare::BareCore;
 pub(crate) use clocks::rate;
 pub(crate) use device::{CLASS_NAME, class, schema};
 pub(crate) use stall::BusyFlash;

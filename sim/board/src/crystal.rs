@@ -4,6 +4,8 @@
 //!
 //! - HSEON does not get through to it while the crystal cannot swing, and reads as firmware has written it: HSERDY
 //!   never comes.
+//! - A clock that is fed from outside, as on a Nucleo, counts as a crystal that swings while the oscillator is bypassed
+//!   (HSEBYP), and a crystal while it is not.
 //! - If the crystal stops with the clock security system on (CSSON), and the core clock comes from it (directly or
 //!   through the PLL), the core clock becomes the internal oscillator's, HSEON and PLLON fall, CSSF rises, and so does
 //!   NMI until firmware writes CSSC. If the core clock does not come from it, only HSEON falls, with CSSF and NMI.
@@ -38,7 +40,7 @@ pub(crate) fn schema() -> ClassSchema {
     rcc::schema().port(NMI, PortDir::Out)
 }
 
-/// The stock controller with a crystal of this life at its pins.
+/// The stock controller with a crystal of this life at its pins, or a clock that is fed to it.
 ///
 /// # Errors
 ///
@@ -46,7 +48,8 @@ pub(crate) fn schema() -> ClassSchema {
 pub(crate) fn at(
     stock: Arc<dyn Instance>,
     life: CrystalLife,
+    is_fed: bool,
     chronicle: Arc<Chronicle>,
 ) -> Result<Wrapped<Pins>> {
-    Wrapped::new(stock, |registers| Pins::new(registers, life, chronicle))
+    Wrapped::new(stock, |registers| Pins::new(registers, life, is_fed, chronicle))
 }

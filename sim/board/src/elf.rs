@@ -1,9 +1,10 @@
 //! The firmware image: the flash contents of the ELF file, and its symbols.
 //!
 //! Only what the chip gets counts: loadable segments at their physical (load) addresses, gaps filled with the
-//! erased value. Flash and RAM bounds are those of the STM32F407VG (RM0090 §2.3).
+//! erased value. Flash and RAM bounds are those of the board's chip.
 
 use crate::flash;
+use crate::model::BoardModel;
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol, elf};
 use std::collections::BTreeMap;
@@ -11,16 +12,13 @@ use std::path::{Path, PathBuf};
 
 /// First address of flash.
 pub const FLASH_BASE: u32 = 0x0800_0000;
-/// Bytes of flash.
-pub const FLASH_SIZE: u32 = 1024 * 1024;
-/// RAM a stack may begin in: SRAM1 and SRAM2, core-coupled memory. The end is a valid initial stack pointer.
-const RAM: [(u32, u32); 2] = [(0x2000_0000, 0x2002_0000), (0x1000_0000, 0x1001_0000)];
 /// What erased flash reads.
 const ERASED: u8 = 0xff;
 
-/// A firmware image.
+/// A firmware image in the flash of a board.
 #[derive(Clone, Debug)]
 pub struct Image {
+    model: BoardModel,
     flash: Vec<u8>,
     symbols: BTreeMap<String, u32>,
 }
@@ -40,6 +38,8 @@ pub enum ElfError {
     Empty,
     /// A segment lies outside flash: built for another chip.
     OutsideFlash {
+        /// The board.
+        model: BoardModel,
         /// Its load address.
         address: u32,
         /// Its length in bytes.
@@ -47,6 +47,8 @@ pub enum ElfError {
     },
     /// The vector table at the beginning of flash does not fit this chip.
     BadVectors {
+        /// The board.
+        model: BoardModel,
         /// Initial stack pointer.
         stack: u32,
         /// Reset vector.
@@ -55,25 +57,25 @@ pub enum ElfError {
 }
 
 impl Image {
-    /// Reads the ELF file at `path`.
+    /// Reads the ELF file at `path`, for this board.
     ///
     /// # Errors
     ///
     /// Any [`ElfError`].
-    pub fn read(path: &Path) -> Result<Image, ElfError> {
+    pub fn read(path: &Path, model: BoardModel) -> Result<Image, ElfError> {
         let bytes = std::fs::read(path).map_err(|error| match error.kind() {
             std::io::ErrorKind::NotFound => ElfError::Missing(path.to_path_buf()),
             _ => ElfError::Unreadable(path.to_path_buf(), error),
         })?;
-        Image::parse(&bytes)
+        Image::parse(&bytes, model)
     }
 
-    /// Takes the ELF file `bytes` apart.
+    /// Takes the ELF file `bytes` apart, for this board.
     ///
     /// # Errors
     ///
     /// Any [`ElfError`] but [`ElfError::Missing`] and [`ElfError::Unreadable`].
-    pub fn parse(bytes: &[u8]) -> Result<Image, ElfError> {
+    pub fn parse(bytes: &[u8], model: BoardModel) -> Result<Image, ElfError> {
         let not_elf = |error: object::Error| ElfError::NotElf(error.to_string());
         let file = ElfFile32::<Endianness>::parse(bytes).map_err(not_elf)?;
         let endian = file.endian();
@@ -89,21 +91,22 @@ impl Image {
             let data = header
                 .data(endian, bytes)
                 .map_err(|()| ElfError::NotElf("a segment lies outside the file".into()))?;
-            place(&mut flash, header.p_paddr(endian), data)?;
+            place(model, &mut flash, header.p_paddr(endian), data)?;
         }
-        check_vectors(&flash)?;
+        check_vectors(model, &flash)?;
         let symbols = file
             .symbols()
             .filter_map(|symbol| Some((symbol.name().ok()?.to_string(), symbol.address() as u32)))
             .filter(|(name, _)| !name.is_empty())
             .collect();
-        Ok(Image { flash, symbols })
+        Ok(Image { model, flash, symbols })
     }
 
     /// An image of `words` from the beginning of flash, for tests.
     #[cfg(test)]
     pub(crate) fn of_words(words: &[u32]) -> Image {
-        Image { flash: words.iter().flat_map(|word| word.to_le_bytes()).collect(), symbols: BTreeMap::new() }
+        let flash = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        Image { model: BoardModel::default(), flash, symbols: BTreeMap::new() }
     }
 
     /// The same with a symbol, for tests.
@@ -111,6 +114,17 @@ impl Image {
     pub(crate) fn with_symbol(mut self, name: &str, address: u32) -> Image {
         self.symbols.insert(name.to_owned(), address);
         self
+    }
+
+    /// The board that it is in.
+    pub fn model(&self) -> BoardModel {
+        self.model
+    }
+
+    /// The same in another board, whether it is for that or not.
+    #[must_use]
+    pub fn put_into(self, model: BoardModel) -> Image {
+        Image { model, ..self }
     }
 
     /// Contents of flash from its first address.
@@ -126,9 +140,10 @@ impl Image {
     /// [`ElfError::OutsideFlash`] if it is more than the sectors hold.
     pub fn with_stored(mut self, contents: &[u8]) -> Result<Image, ElfError> {
         if contents.len() > flash::LENGTH {
-            return Err(ElfError::OutsideFlash { address: flash::ADDRESS, length: contents.len() as u32 });
+            let (model, address) = (self.model, flash::ADDRESS);
+            return Err(ElfError::OutsideFlash { model, address, length: contents.len() as u32 });
         }
-        place(&mut self.flash, flash::ADDRESS, contents)?;
+        place(self.model, &mut self.flash, flash::ADDRESS, contents)?;
         Ok(self)
     }
 
@@ -138,7 +153,7 @@ impl Image {
     ///
     /// [`ElfError::OutsideFlash`] if they are not within flash.
     pub fn with_flash(mut self, address: u32, contents: &[u8]) -> Result<Image, ElfError> {
-        place(&mut self.flash, address, contents)?;
+        place(self.model, &mut self.flash, address, contents)?;
         Ok(self)
     }
 
@@ -164,11 +179,13 @@ impl Image {
     }
 }
 
-fn place(flash: &mut Vec<u8>, address: u32, data: &[u8]) -> Result<(), ElfError> {
+fn place(model: BoardModel, flash: &mut Vec<u8>, address: u32, data: &[u8]) -> Result<(), ElfError> {
     let length = data.len() as u32;
-    let outside = ElfError::OutsideFlash { address, length };
+    let outside = ElfError::OutsideFlash { model, address, length };
     let Some(start) = address.checked_sub(FLASH_BASE) else { return Err(outside) };
-    let Some(end) = start.checked_add(length).filter(|end| *end <= FLASH_SIZE) else { return Err(outside) };
+    let Some(end) = start.checked_add(length).filter(|end| *end <= model.flash_size()) else {
+        return Err(outside);
+    };
     let (start, end) = (start as usize, end as usize);
     if flash.len() < end {
         flash.resize(end, ERASED);
@@ -177,19 +194,19 @@ fn place(flash: &mut Vec<u8>, address: u32, data: &[u8]) -> Result<(), ElfError>
     Ok(())
 }
 
-fn check_vectors(flash: &[u8]) -> Result<(), ElfError> {
+fn check_vectors(model: BoardModel, flash: &[u8]) -> Result<(), ElfError> {
     let (Some(stack), Some(reset)) =
         (flash.first_chunk(), flash.get(4..).and_then(|rest| rest.first_chunk()))
     else {
         return Err(ElfError::Empty);
     };
     let (stack, reset) = (u32::from_le_bytes(*stack), u32::from_le_bytes(*reset));
-    let in_ram = RAM.iter().any(|(base, end)| (*base..=*end).contains(&stack));
+    let in_ram = model.stacks().any(|memory| memory.contains(&stack));
     let end = FLASH_BASE + flash.len() as u32;
     if in_ram && (FLASH_BASE..end).contains(&reset) && reset & 1 == 1 {
         Ok(())
     } else {
-        Err(ElfError::BadVectors { stack, reset })
+        Err(ElfError::BadVectors { model, stack, reset })
     }
 }
 
@@ -203,15 +220,18 @@ impl std::fmt::Display for ElfError {
                 write!(f, "built for another processor (ELF machine {machine}, little-endian ARM is 40)")
             }
             ElfError::Empty => write!(f, "contains nothing that goes into flash"),
-            ElfError::OutsideFlash { address, length } => write!(
+            ElfError::OutsideFlash { model, address, length } => write!(
                 f,
-                "built for another chip: {length} bytes at {address:#010x} are outside the STM32F407VG's \
-                 flash ({FLASH_BASE:#010x}, 1 MiB)"
+                "built for another chip: {length} bytes at {address:#010x} are outside the {}'s flash \
+                 ({FLASH_BASE:#010x}, {} KiB)",
+                model.chip(),
+                model.flash_size() / 1024
             ),
-            ElfError::BadVectors { stack, reset } => write!(
+            ElfError::BadVectors { model, stack, reset } => write!(
                 f,
                 "built for another chip: initial stack pointer {stack:#010x} and reset vector {reset:#010x} \
-                 do not fit the STM32F407VG's RAM and flash"
+                 do not fit the {}'s RAM and flash",
+                model.chip()
             ),
         }
     }
@@ -255,30 +275,48 @@ mod tests {
         file
     }
 
+    fn parse(bytes: &[u8]) -> Result<Image, ElfError> {
+        Image::parse(bytes, BoardModel::default())
+    }
+
     #[test]
     fn a_segment_goes_to_its_load_address() {
-        let image = Image::parse(&elf(ARM, FLASH_BASE, &[VECTORS[0], VECTORS[1], 0xdead_beef])).unwrap();
+        let image = parse(&elf(ARM, FLASH_BASE, &[VECTORS[0], VECTORS[1], 0xdead_beef])).unwrap();
         assert_eq!(image.flash()[..4], [0x00, 0x00, 0x02, 0x20]);
         assert_eq!(image.flash()[8..], [0xef, 0xbe, 0xad, 0xde]);
     }
 
     #[test]
     fn a_missing_file_says_so() {
-        let error = Image::read(Path::new("no/such/image")).unwrap_err();
+        let error = Image::read(Path::new("no/such/image"), BoardModel::default()).unwrap_err();
         assert!(matches!(error, ElfError::Missing(_)), "{error}");
     }
 
     #[test]
     fn what_is_not_for_this_chip_is_refused() {
-        assert!(matches!(Image::parse(b"#!/bin/sh"), Err(ElfError::NotElf(_))));
-        assert!(matches!(Image::parse(&elf(243, FLASH_BASE, &VECTORS)), Err(ElfError::WrongProcessor(243))));
-        assert!(matches!(Image::parse(&elf(ARM, FLASH_BASE, &[])), Err(ElfError::Empty)));
+        assert!(matches!(parse(b"#!/bin/sh"), Err(ElfError::NotElf(_))));
+        assert!(matches!(parse(&elf(243, FLASH_BASE, &VECTORS)), Err(ElfError::WrongProcessor(243))));
+        assert!(matches!(parse(&elf(ARM, FLASH_BASE, &[])), Err(ElfError::Empty)));
         // Flash at zero, as on other vendors' chips; beyond the end; RAM of another chip.
-        for address in [0, FLASH_BASE + FLASH_SIZE - 4] {
-            let parsed = Image::parse(&elf(ARM, address, &VECTORS));
+        for address in [0, FLASH_BASE + 1024 * 1024 - 4] {
+            let parsed = parse(&elf(ARM, address, &VECTORS));
             assert!(matches!(parsed, Err(ElfError::OutsideFlash { length: 8, .. })), "{address:#x}");
         }
-        let parsed = Image::parse(&elf(ARM, FLASH_BASE, &[0x2005_0000, VECTORS[1]]));
+        let parsed = parse(&elf(ARM, FLASH_BASE, &[0x2005_0000, VECTORS[1]]));
         assert!(matches!(parsed, Err(ElfError::BadVectors { stack: 0x2005_0000, .. })));
+    }
+
+    #[test]
+    fn each_board_has_its_own_memories() {
+        let parse = |model, address, stack| Image::parse(&elf(ARM, address, &[stack, VECTORS[1]]), model);
+        let core_coupled = 0x1000_6000;
+        assert!(parse(BoardModel::F407Disc1, FLASH_BASE, core_coupled).is_ok());
+        let parsed = parse(BoardModel::NucleoF446re, FLASH_BASE, core_coupled);
+        assert!(matches!(parsed, Err(ElfError::BadVectors { stack: 0x1000_6000, .. })));
+        let parsed = parse(BoardModel::NucleoF446re, FLASH_BASE + 512 * 1024, VECTORS[0]);
+        assert!(
+            parsed
+                .is_err_and(|error| error.to_string().contains("STM32F446RE's flash (0x08000000, 512 KiB)"))
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! The virtual board: the shipped ELF on an emulated STM32F407, with real bit timing on its pins.
+//! The virtual board: the shipped ELF on an emulated STM32F407 or STM32F446, with real bit timing on its pins.
 
 pub mod analysis;
 pub mod checker;
@@ -13,6 +13,7 @@ pub mod reception;
 pub mod run;
 pub mod scenario;
 pub mod summary;
+pub mod vcd;
 
 // The emulator half.
 mod cpu;
@@ -20,6 +21,7 @@ mod crystal;
 pub mod elf;
 pub mod flash;
 mod machine;
+mod model;
 pub mod oscillators;
 mod ports;
 pub mod pwm;
@@ -29,6 +31,7 @@ mod usart;
 mod watchdog;
 mod wrapped;
 
-pub use cpu::{CpuStats, Fault};
+pub use cpu::{BareCore, CpuStats, Fault};
 pub use machine::{Board, BuildError, Stopped};
+pub use model::{BoardModel, NoSuchBoard};
 pub use ports::{HostPorts, Ports, SerialPort};

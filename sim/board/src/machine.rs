@@ -147,6 +147,11 @@ impl Board {
         self.pwm.get(index).map_or_else(Vec::new, |source| source.log())
     }
 
+    /// Every edge of PWM source `index`, with the level after it.
+    pub fn pwm_edges(&self, index: usize) -> Vec<(Ns, bool)> {
+        self.pwm.get(index).map_or_else(Vec::new, |source| source.edges())
+    }
+
     /// The characters that have arrived at a serial port, with the flags that its receiver has raised, in order.
     pub fn receptions(&self, port: SerialPort) -> Vec<Reception> {
         self.receptions.get(port.name()).map_or_else(Vec::new, Receptions::all)

@@ -1,8 +1,9 @@
 //! The circuits at the chip's pins: the four serial ports and the two PWM inputs.
 //!
 //! The DE pins, interrupts and clock enables of the ports are in `board.machine`; alternate functions are from
-//! the datasheet (DS8626 rev 9, table 9).
+//! the datasheets (DS8626 rev 9, table 9; DS10693, table 11).
 
+use crate::model::BoardModel;
 use crate::pwm::{PwmWaveform, Unconnected};
 use crate::usart::Pin;
 use clino_segment::wire::{Format, Received, Sent, Wire};
@@ -56,11 +57,11 @@ pub struct HostPorts<T> {
 pub struct Ports {
     /// T7 bus: USART1, TX PB6, RX PB7, DE PB8.
     pub t7: Box<dyn Wire>,
-    /// ISU bus: USART3, TX PD8, RX PD9, DE PD10.
+    /// ISU bus: USART3, TX PD8, RX PD9, DE PD10; on a Nucleo PC10, PC11, PC12.
     pub isu: Box<dyn Wire>,
     /// Console: USART2, TX PA2, RX PA3.
     pub console: Box<dyn Wire>,
-    /// Modbus uplink: USART6, TX PC6, RX PC7, DE PC8.
+    /// Modbus uplink: USART6, TX PC6, RX PC7, DE PC8; on a black board PD11.
     pub modbus: Box<dyn Wire>,
     /// PWM inputs: PA1 (TIM5 channel 2) and PA15 (TIM2 channel 1).
     pub pwm: [Box<dyn PwmWaveform>; 2],
@@ -80,12 +81,14 @@ impl Ports {
 }
 
 /// Bus clock and pins of the port that the board text calls `name`.
-pub(crate) fn pins(name: &str) -> Option<(ClockOutput, Pin, Pin)> {
+pub(crate) fn pins(model: BoardModel, name: &str) -> Option<(ClockOutput, Pin, Pin)> {
     let pin = |port, number, function| Pin { port, number, function };
+    let (isu, isu_tx, isu_rx) = model.isu_pins();
+    let isu = if isu == 'c' { GPIOC } else { GPIOD };
     Some(match name {
         "t7" => (ClockOutput::PCLK2, pin(GPIOB, 6, 7), pin(GPIOB, 7, 7)),
         "console" => (ClockOutput::PCLK1, pin(GPIOA, 2, 7), pin(GPIOA, 3, 7)),
-        "isu" => (ClockOutput::PCLK1, pin(GPIOD, 8, 7), pin(GPIOD, 9, 7)),
+        "isu" => (ClockOutput::PCLK1, pin(isu, isu_tx, 7), pin(isu, isu_rx, 7)),
         "modbus" => (ClockOutput::PCLK2, pin(GPIOC, 6, 8), pin(GPIOC, 7, 8)),
         _ => return None,
     })

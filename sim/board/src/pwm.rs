@@ -181,6 +181,15 @@ impl Source {
     pub fn log(&self) -> Vec<Pulse> {
         lock(&self.state).log.clone()
     }
+
+    /// Every edge so far, in order, with the level after it. The line begins low.
+    pub fn edges(&self) -> Vec<(Ns, bool)> {
+        let state = lock(&self.state);
+        let complete = state.log.iter().flat_map(|pulse| [(pulse.rising, true), (pulse.falling, false)]);
+        let rising = state.rising.map(|at| (at, true));
+        let falling = state.falling.map(|at| (at, false));
+        complete.chain(rising).chain(falling).collect()
+    }
 }
 
 impl State {
@@ -326,5 +335,12 @@ mod tests {
         )
         .log();
         assert_eq!(log, [Pulse { rising: 0, falling: 40, next_rising: 600 }]);
+    }
+
+    #[test]
+    fn the_pulse_under_way_has_its_edges_too() {
+        let pulse = |_| Cycle::Pulse { period: 100, high: 40 };
+        assert_eq!(run(pulse, 130).edges(), [(0, true), (40, false), (100, true)]);
+        assert_eq!(run(pulse, 150).edges(), [(0, true), (40, false), (100, true), (140, false)]);
     }
 }

@@ -12,15 +12,28 @@ use crate::edges::Edges;
 use crate::elf::Image;
 use crate::impairment::SharedImpairments;
 use crate::incident::{self, Incident};
-use crate::modbus::{ModbusLine, SharedMaster};
+use crate::modbus::{Framing, ModbusLine, Parity, SharedMaster};
 use crate::reception::Reception;
 use crate::scenario::{Bench, Planned, Scenario};
 use crate::summary::Summary;
+use crate::vcd::{self, Signal};
 use crate::{Board, BuildError, HostPorts, Ports, SerialPort, Stopped};
+use clino_segment::Segment;
 use clino_segment::log::{LineEvent, SegmentLog, SharedLog};
+use clino_segment::trace::Trace;
+use clino_segment::wire::Wire;
 
 /// How often the console is looked at, and the run may be stopped, in virtual time.
 const LOOK: Ns = 10_000_000;
+
+/// What a run does beside what its scenario says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Extras {
+    /// Records the levels of the lines, for [`Run::write_vcd`].
+    pub levels: bool,
+    /// In place of the T7s and the ISUs of the scenario there is a computer with an adapter on the bus.
+    pub adapters: [bool; 2],
+}
 
 /// One of the two RS485 buses.
 struct Bus {
@@ -29,6 +42,8 @@ struct Bus {
     log: SharedLog,
     /// The log begins here.
     since: Ns,
+    /// The computer on the bus, if there is one in place of sensors.
+    adapter: Option<SharedMaster>,
 }
 
 /// A board with a scenario on its pins.
@@ -43,6 +58,8 @@ pub struct Run {
     attended: bool,
     checker: Checker,
     duration: Ns,
+    /// Names and levels of the lines, if they are recorded.
+    traces: Vec<(&'static str, Trace)>,
     /// How much of what happened on the lines is kept, and up to when it has been forgotten.
     remembered: Ns,
     forgotten: Ns,
@@ -56,17 +73,33 @@ impl Run {
     /// # Errors
     /// The emulator refuses the board, or a fault cannot be planted into this image.
     pub fn new(image: &Image, scenario: &Scenario) -> Result<Self, BuildError> {
+        Self::with(image, scenario, Extras::default())
+    }
+
+    /// The same with these extras.
+    ///
+    /// # Errors
+    /// As [`Run::new`].
+    pub fn with(image: &Image, scenario: &Scenario, extras: Extras) -> Result<Self, BuildError> {
         let Bench { t7, isu, pwm, truths } = scenario.build();
-        let console = Console::new();
+        let mut console = Console::new();
+        let mut traces = Vec::new();
         let terminal = console.terminal();
         for Planned { at, what: line, gaps } in scenario.typed() {
             terminal.lock().type_with_gaps(at, format!("{line}\r").as_bytes(), &gaps);
         }
-        let buses = [
-            Bus { name: "t7", protocol: Protocol::T7, log: t7.log(), since: 0 },
-            Bus { name: "isu", protocol: Protocol::Isu, log: isu.log(), since: 0 },
-        ];
-        let line = ModbusLine::new(scenario.modbus());
+        let mut trace = |name, of: &mut dyn FnMut() -> Trace| {
+            if extras.levels {
+                traces.push((name, of()));
+            }
+        };
+        let [t7_adapter, isu_adapter] = extras.adapters;
+        let (t7, t7_bus) = sensors("t7", Protocol::T7, t7, t7_adapter.then_some(T7_LINE), &mut trace);
+        let (isu, isu_bus) = sensors("isu", Protocol::Isu, isu, isu_adapter.then_some(ISU_LINE), &mut trace);
+        let buses = [t7_bus, isu_bus];
+        let mut line = ModbusLine::new("master", scenario.modbus());
+        trace("modbus", &mut || line.trace());
+        trace("console", &mut || console.trace());
         let (modbus, modbus_log) = (line.master(), line.log());
         for Planned { at, what: bytes, gaps } in scenario.requests() {
             modbus.lock().send_with_gaps(at, bytes, &gaps);
@@ -74,13 +107,7 @@ impl Run {
         let lines = scenario.impair(HostPorts { console: Box::new(console), modbus: Box::new(line) });
         let impairments =
             HostPorts { console: lines.console.impairments(), modbus: lines.modbus.impairments() };
-        let ports = Ports {
-            t7: Box::new(t7),
-            isu: Box::new(isu),
-            console: Box::new(lines.console),
-            modbus: Box::new(lines.modbus),
-            pwm,
-        };
+        let ports = Ports { t7, isu, console: Box::new(lines.console), modbus: Box::new(lines.modbus), pwm };
         let mut board = Board::clocked_by(scenario.oscillators(), image, ports)?;
         for injection in scenario.injections() {
             board.inject(injection, image)?;
@@ -95,6 +122,7 @@ impl Run {
             attended: false,
             checker: Checker::new(truths),
             duration: scenario.duration(),
+            traces,
             remembered: Ns::MAX,
             forgotten: 0,
             now: 0,
@@ -156,6 +184,11 @@ impl Run {
     /// The Modbus port's far end.
     pub fn modbus(&self) -> SharedMaster {
         self.modbus.clone()
+    }
+
+    /// The computers in place of the sensors of the T7 and the ISU bus, where there are any ([`Extras::adapters`]).
+    pub fn adapters(&self) -> [Option<SharedMaster>; 2] {
+        self.buses.each_ref().map(|bus| bus.adapter.clone())
     }
 
     /// What happened on the Modbus port's pair; the master is its only node.
@@ -285,6 +318,42 @@ impl Run {
         others.try_for_each(|(_, line)| writeln!(out, "{line}"))
     }
 
+    /// Writes the levels of all lines since power-up as a value change dump: [`crate::vcd`].
+    ///
+    /// # Errors
+    /// Those of `out`; the levels are not recorded ([`Extras::levels`]).
+    pub fn write_vcd(&self, out: impl io::Write) -> io::Result<()> {
+        if self.traces.is_empty() {
+            return Err(io::Error::other("the levels of this run are not recorded"));
+        }
+        let driver = |log: &SharedLog| vcd::driver_enable(&lock(log));
+        let mut signals: Vec<Signal> = Vec::new();
+        for (name, trace) in &self.traces {
+            let log = match *name {
+                "modbus" => Some(&self.modbus_log),
+                bus => self.buses.iter().find(|it| it.name == bus).map(|it| &it.log),
+            };
+            let line = if log.is_some() { "pair" } else { "tx" };
+            signals.push(Signal { name: format!("{name}_{line}"), initial: true, changes: trace.changes() });
+            signals.extend(log.map(|log| Signal {
+                name: format!("{name}_de"),
+                initial: false,
+                changes: driver(log),
+            }));
+        }
+        for bus in self.buses.iter().filter(|bus| bus.adapter.is_some()) {
+            let changes = vcd::adapter(&lock(&bus.log));
+            signals.push(Signal { name: format!("{}_adapter", bus.name), initial: false, changes });
+        }
+        for input in 0..2 {
+            let changes = self.board.pwm_edges(input);
+            signals.push(Signal { name: format!("pwm{}", input + 1), initial: false, changes });
+        }
+        let changes = vcd::reset_pin(&self.incidents());
+        signals.push(Signal { name: "nrst".to_owned(), initial: true, changes });
+        vcd::write(&signals, self.now, out)
+    }
+
     /// Lines of the bus log that are not about a pair, each with its time, in order.
     fn other_lines(&self) -> Vec<(Ns, String)> {
         let incidents = self.incidents().into_iter().map(|incident| (incident.at, incident.to_string()));
@@ -303,6 +372,29 @@ impl Run {
         lines.sort_by_key(|(at, _)| *at);
         lines
     }
+}
+
+/// How a computer's adapter on the T7 bus is set, as its sensors are from the factory; and on the ISU bus.
+const T7_LINE: Framing = Framing { baud: 115_200, parity: Parity::None, stop_bits: 1 };
+const ISU_LINE: Framing = Framing { baud: 9_600, parity: Parity::None, stop_bits: 1 };
+
+/// The wire of a bus of sensors: the scenario's, or a computer with an adapter that is set so.
+fn sensors(
+    name: &'static str,
+    protocol: Protocol,
+    mut sensors: Segment,
+    adapter: Option<Framing>,
+    trace: &mut dyn FnMut(&'static str, &mut dyn FnMut() -> Trace),
+) -> (Box<dyn Wire>, Bus) {
+    let Some(framing) = adapter else {
+        trace(name, &mut || sensors.trace());
+        let log = sensors.log();
+        return (Box::new(sensors), Bus { name, protocol, log, since: 0, adapter: None });
+    };
+    let mut line = ModbusLine::new("adapter", framing);
+    trace(name, &mut || line.trace());
+    let (log, adapter) = (line.log(), Some(line.master()));
+    (Box::new(line), Bus { name, protocol, log, since: 0, adapter })
 }
 
 fn lock(log: &SharedLog) -> MutexGuard<'_, SegmentLog> {

@@ -5,11 +5,13 @@
 //! | [`Segment`] | the pair: its drivers, what each receiver samples, disturbances |
 //! | [`wire`] | the seam to the master's UART |
 //! | [`log`] | everything that happened on it, for tests and figures |
+//! | [`trace`] | its level over time, as a logic analyser records it |
 //!
 //! The virtual board, the host tests of the portable crates and the simulator on pseudo-terminals hang on it.
 
 pub mod log;
 mod segment;
+pub mod trace;
 pub mod wire;
 
 pub use segment::{

@@ -32,6 +32,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use clino_sim::node::{Node, Ns};
 
 use crate::log::{LineEvent, SegmentLog, SharedLog, Talker};
+use crate::trace::Trace;
 use crate::wire::{Format, Received, Sent, Wire};
 use chance::{Chance, Topic};
 use driver::{Character, Driver};
@@ -103,6 +104,8 @@ pub struct Segment {
     received: VecDeque<Received>,
     news: Vec<LineEvent>,
     log: SharedLog,
+    /// The level over time, if it is wanted.
+    trace: Option<Trace>,
 }
 
 impl Segment {
@@ -133,6 +136,7 @@ impl Segment {
             received: VecDeque::new(),
             news: Vec::new(),
             log,
+            trace: None,
         };
         segment.next = segment.find_next();
         segment
@@ -149,6 +153,16 @@ impl Segment {
     /// The log, to be read during or after the run.
     pub fn log(&self) -> SharedLog {
         Arc::clone(&self.log)
+    }
+
+    /// The bit rate of a sensor just now, by its place, in bit/s.
+    pub fn node_baud(&self, node: usize) -> Option<u32> {
+        self.slots.get(node).map(Slot::baud)
+    }
+
+    /// Records the level of the pair from now on, as its receivers sample it (noise excepted: it acts in a receiver).
+    pub fn trace(&mut self) -> Trace {
+        self.trace.get_or_insert_default().clone()
     }
 
     /// The earliest event of the segment itself.
@@ -231,6 +245,9 @@ impl Segment {
         }
         self.note_contention(at, on, fought);
         if self.line.set(at, Level { high, fought }) {
+            if let Some(trace) = &self.trace {
+                trace.note(to_ns(at), high);
+            }
             self.receiver.line_changed(at, high, &self.settings.noise);
             for slot in &mut self.slots {
                 slot.line_changed(at, high, &self.settings.noise);

@@ -14,6 +14,9 @@ use crate::Error;
 pub struct Annotations {
     /// The main program.
     pub main: Pattern,
+    /// Functions that run before the main program and may take another stack, to go on there for ever.
+    #[serde(default)]
+    pub before_main: Vec<Pattern>,
     /// Lists of names that several lines need; `@name` stands for one.
     #[serde(default)]
     pub groups: BTreeMap<String, Vec<Pattern>>,

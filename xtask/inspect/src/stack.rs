@@ -111,7 +111,10 @@ fn only_handlers_take_stacks(
     let own = own.flat_map(|level| &level.handlers).map(|handler| find(image, handler));
     let own = own.collect::<Result<BTreeSet<_>, _>>()?;
     let takers = frames.iter().filter(|(_, frame)| frame.takes_another_stack);
-    let takers: BTreeSet<u32> = takers.map(|(&address, _)| address).collect();
+    let mut takers: BTreeSet<u32> = takers.map(|(&address, _)| address).collect();
+    for function in &annotations.before_main {
+        takers.remove(&find(image, function)?);
+    }
     match own.symmetric_difference(&takers).next() {
         None => Ok(()),
         Some(&one) if takers.contains(&one) => {

@@ -66,7 +66,7 @@ fn the_picture_of_the_crates_is_true() {
 /// A mistake that both sides share would hide.
 #[test]
 fn the_simulation_and_the_tests_of_the_image_know_no_crate_of_the_firmware() {
-    let allowed = ["sim", "segment", "board", "pty", "testkit", "inspect", "host-tests"];
+    let allowed = ["sim", "segment", "board", "pty", "testkit", "inspect", "hil", "host-tests"];
     for package in ["clino-sim", "clino-segment", "clino-board", "clino-host-tests"] {
         // With the features that this package asks for, and its tests.
         let tree = cargo(&["tree", "--package", package, "--all-features", "--prefix", "none"]);

@@ -161,6 +161,32 @@ pub fn diagnose(make: Make, asked: Asked, seen: &Seen, counters: &BusCounters) -
     }
 }
 
+/// Why a listener hears characters and no frame: `flawed` of them had no stop bit, `breaks` of these were zeros.
+pub fn overheard(make: Make, asked: Asked, characters: usize, flawed: usize, breaks: usize) -> Diagnosis {
+    let mut heard = Seen::new(EchoMode::Off);
+    heard.characters = u32::try_from(characters).unwrap_or(u32::MAX);
+    let count = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+    // All bits inverted: the idle line is low, and reads as breaks between what is no character.
+    if breaks > 0 && 2 * breaks >= flawed && flawed > 0 {
+        let counters =
+            BusCounters { breaks: count(flawed), framing: count(flawed), ..BusCounters::default() };
+        return diagnose(make, asked, &heard, &counters);
+    }
+    if flawed > 0 {
+        let counters = BusCounters { framing: count(flawed), ..BusCounters::default() };
+        return diagnose(make, asked, &heard, &counters);
+    }
+    Diagnosis {
+        kind: "foreign",
+        cause: "characters come, and no frame of this protocol: another protocol or bit rate, or A and B are swapped".to_owned(),
+        next: vec![
+            "check that the sensors on this pair are of this make",
+            "try the other bit rates with --baud: a T7 has one of five",
+            "swap A and B at the adapter: makers do not agree on the names",
+        ],
+    }
+}
+
 /// Something answers, and is never understood.
 pub fn collision(make: Make) -> Diagnosis {
     let alone = match make {

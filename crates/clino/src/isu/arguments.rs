@@ -7,6 +7,7 @@ use super::names;
 use super::verb::Verb;
 use crate::choice::choose;
 use crate::number::{memory_address, within};
+use crate::port::PortName;
 use crate::stream::Frames;
 
 /// Highest address of a module; 15 is reserved. Source: AN #201 §4.
@@ -38,10 +39,21 @@ pub enum Tool {
     /// Command to frame
     #[command(after_help = COMMANDS, allow_negative_numbers = true)]
     Encode(Encode),
-    /// ASCII lines from standard input to JSON, such as `+ 32.70`
-    Ascii,
+    /// ASCII lines to JSON, such as `+ 32.70`: from standard input, or as a module prints them at a port
+    Ascii(AsciiLines),
     #[command(flatten)]
     Verb(Verb),
+}
+
+/// `clino isu ascii [--port PORT]`
+#[derive(Args)]
+pub struct AsciiLines {
+    /// Serial port, pseudo-terminal, or tcp://host:port; without it, standard input is read
+    #[arg(long, value_name = "PORT")]
+    pub port: Option<PortName>,
+    /// End after this many lines
+    #[arg(long, value_name = "N", requires = "port")]
+    pub lines: Option<u32>,
 }
 
 /// `clino isu decode …`

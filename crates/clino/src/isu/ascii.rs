@@ -1,18 +1,66 @@
 //! The ISU's ASCII output, line by line: a terminal or a log may have changed the line ends, so that the text decides.
 
 use std::io;
+use std::time::Duration;
 
+use clino_bus::Serial;
 use clino_codec::DecodeProgress;
 use clino_codec::ascii::{Centidegrees, LineDecoder, LineFault};
 use clino_codec::character::Character;
 use serde::ser::{Serialize, SerializeMap as _, Serializer};
 
+use super::arguments::AsciiLines;
 use crate::bad::Bad;
+use crate::bus::Stop;
 use crate::outcome::{DecodeVerdict, Failure};
-use crate::stream;
+use crate::port::{self, PortError, PortName};
+use crate::say::Say;
+use crate::session::port_failed;
+use crate::{report, stream};
 
-pub fn run() -> Result<DecodeVerdict, Failure> {
-    Ok(stream::lines(io::stdin().lock(), io::stdout().lock(), decode)?)
+/// The longest wait without a look at whether the user wants to stop.
+const LOOK: Duration = Duration::from_millis(50);
+/// What is longer is no line: they have nine characters.
+const LONGEST: usize = 64;
+
+/// Decodes what standard input has, or what a module prints at a port.
+pub fn run(AsciiLines { port, lines }: &AsciiLines) -> Result<DecodeVerdict, Failure> {
+    match port {
+        None => Ok(stream::lines(io::stdin().lock(), io::stdout().lock(), decode)?),
+        Some(name) => listen(name, *lines),
+    }
+}
+
+/// Listens until Ctrl-C, or to that many lines.
+fn listen(name: &PortName, most: Option<u32>) -> Result<DecodeVerdict, Failure> {
+    let stop = Stop::on_signals()?;
+    let failed = |error: &PortError| port_failed(&mut Say::new(false), error);
+    let mut port = match port::open(name, Serial::ISU.baud, port::Wiring::default()) {
+        Ok(port) => port,
+        Err(error) => return Err(failed(&error)?),
+    };
+    let (mut heard, mut line, mut told) = (Vec::new(), Vec::new(), 0);
+    // The first line may have begun before.
+    let mut is_whole = false;
+    let mut verdict = DecodeVerdict::Good;
+    while !stop.is_asked() && most.is_none_or(|most| told < most) {
+        if let Err(error) = port.receive(LOOK, &mut heard) {
+            return Err(failed(&error)?);
+        }
+        for character in heard.drain(..) {
+            if character.byte != b'\n' {
+                line.push(character.byte);
+                line.truncate(LONGEST);
+                continue;
+            }
+            if decode(&line).is_ok() || is_whole {
+                verdict = verdict.and(report::line(&mut io::stdout().lock(), decode(&line))?);
+                told += 1;
+            }
+            (is_whole, line) = (true, Vec::new());
+        }
+    }
+    Ok(verdict)
 }
 
 fn decode(text: &[u8]) -> Result<LineObject, Bad> {

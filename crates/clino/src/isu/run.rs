@@ -1,19 +1,24 @@
 //! ISUs on a bus: the console's operations, and the angle.
 
-use clino_bus::{Isu, Serial, Timing};
+use clino_bus::{Duration, Isu, Serial, Timing};
 use clino_codec::isu::Address;
-use clino_codec::isu::eeprom::Change;
+use clino_codec::isu::eeprom::{Change, Image};
 use clino_commissioning::isu::{
     Cause, Failure, Identify, Module, Program, ReadAngle, Repair as RepairModule, Reset, ResetNull,
 };
 use clino_commissioning::{Operation, Report, SettingChange, SingleDevice};
 use clino_gateway::task::TaskEvent;
 
-use super::verb::{Null, One, Repair, SetAddress, Verb, Zero};
+use super::eeprom::{Dumped, ReadEeprom};
+use super::hunt::{FoundModule, Hunt, Hunted};
+use super::verb::{AutoShutoff, Eeprom, Null, One, Repair, SetAddress, Verb, Zero};
 use crate::bus::{Asked, Make};
 use crate::outcome::{DecodeVerdict, Failure as Ended};
-use crate::say::thousandths;
-use crate::session::{Consent, Session};
+use crate::say::{Item, thousandths};
+use crate::session::{Collected, Consent, PortOptions, Session, verdict};
+
+/// A module that has heard half a command hears again after 400 ms (AN #201 section 4, Command Timeout), by its own clock.
+const RESYNC: Duration = Duration::from_millis(450);
 
 type Outcome = Result<DecodeVerdict, Ended>;
 
@@ -26,6 +31,7 @@ struct Bench {
 /// Carries out a command.
 pub fn run(verb: Verb) -> Outcome {
     match verb {
+        Verb::Scan(port) => scan(port),
         Verb::Info(one) => info(one),
         Verb::Angle(one) => angle(one),
         Verb::Zero(zero) => self::zero(zero),
@@ -33,7 +39,131 @@ pub fn run(verb: Verb) -> Outcome {
         Verb::Address(address) => self::address(address),
         Verb::Reset(one) => reset(one),
         Verb::Repair(repair) => self::repair(repair),
+        Verb::AutoShutoff(shutoff) => auto_shutoff(shutoff),
+        Verb::Eeprom(Eeprom::Dump(one)) => eeprom(one, dump),
+        Verb::Eeprom(Eeprom::Audit(one)) => eeprom(one, audit),
     }
+}
+
+fn scan(port: PortOptions) -> Outcome {
+    let mut session = port.open(Make::Isu, Serial::ISU, |_| Timing::isu())?;
+    let (mut found, mut hunted) = hunt(&mut session)?;
+    // Once more, if all may have been deaf at the beginning.
+    if hunted.complete && hunted.devices == 0 && hunted.suspects == 0 && session.rest(RESYNC)? {
+        (found, hunted) = hunt(&mut session)?;
+    }
+    for FoundModule { address, mdeg } in &found {
+        let values = [("address", address.get().into()), ("angle_deg", mdeg.map_or(Item::None, thousandths))];
+        session.say.line("found", &values)?;
+    }
+    let Hunted { devices, suspects, asked, complete } = hunted;
+    let values = [
+        ("devices", devices.into()),
+        ("suspects", suspects.into()),
+        ("asked", asked.into()),
+        ("complete", Item::Flag(complete)),
+    ];
+    session.say.line("swept", &values)?;
+    if !complete {
+        return Err(Ended::STOPPED);
+    }
+    if suspects > 0 {
+        session.suspect()?;
+    } else if devices == 0 {
+        session.diagnose(Asked::Scan)?;
+    }
+    Ok(verdict(devices > 0))
+}
+
+fn hunt(session: &mut Session<Isu>) -> Result<(Vec<FoundModule>, Hunted), Ended> {
+    let Collected { found, result } = session.collect(Hunt::new())?;
+    match result {
+        Ok(hunted) => Ok((found, hunted)),
+        Err(never) => match never {},
+    }
+}
+
+fn auto_shutoff(AutoShutoff { one, enabled, bit, consent }: AutoShutoff) -> Outcome {
+    let module = module(&one)?;
+    let name = one.address.get();
+    let (Some(enabled), Some(bit)) = (enabled, bit) else {
+        let mut bench = Bench::open(one)?;
+        return match bench.session.run(Identify::new(module))? {
+            Ok(identity) => {
+                let values =
+                    [("address", name.into()), ("auto_shutoff_word", identity.auto_shutoff_word.into())];
+                bench.session.say.line("auto_shutoff", &values)?;
+                Ok(DecodeVerdict::Good)
+            }
+            Err(failure) => bench.failed(&failure),
+        };
+    };
+    let operation = Program::new(module, Change::AutoShutoff { bit, enabled }).map_err(refused)?;
+    let mut bench = Bench::open_to_write(one, consent)?;
+    let old = match bench.session.run(Identify::new(module))? {
+        Ok(identity) => identity.auto_shutoff_word,
+        Err(failure) => return bench.failed(&failure),
+    };
+    let [is, shall] = [old >> (bit as u8) & 1 == 1, enabled].map(|on| if on { "on" } else { "off" });
+    if is != shall {
+        let question = format!(
+            "ISU {name}: bit {} of its auto-shutoff word is {is}, shall be {shall}; this writes to its memory; it starts again",
+            bit as u8
+        );
+        bench.session.confirm(consent, &question)?;
+    }
+    bench.program(operation, &format!("auto-shutoff {name} {is} --bit {}", bit as u8))
+}
+
+/// Reads the whole memory, and tells of it.
+fn eeprom(one: One, told: fn(&mut Bench, &Image) -> Result<DecodeVerdict, Ended>) -> Outcome {
+    // The address alone: this reads, and a module that is alone answers at 0.
+    module(&one)?;
+    let address = one.address;
+    let mut bench = Bench::open(one)?;
+    match bench.session.collect(ReadEeprom::new(address))?.result {
+        Ok(Dumped { image, is_agreed: true }) => told(&mut bench, &image),
+        Ok(Dumped { is_agreed: false, .. }) => {
+            let next = "check termination at both ends, ground, and the length of the cable, and try again";
+            bench.session.say.failure("unsteady", "two readings of the memory were not the same", next)?;
+            Ok(DecodeVerdict::Bad)
+        }
+        Err(failure) => bench.failed(&failure),
+    }
+}
+
+fn dump(bench: &mut Bench, image: &Image) -> Result<DecodeVerdict, Ended> {
+    const IN_LINE: usize = 8;
+    let address = bench.one.address.get();
+    for (words, start) in image.words().chunks(IN_LINE).zip((0_u32..).step_by(IN_LINE)) {
+        if bench.session.say.is_for_programs() {
+            let list = words.iter().map(u16::to_string).collect::<Vec<_>>().join(",");
+            let text = format!(
+                "{{\"what\":\"eeprom\",\"address\":{address},\"start\":{start},\"words\":[{list}]}}\n"
+            );
+            bench.session.say.print(&text)?;
+        } else {
+            let list = words.iter().map(|word| format!("{word:04X}")).collect::<Vec<_>>().join(" ");
+            bench.session.say.print(&format!("{start:02X}: {list}\n"))?;
+        }
+    }
+    Ok(DecodeVerdict::Good)
+}
+
+fn audit(bench: &mut Bench, image: &Image) -> Result<DecodeVerdict, Ended> {
+    let audit = image.audit();
+    let values = [
+        ("address", bench.one.address.get().into()),
+        ("checksum_right", Item::Flag(audit.is_sound())),
+        ("stored", audit.stored.into()),
+        ("upper_bits_counted", audit.upper_bits_counted.into()),
+        ("words_left_out", audit.words_left_out.into()),
+    ];
+    bench.session.say.line("audit", &values)?;
+    if !audit.is_sound() {
+        bench.advise_repair()?;
+    }
+    Ok(verdict(audit.is_sound()))
 }
 
 fn info(one: One) -> Outcome {

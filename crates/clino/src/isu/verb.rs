@@ -2,7 +2,9 @@
 
 use clap::{Args, Subcommand};
 use clino_codec::isu::Address;
+use clino_codec::isu::eeprom::ShutoffBit;
 
+use crate::choice::choose;
 use crate::number::within;
 use crate::session::{Consent, PortOptions};
 
@@ -12,6 +14,8 @@ const MAX_ADDRESS: u8 = 14;
 /// What can be done with ISUs on a bus.
 #[derive(Subcommand)]
 pub enum Verb {
+    /// Find modules: every address from 1 to 14
+    Scan(PortOptions),
     /// Where a module is, how it is set, whether its memory is sound
     Info(One),
     /// The angle
@@ -26,6 +30,35 @@ pub enum Verb {
     Reset(One),
     /// Makes the checksum of the module's memory right, and starts it again
     Repair(Repair),
+    /// Whether the module may switch itself off; writes to its memory if on or off is said, and the module starts again
+    AutoShutoff(AutoShutoff),
+    /// The module's memory: all words, or whether its checksum is right; writes nothing
+    #[command(subcommand)]
+    Eeprom(Eeprom),
+}
+
+/// `eeprom dump A`, `eeprom audit A`
+#[derive(Subcommand)]
+pub enum Eeprom {
+    /// All 256 words
+    Dump(One),
+    /// The checksum as it is stored, and as it should be
+    Audit(One),
+}
+
+/// `auto-shutoff A [on|off]`
+#[derive(Args)]
+pub struct AutoShutoff {
+    #[command(flatten)]
+    pub one: One,
+    /// on or off
+    #[arg(value_name = "on|off", value_parser = on_off, requires = "bit")]
+    pub enabled: Option<bool>,
+    /// Which bit of the word is the switch: 0, 1 or 7; the document cannot be read there, 0 fits best
+    #[arg(long, value_name = "BIT", value_parser = shutoff_bit, requires = "enabled")]
+    pub bit: Option<ShutoffBit>,
+    #[command(flatten)]
+    pub consent: Consent,
 }
 
 /// One module.
@@ -89,6 +122,14 @@ pub struct Repair {
 fn address(text: &str) -> Result<Address, String> {
     within(text, 0..=MAX_ADDRESS)
         .and_then(|address| Address::new(address).ok_or_else(|| format!("{address} is not an address")))
+}
+
+fn on_off(text: &str) -> Result<bool, String> {
+    choose(text, [true, false], |on| if on { "on" } else { "off" })
+}
+
+fn shutoff_bit(text: &str) -> Result<ShutoffBit, String> {
+    choose(text, [ShutoffBit::Bit0, ShutoffBit::Bit1, ShutoffBit::Bit7], |bit| bit as u8)
 }
 
 fn position(text: &str) -> Result<u16, String> {

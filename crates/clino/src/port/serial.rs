@@ -6,7 +6,7 @@
 //!
 //! *Errors of the receiver.* On Linux the terminal marks them in the stream (`port/marks.rs`); elsewhere they are lost.
 //!
-//! *RTS as DE.* High before the first byte; low once the system says that all bytes are out, and not before the frame's own
+//! *RTS as DE* (`port/driver.rs`). High before the first byte; low once the system says that all bytes are out, and not before the frame's own
 //! time. USB adapters do that a millisecond late or more, which a sensor's first byte may not wait for: an adapter that
 //! switches by itself is better.
 
@@ -17,6 +17,7 @@ use std::time::Duration;
 use clino_codec::character::Character;
 use serial2::{KeepSettings, SerialPort, Settings};
 
+use super::driver::Driver;
 use super::{Port, PortError, Problem, Wiring, sysfs};
 
 /// A port that takes no byte for this long never will.
@@ -33,7 +34,7 @@ pub struct Serial {
     /// As it was found, and is left.
     before: Settings,
     driven_before: Option<Driven>,
-    rts_de: bool,
+    driver: Driver,
     latency: Duration,
     #[cfg(target_os = "linux")]
     marks: super::marks::Marks,
@@ -62,7 +63,7 @@ impl Serial {
             port,
             before,
             driven_before,
-            rts_de: wiring.rts_de,
+            driver: Driver { by_rts: wiring.rts_de },
             latency: sysfs::latency(path),
             #[cfg(target_os = "linux")]
             marks: super::marks::Marks::default(),
@@ -137,23 +138,11 @@ impl Port for Serial {
     }
 
     fn send(&mut self, frame: &[u8]) -> Result<(), PortError> {
-        if self.rts_de {
-            self.port.set_rts(true).map_err(|error| self.failed(error))?;
-        }
-        self.port.write_all(frame).map_err(|error| self.failed(error))
+        self.driver.send(&self.port, frame).map_err(|error| self.failed(error))
     }
 
     fn sent(&mut self) -> Result<(), PortError> {
-        if !self.rts_de {
-            return Ok(());
-        }
-        loop {
-            match self.port.flush() {
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                flushed => break flushed.map_err(|error| self.failed(error))?,
-            }
-        }
-        self.port.set_rts(false).map_err(|error| self.failed(error))
+        self.driver.sent(&self.port).map_err(|error| self.failed(error))
     }
 
     fn set_baud(&mut self, baud: u32) -> Result<(), PortError> {
@@ -175,7 +164,7 @@ impl Port for Serial {
 
 impl Drop for Serial {
     fn drop(&mut self) {
-        if self.rts_de {
+        if self.driver.by_rts {
             // The pair is left to the others, whatever happened. A port that has vanished drives nothing.
             let _ = self.port.set_rts(false);
         }

@@ -17,9 +17,9 @@ const TERMINALS: &str = "/sys/class/tty";
 /// The shortest time of an FTDI's timer.
 const SHORTEST_MS: u32 = 1;
 
-/// From the adapter to this program: USB frames, the kernel, a busy computer. What comes later is heard, too, if this program
-/// alone was late: it looks before it judges.
-const COMPUTER: Duration = Duration::from_millis(4);
+/// From the adapter to this program: two USB frames of 1 ms, with the kernel's part in them. A busy computer needs no more: what
+/// comes while this program stands still is heard, because it looks before it judges.
+const COMPUTER: Duration = Duration::from_millis(2);
 /// What other adapters hold back, and what the program at the other end of a pseudo-terminal may need. Our choice: the
 /// longest that is usual, an FTDI's 16 ms.
 const USUAL: Duration = Duration::from_millis(16);

@@ -95,6 +95,16 @@ impl Adapter {
         heard.into_iter().map(|received| received.word as u8).collect()
     }
 
+    /// Whether a character is on its way, or waits.
+    pub fn is_sending(&self) -> bool {
+        self.next_character.is_some()
+    }
+
+    /// The bit rate of the first sensor just now.
+    pub fn first_baud(&self) -> Option<u32> {
+        self.segment.node_baud(0)
+    }
+
     /// Begins the next character, or ends the transmission.
     fn shift(&mut self, now: Ns) {
         let byte = self.outgoing.pop_front();
@@ -109,7 +119,7 @@ impl Adapter {
     }
 
     /// Length of a character.
-    fn character(&self) -> Ns {
+    pub fn character(&self) -> Ns {
         (BITS * self.format.bit_ps).div_ceil(PS_PER_NS)
     }
 }

@@ -5,6 +5,7 @@ use clino_segment::Probability;
 
 use super::isu::Isu;
 use super::t7::T7;
+use crate::port::PortName;
 
 /// Most T7s on a bus. Source: T7 guide §1.
 const MOST_T7S: usize = 32;
@@ -12,8 +13,10 @@ const MOST_T7S: usize = 32;
 const MOST_ISUS: usize = 14;
 
 const SENSORS: &str = "\
-The path of each bus's terminal is printed on a line of its own: the T7 bus first, then
-the ISU bus. Open it like a serial port, as often as you like. SIGINT or SIGTERM ends it.
+With --pty the path of each bus's terminal is printed on a line of its own: the T7 bus
+first, then the ISU bus. Open it like a serial port, as often as you like. With --port the
+sensors answer on a real pair, at the bit rate of the first one; the path is printed when
+they listen. SIGINT or SIGTERM ends it.
 
 A sensor is an address, and what is to be different from the usual, with commas between:
   --t7 5,angle=12.5,baud=9600  --isu 3,angle=ramp:0:10
@@ -56,11 +59,20 @@ pub struct Arguments {
     /// An ISU on the ISU bus: address 1-14; once for each
     #[arg(long, value_name = "ADDRESS[,KEY=VALUE]", value_parser = Isu::parse)]
     pub isu: Vec<Isu>,
-    /// Serve each bus on a pseudo-terminal; there is no other way yet
-    #[arg(long, required = true)]
+    /// Serve each bus on a pseudo-terminal
+    #[arg(long, required_unless_present = "port", conflicts_with = "port")]
     pub pty: bool,
+    /// Serve the one bus that there is on this port: an adapter on a real pair, or tcp://host:port
+    #[arg(long, value_name = "PORT")]
+    pub port: Option<PortName>,
+    /// With --port: RTS switches the driver of the transceiver
+    #[arg(long, conflicts_with_all = ["rs485", "pty"])]
+    pub rts_de: bool,
+    /// With --port: the kernel's RS485 mode switches the driver
+    #[arg(long, conflicts_with = "pty")]
+    pub rs485: bool,
     /// The program hears what it sends, as with an adapter whose receiver is always on
-    #[arg(long)]
+    #[arg(long, conflicts_with = "port")]
     pub echo: bool,
     /// Probability that a bit is received inverted, 0..=1
     #[arg(long, value_name = "P", value_parser = probability, default_value = "0")]
@@ -84,6 +96,9 @@ impl Arguments {
         }
         if self.isu.len() > MOST_ISUS {
             return Err(format!("{} times --isu: a bus has at most {MOST_ISUS}", self.isu.len()));
+        }
+        if self.port.is_some() && !self.t7.is_empty() && !self.isu.is_empty() {
+            return Err("--port: one protocol on a port; run clino sim once for each".to_owned());
         }
         if self.isu.len() > 1 && self.isu.iter().any(Isu::prints) {
             return Err("--isu …,ascii: a module that prints needs the bus for itself".to_owned());

@@ -104,6 +104,7 @@ fn a_program_that_does_not_say_yes_is_refused_before_the_port_is_opened() {
         "isu null 3 1",
         "isu address 3 4",
         "isu repair 3",
+        "isu auto-shutoff 3 on --bit 0",
     ] {
         let (status, objects) = json("/dev/there-is-no-such-port", line);
         assert_eq!((status, &objects[0]["error"]["kind"]), (2, &"unconfirmed".into()), "{line}: {objects:?}");

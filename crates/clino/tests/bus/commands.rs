@@ -163,6 +163,31 @@ fn an_isu_is_read_and_set_up() {
             ),
             ("isu reset 4", "alive: address 4", json!({"what":"alive","address":4})),
             (
+                "isu scan",
+                "found: address 4, angle_deg 45.000\nswept: devices 1, suspects 0, asked 14, complete yes",
+                json!({"what":"found","address":4,"angle_deg":45.0}),
+            ),
+            (
+                "isu auto-shutoff 4",
+                "auto_shutoff: address 4, auto_shutoff_word 49508",
+                json!({"what":"auto_shutoff","address":4,"auto_shutoff_word":49508}),
+            ),
+            (
+                "isu auto-shutoff 4 on --bit 0 --yes",
+                "changed: auto_shutoff yes, from no, writes 2",
+                json!({"what":"changed","auto_shutoff":true,"from":false,"writes":2}),
+            ),
+            (
+                "isu auto-shutoff 4 off --bit 0 --yes",
+                "changed: auto_shutoff no, from yes, writes 2",
+                json!({"what":"changed","auto_shutoff":false,"from":true,"writes":2}),
+            ),
+            (
+                "isu auto-shutoff 4 off --bit 0 --yes",
+                "unchanged: auto_shutoff no, writes 0",
+                json!({"what":"unchanged","auto_shutoff":false,"writes":0}),
+            ),
+            (
                 "isu repair 4 --yes",
                 "repaired: address 4, stored_address 4, writes 0",
                 json!({"what":"repaired","address":4,"stored_address":4,"writes":0}),
@@ -262,4 +287,72 @@ fn the_ports_of_this_computer_are_listed() {
         }
     }
     assert_eq!(super::clino("ports").status, 0);
+}
+
+#[test]
+fn the_memory_of_an_isu_is_read_and_audited() {
+    let server = Server::start("--isu 3 --isu 5,hard-error --pty");
+    let port = server.path();
+    let (status, objects) = json(&port, "isu eeprom audit 3");
+    assert_eq!(
+        (status, &objects[0]["what"], &objects[0]["checksum_right"]),
+        (0, &json!("audit"), &json!(true))
+    );
+    let run = on(&port, "isu eeprom dump 3");
+    let words = run.stdout.lines().map(|line| line.split_once(": ").unwrap());
+    let words: Vec<u16> = words
+        .flat_map(|(_, words)| {
+            words.split(' ').map(|word| u16::from_str_radix(word, 16).unwrap()).collect::<Vec<_>>()
+        })
+        .collect();
+    assert_eq!((run.status, words.len()), (0, 256), "{run:?}");
+    // The address, in the low bits of eight words from 48H, most significant pair first, low byte first: b7-b4 are in two words.
+    assert_eq!(((words[0x48] & 3) << 2) | (words[0x49] & 3), 3);
+    // The checksum: the sum of all words without its own 16 bits, or without its own eight words.
+    let bits = [3, 2, 1, 0, 7, 6, 5, 4].map(|pair| pair * 2);
+    let stored = (0..8).fold(0, |sum, place| sum | ((words[0x78 + place] & 3) << bits[place]));
+    let total = |words: &[u16]| words.iter().fold(0_u16, |sum, word| sum.wrapping_add(*word));
+    let left_out = total(&words).wrapping_sub(total(&words[0x78..0x80]));
+    let counted =
+        left_out.wrapping_add(words[0x78..0x80].iter().fold(0, |sum: u16, word| sum.wrapping_add(word & !3)));
+    assert!([left_out, counted].contains(&stored), "{stored} {left_out} {counted}");
+    let (_, objects) = json(&port, "isu eeprom dump 3");
+    let listed: Vec<u64> = objects
+        .iter()
+        .flat_map(|object| object["words"].as_array().unwrap().clone())
+        .map(|word| word.as_u64().unwrap())
+        .collect();
+    assert_eq!(listed, words.iter().map(|word| u64::from(*word)).collect::<Vec<_>>());
+    // One in its Hard Error state says so.
+    let (status, objects) = json(&port, "isu eeprom audit 5");
+    assert_eq!((status, &objects[0]["why"]), (1, &json!("hard_error")), "{objects:?}");
+}
+
+#[test]
+fn lines_that_a_module_prints_are_read_at_a_port() {
+    let server = Server::start("--isu 3,ascii,angle=-32.7 --pty");
+    let run = super::clino(&format!("isu ascii --lines 3 --port {}", server.path()));
+    assert_eq!((run.status, run.stderr.as_str()), (0, ""), "{run:?}");
+    assert!(
+        run.objects().len() == 3 && run.objects().iter().all(|object| object["angle_cdeg"] == -3_270),
+        "{run:?}"
+    );
+}
+
+#[test]
+fn completions_and_the_manual_know_every_command() {
+    for shell in ["bash", "zsh", "fish"] {
+        let run = super::clino(&format!("completions {shell}"));
+        assert_eq!(run.status, 0, "{run:?}");
+        for word in ["watch", "sniff", "gateway", "auto-shutoff", "damping"] {
+            assert!(run.stdout.contains(word), "{word} for {shell}");
+        }
+    }
+    let run = super::clino("man");
+    assert!(run.status == 0 && run.stdout.contains(".TH clino 1") && run.stdout.contains("sniff"), "{run:?}");
+    let folder = std::env::temp_dir().join(format!("clino-man-{}", std::process::id()));
+    assert_eq!(super::clino(&format!("man --dir {}", folder.display())).status, 0);
+    let page = std::fs::read_to_string(folder.join("clino-t7-scan.1")).unwrap();
+    assert!(page.contains("scan"), "{page}");
+    std::fs::remove_dir_all(folder).unwrap();
 }

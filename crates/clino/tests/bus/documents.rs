@@ -5,8 +5,12 @@ use super::server::Server;
 use super::{ATTEMPTS, RESYNC};
 
 /// Sensors of each session of the page, by the mark before it.
-const SESSIONS: [(&str, &str); 2] =
-    [("first", "--t7 127,angle=12.345,serial=25033 --pty"), ("isu", "--isu 3,angle=90 --pty")];
+const SESSIONS: [(&str, &str); 4] = [
+    ("first", "--t7 127,angle=12.345,serial=25033 --pty"),
+    ("set-up", "--t7 5,angle=12.345 --pty"),
+    ("isu", "--isu 3,angle=90 --pty"),
+    ("sniff", "--t7 5 --pty"),
+];
 /// The port that the page names.
 const PORT: &str = "/dev/ttyUSB0";
 
@@ -56,4 +60,33 @@ fn run(sensors: &str, commands: &[(String, String)]) -> String {
         }
     }
     String::new()
+}
+
+#[test]
+fn the_lines_of_the_readme_lead_to_live_angles() {
+    let readme = include_str!("../../../../README.md");
+    let (_, section) = readme.split_once("## I have sensors and a PC\n").expect("the door");
+    let (_, block) = section.split_once("```sh\n").expect("its lines");
+    let (block, rest) = block.split_once("```").expect("their end");
+    let lines: Vec<&str> = block.lines().collect();
+    let [install, ports, watch] = lines[..] else { panic!("three lines, not {lines:?}") };
+    let folder = install.strip_prefix("cargo install --path ").expect("the first line installs");
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    assert!(root.join(folder).join("Cargo.toml").exists(), "{folder}");
+    assert_eq!(super::clino(ports.strip_prefix("clino ").unwrap()).status, 0);
+    let server = Server::start("--t7 127,angle=12.345 --pty");
+    let port = server.path();
+    let address = "clino t7 address 127 5 --port /dev/ttyUSB0";
+    assert!(rest.contains(address), "{rest}");
+    let line = watch.replace(PORT, &port).replace("clino", CLINO);
+    let output = std::process::Command::new("timeout")
+        .args(["-s", "INT", "8"])
+        .args(line.split(' '))
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.lines().any(|line| line.starts_with("t7 127") && line.contains("12.345  ok")), "{said}");
+    let run =
+        super::clino(&format!("{} --yes", address.replace(PORT, &port).strip_prefix("clino ").unwrap()));
+    assert!(run.stdout.starts_with("changed: address 5, from 127"), "{run:?}");
 }

@@ -1,10 +1,16 @@
 //! Through adapters as they are: what they do to the bytes is survived, and no setting is left half done.
 
+use std::io::Read as _;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 use super::adapter::{Adapter, Faults};
+use super::common::CLINO;
 use super::server::Server;
 use super::{json, on, patiently, together};
 
@@ -113,4 +119,83 @@ fn an_adapter_unplugged_in_the_middle_is_an_error_with_a_next_step() {
             assert_eq!((&error["kind"], run.stderr.as_str()), (&"port_vanished".into(), ""), "{run:?}");
         }
     }
+}
+
+/// A computer that stands still again and again, longer than any sensor may take.
+#[test]
+fn a_computer_that_stands_still_takes_no_good_answer_for_a_late_one() {
+    let server = Server::start("--t7 5,angle=-0.255,serial=77 --pty");
+    let port = server.path();
+    for line in ["t7 info 5", "t7 damping 5 30 --yes", "t7 offset 5 100 --yes", "t7 angle 5"] {
+        // As it is, without more allowed to the port.
+        let line = format!("{line} --json --port {port}");
+        let child = Command::new(CLINO)
+            .args(line.split_whitespace())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let pid = Pid::from_child(&child);
+        let is_over = AtomicBool::new(false);
+        let output = thread::scope(|scope| {
+            scope.spawn(|| {
+                while !is_over.load(Ordering::SeqCst) {
+                    for (signal, span) in [(Signal::STOP, 60), (Signal::CONT, 3)] {
+                        // It may have ended just now; its number is kept until it is waited for.
+                        let _ = kill_process(pid, signal);
+                        thread::sleep(Duration::from_millis(span));
+                    }
+                }
+            });
+            let output = waited_for(child, &is_over);
+            is_over.store(true, Ordering::SeqCst);
+            output
+        });
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(output.status.code(), Some(0), "{line}: {said}");
+    }
+}
+
+/// Reads what a program says to its end; then nothing more is sent to it, and it is waited for.
+fn waited_for(mut child: Child, is_over: &AtomicBool) -> Output {
+    let mut stdout = Vec::new();
+    child.stdout.take().unwrap().read_to_end(&mut stdout).unwrap();
+    is_over.store(true, Ordering::SeqCst);
+    let _ = kill_process(Pid::from_child(&child), Signal::CONT);
+    Output { stdout, ..child.wait_with_output().unwrap() }
+}
+
+/// Readings go on through adapters as they are, none of them wrong.
+#[test]
+fn readings_through_bad_adapters_are_right_or_have_a_status() {
+    let server = || Server::start("--t7 5,angle=12.345 --pty");
+    let millis = Duration::from_millis;
+    let cases = [
+        ("batches", Faults { batch: millis(16), ..Faults::default() }),
+        ("fragments", Faults { fragment: millis(1), ..Faults::default() }),
+        ("echo", Faults { echo: true, ..Faults::default() }),
+        ("lost", Faults { drop_every: 13, ..Faults::default() }),
+        ("doubled", Faults { double_every: 13, ..Faults::default() }),
+    ];
+    thread::scope(|scope| {
+        for (name, faults) in cases {
+            scope.spawn(move || {
+                let server = server();
+                let adapter = Adapter::new(&server.path(), T7_BAUD, faults);
+                let line = format!("4 {CLINO} watch t7 5 --json --latency 80 --port {}", adapter.path());
+                let output =
+                    Command::new("timeout").args(["-s", "INT"]).args(line.split(' ')).output().unwrap();
+                let said = String::from_utf8(output.stdout).unwrap();
+                let readings: Vec<Value> =
+                    said.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+                let good = readings.iter().filter(|reading| reading["status"] == "ok");
+                assert!(good.clone().count() > 5, "{name}: {said}");
+                assert!(
+                    good.clone().all(|reading| super::plain(reading["angle_deg"].clone()) == 12.345),
+                    "{name}: {said}"
+                );
+            });
+        }
+    });
 }

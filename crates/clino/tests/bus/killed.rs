@@ -9,11 +9,41 @@ use super::common::CLINO;
 use super::server::Server;
 use super::{clino, frames, json, patiently, what};
 
-/// How often the tool is killed.
-const KILLS: usize = 10;
+/// How often the tool is killed, all commands together, unless `CLINO_PC_KILLS` is `all`: then at every frame, and in each.
+const KILLS: usize = 50;
+/// Those that go on at the same time: they wait most of their time.
+const SIDE_BY_SIDE: usize = 10;
 
-/// A command that is killed when it has sent this frame; every other time only half of that frame gets out.
-fn killed_at(frame: usize, sensors: &str, baud: u32, line: &str) {
+/// At which frame it is killed, and whether that gets out whole.
+type Kill = (usize, bool);
+
+/// All that can be: at each frame, whole and in half.
+fn all(frames: usize) -> Vec<Kill> {
+    (1..=frames).flat_map(|frame| [(frame, true), (frame, false)]).collect()
+}
+
+/// As many of them as are wanted, from the first to the last.
+fn some(all: Vec<Kill>, wanted: usize) -> Vec<Kill> {
+    if wanted >= all.len() || std::env::var_os("CLINO_PC_KILLS").is_some_and(|kills| kills == "all") {
+        return all;
+    }
+    (0..wanted).map(|kill| all[kill * (all.len() - 1) / (wanted - 1)]).collect()
+}
+
+/// Kills at each, several side by side.
+fn each(kills: &[Kill], kill_at: impl Fn(Kill) + Sync) {
+    for kills in kills.chunks(SIDE_BY_SIDE) {
+        thread::scope(|scope| {
+            for &kill in kills {
+                let kill_at = &kill_at;
+                scope.spawn(move || kill_at(kill));
+            }
+        });
+    }
+}
+
+/// A command that is killed when it has sent this frame, or half of it.
+fn killed_at((frame, is_whole): Kill, sensors: &str, baud: u32, line: &str) {
     let child: Arc<Mutex<Option<Child>>> = Arc::new(Mutex::new(None));
     let victim = Arc::clone(&child);
     let on_frame = move |number: usize, bytes: &[u8]| {
@@ -21,7 +51,7 @@ fn killed_at(frame: usize, sensors: &str, baud: u32, line: &str) {
             return bytes.len();
         }
         victim.lock().unwrap().as_mut().expect("it runs").kill().unwrap();
-        if frame.is_multiple_of(2) { bytes.len() } else { bytes.len() / 2 }
+        if is_whole { bytes.len() } else { bytes.len() / 2 }
     };
     let adapter =
         Adapter::new(sensors, baud, Faults { on_frame: Some(Box::new(on_frame)), ..Faults::default() });
@@ -45,26 +75,19 @@ fn killed_at(frame: usize, sensors: &str, baud: u32, line: &str) {
     }
 }
 
-/// The numbers of the frames to be killed at, from the first one to the last.
-fn spread(frames: usize) -> impl Iterator<Item = usize> {
-    (0..KILLS).map(move |kill| 1 + kill * (frames - 1) / (KILLS - 1))
-}
-
 #[test]
 fn a_t7_is_found_and_brought_home() {
     const SENSORS: &str = "--t7 5,serial=25033 --pty";
     let frames = frames(SENSORS, 115_200, "t7 address 5 9 --yes");
     assert!(frames >= 6, "{frames}: a name, three looks, a write, a look");
-    // Each frame of the last ones, then those before, and again.
-    let kills = (0..KILLS).map(|kill| frames - kill % frames);
-    let runs: Vec<_> = kills.map(|frame| thread::spawn(move || t7_killed_at(frame, SENSORS))).collect();
-    runs.into_iter().for_each(|run| run.join().unwrap());
+    each(&some(all(frames), KILLS / 2), |kill| t7_killed_at(kill, SENSORS));
 }
 
-fn t7_killed_at(frame: usize, sensors: &str) {
+fn t7_killed_at(kill: Kill, sensors: &str) {
+    let frame = kill.0;
     let server = Server::start(sensors);
     let port = server.path();
-    killed_at(frame, &port, 115_200, "t7 address 5 9");
+    killed_at(kill, &port, 115_200, "t7 address 5 9");
     let address = patiently(|| {
         let objects = clino(&format!("t7 scan --json --port {port} --latency 30")).objects();
         let found: Vec<_> = objects.iter().filter(|object| object["what"] == "found").collect();
@@ -89,16 +112,15 @@ fn t7_killed_at(frame: usize, sensors: &str) {
 fn an_isu_is_found_and_brought_home_with_a_sound_memory() {
     const SENSORS: &str = "--isu 3,angle=90 --pty";
     let frames = frames(SENSORS, 9_600, "isu address 3 9 --yes");
-    assert!(frames >= KILLS, "{frames}: looks, readings, two writes, a reset");
-    let runs: Vec<_> =
-        spread(frames).map(|frame| thread::spawn(move || isu_killed_at(frame, SENSORS))).collect();
-    runs.into_iter().for_each(|run| run.join().unwrap());
+    assert!(frames >= 10, "{frames}: looks, readings, two writes, a reset");
+    each(&some(all(frames), KILLS / 2), |kill| isu_killed_at(kill, SENSORS));
 }
 
-fn isu_killed_at(frame: usize, sensors: &str) {
+fn isu_killed_at(kill: Kill, sensors: &str) {
+    let frame = kill.0;
     let server = Server::start(sensors);
     let port = server.path();
-    killed_at(frame, &port, 9_600, "isu address 3 9");
+    killed_at(kill, &port, 9_600, "isu address 3 9");
     // The tool says where the module is, and what was wrong with it.
     let address = patiently(|| match json(&port, "isu repair 3 9 --yes") {
         (0, objects) => Ok(what(&objects, "repaired")["address"].as_u64().unwrap()),

@@ -11,16 +11,21 @@ mod commands;
 #[path = "../common/mod.rs"]
 mod common;
 mod documents;
+mod gateway;
 mod impaired;
 mod killed;
+mod log;
 mod network;
+mod numbers;
 #[allow(dead_code, reason = "the tests of the simulator use the rest")]
 #[path = "../sim/port.rs"]
 mod port;
 #[allow(dead_code, reason = "the tests of the simulator use the rest")]
 #[path = "../sim/server.rs"]
 mod server;
+mod sniff;
 mod stopped;
+mod watch;
 mod wrong;
 
 use std::time::Duration;

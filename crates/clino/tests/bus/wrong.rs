@@ -194,6 +194,11 @@ fn words_that_make_no_sense() {
         ("isu angle 15 --port x", "0..=14"),
         ("isu address 3 0 --yes --port x", "address 0"),
         ("isu null 3 65536 --port x", "65535"),
+        ("isu auto-shutoff 3 on --port x", "--bit"),
+        ("isu auto-shutoff 3 on --bit 2 --port x", "0, 1, 7"),
+        ("watch t7 126 --port x", "1-100 or 127"),
+        ("watch pwm 1 --port x", "t7|isu"),
+        ("gateway restore --port x", "<FILE>"),
     ] {
         let said = misused(line);
         assert!(said.contains(part), "{line}: {said}");

@@ -4,6 +4,7 @@
 //! a wait is short, and followed by something that must.
 #![cfg(target_os = "linux")]
 
+mod attached;
 mod bus;
 mod options;
 mod port;

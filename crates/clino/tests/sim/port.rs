@@ -1,7 +1,7 @@
 //! A serial port as a program uses it.
 
 use std::fs::{File, OpenOptions};
-use std::io::{Read as _, Write as _};
+use std::io::{ErrorKind, Read as _, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::time::{Duration, Instant};
 
@@ -33,9 +33,18 @@ impl Port {
         tcgetattr(&self.0).unwrap()
     }
 
-    /// Sends bytes.
+    /// Sends bytes. Linux says of a terminal that is being set up at this instant that it would block.
     pub fn send(&mut self, bytes: &[u8]) {
-        self.0.write_all(bytes).unwrap();
+        let mut left = bytes;
+        while !left.is_empty() {
+            match self.0.write(left) {
+                Ok(count) => left = &left[count..],
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    std::thread::sleep(Duration::from_micros(100))
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
     }
 
     /// The next `count` bytes.
@@ -56,7 +65,12 @@ impl Port {
             if poll(&mut [PollFd::new(&self.0, PollFlags::IN)], Some(&left)).unwrap() == 0 {
                 break;
             }
-            got += self.0.read(&mut bytes[got..]).unwrap();
+            match self.0.read(&mut bytes[got..]) {
+                Ok(count) => got += count,
+                // What was there was forgotten: the other end is set up anew.
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                Err(error) => panic!("{error}"),
+            }
         }
         bytes.truncate(got);
         bytes

@@ -203,22 +203,22 @@ impl Operation for ChangeAddress {
     fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         if matches!(self.state, State::Write) {
             self.writes = self.writes.saturating_add(1);
-            self.refused = outcome.result.ok().and_then(|answer| refusal(&answer.response));
+            self.refused = outcome.result.as_ref().ok().and_then(|answer| refusal(&answer.response));
             self.state = State::LookNew;
             return None;
         }
-        let information = match outcome.result {
-            Ok(answer) => match answer.response {
+        let information = match &outcome.result {
+            Ok(answer) => match &answer.response {
                 Response::GetDeviceInformation(information) => Ok(information),
                 _ => return None,
             },
-            Err(fault) => Err(fault),
+            Err(fault) => Err(*fault),
         };
         let serial = information.map(|information| information.serial);
-        match (self.state, information) {
-            (State::Name, Ok(information)) => self.on_name(&information),
+        match (&self.state, information) {
+            (State::Name, Ok(information)) => self.on_name(information),
             (State::Name, Err(fault)) => self.no_answer(self.from, fault),
-            (State::Probe { silences }, _) => self.on_probe(silences, serial),
+            (&State::Probe { silences }, _) => self.on_probe(silences, serial),
             (State::LookNew, _) => self.on_look_new(serial),
             (State::LookOld, _) => self.on_look_old(serial),
             (State::Write | State::Ended(_), _) => {}

@@ -138,7 +138,7 @@ impl Operation for ChangeBaud {
 
     fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         let is_damping = |response: &Response| matches!(response, Response::GetDamping { .. });
-        match (self.state, outcome.result) {
+        match (&self.state, &outcome.result) {
             (State::Present, Ok(answer)) if is_damping(&answer.response) => {
                 if self.from == self.to {
                     self.found_at(self.to)
@@ -148,17 +148,17 @@ impl Operation for ChangeBaud {
             }
             (State::Present, Err(fault)) => {
                 let address = self.device.address();
-                self.end(Cause::NoAnswer { opcode: LOOK.opcode(), address, fault });
+                self.end(Cause::NoAnswer { opcode: LOOK.opcode(), address, fault: *fault });
             }
             (State::Write, result) => {
                 self.writes = self.writes.saturating_add(1);
-                self.refused = result.ok().and_then(|answer| refusal(&answer.response));
+                self.refused = result.as_ref().ok().and_then(|answer| refusal(&answer.response));
                 // One that refuses stays; one that was not understood has probably gone.
                 let rate = if self.refused.is_some() { self.from } else { self.to };
                 self.state = State::Look { rate, from: outcome.at + BAUD_CHANGE, looks: 0 };
             }
-            (State::Look { rate, .. }, Ok(answer)) if is_damping(&answer.response) => self.found_at(rate),
-            (State::Look { rate, looks, .. }, Err(fault)) => {
+            (&State::Look { rate, .. }, Ok(answer)) if is_damping(&answer.response) => self.found_at(rate),
+            (&State::Look { rate, looks, .. }, &Err(fault)) => {
                 self.silent_at(rate, looks, fault, outcome.at);
             }
             _ => {}

@@ -133,22 +133,22 @@ impl Operation for Set {
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
-        match (self.state, outcome.result) {
+        match (&self.state, &outcome.result) {
             (State::Range, Ok(answer)) => {
                 if let Response::GetAngleOutputRange(range) = answer.response {
                     self.on_range(range);
                 }
             }
-            (State::Range, Err(fault)) => self.no_answer(Opcode::GetAngleOutputRange, fault),
+            (State::Range, &Err(fault)) => self.no_answer(Opcode::GetAngleOutputRange, fault),
             (State::Read, Ok(answer)) => {
                 if let Some(seen) = self.wanted.read(&answer.response) {
                     self.on_reading(seen);
                 }
             }
-            (State::Read, Err(fault)) => self.no_answer(self.wanted.get().opcode(), fault),
+            (State::Read, &Err(fault)) => self.no_answer(self.wanted.get().opcode(), fault),
             (State::Write, result) => {
                 self.writes = self.writes.saturating_add(1);
-                self.refused = result.ok().and_then(|answer| refusal(&answer.response));
+                self.refused = result.as_ref().ok().and_then(|answer| refusal(&answer.response));
                 self.state = State::Read;
             }
             (State::Ended(_), _) => {}

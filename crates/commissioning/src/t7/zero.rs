@@ -200,25 +200,25 @@ impl Operation for SetZero {
     }
 
     fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
-        match (self.state, outcome.result) {
+        match (&self.state, &outcome.result) {
             (State::Damping, Ok(answer)) => {
                 if let Response::GetDamping { damping_ms } = answer.response {
                     let damping = Duration::from_millis(u32::from(damping_ms.min(MAX_DAMPING_MS)));
                     self.state = State::Settle { until: outcome.at + damping + SETTLE_MARGIN };
                 }
             }
-            (State::Damping, Err(fault)) => self.no_answer(Opcode::GetDamping, fault),
+            (State::Damping, &Err(fault)) => self.no_answer(Opcode::GetDamping, fault),
             (state @ (State::Watch { .. } | State::Read), Ok(answer)) => match (state, answer.response) {
                 (State::Read, Response::GetAngle { angle, .. }) => self.on_read_back(angle, outcome.at),
                 (_, Response::GetAngle { angle, .. }) => self.on_watch(angle, outcome.at),
                 _ => {}
             },
-            (State::Watch { .. } | State::Read, Err(fault)) => {
+            (State::Watch { .. } | State::Read, &Err(fault)) => {
                 self.no_answer(Opcode::get_angle(self.axis), fault)
             }
             (State::Write, result) => {
                 self.writes = self.writes.saturating_add(1);
-                self.refused = result.ok().and_then(|answer| refusal(&answer.response));
+                self.refused = result.as_ref().ok().and_then(|answer| refusal(&answer.response));
                 self.state = State::Read;
             }
             (State::Settle { .. } | State::Ended(_), _) => {}

@@ -152,7 +152,7 @@ impl BusSettings {
 }
 
 const fn us(most: i64) -> Form {
-    Form::Number { least: 0, most, decimals: 0 }
+    Form::number(0, most, 0)
 }
 
 fn micros(span: Duration) -> i64 {

@@ -37,7 +37,7 @@ pub const TABLE: [Setting<ConsoleSettings>; 1] = [Setting {
         id: id::IDLE,
         name: "idle",
         unit: "s",
-        form: Form::Number { least: 0, most: LONGEST_IDLE, decimals: 0 },
+        form: Form::number(0, LONGEST_IDLE, 0),
         text: "time at an empty prompt after which the stream goes on; 0: never",
     },
     get: |s| s.idle_s.into(),

@@ -126,9 +126,9 @@ pub enum Form {
     /// A number within limits, in units of its last decimal.
     Number {
         /// Smallest value.
-        least: i64,
+        least: i32,
         /// Largest value.
-        most: i64,
+        most: u32,
         /// Number of decimals.
         decimals: u8,
     },
@@ -145,13 +145,19 @@ const LAST_CHARACTERS: i64 = 0x7E7E_7E7E;
 pub const NO_SLOT: i64 = -1;
 
 impl Form {
+    /// A number within limits.
+    pub const fn number(least: i64, most: i64, decimals: u8) -> Form {
+        assert!(least >= i32::MIN as i64 && most >= 0 && most <= u32::MAX as i64, "no limits for a setting");
+        Form::Number { least: least as i32, most: most as u32, decimals }
+    }
+
     /// Smallest and largest value. What lies between is not always allowed.
     pub const fn limits(&self) -> (i64, i64) {
         match *self {
             Form::Flag => (0, 1),
             Form::Choice(words) => (0, words.len().saturating_sub(1) as i64),
             Form::OneOf(numbers) => ends(numbers),
-            Form::Number { least, most, .. } => (least, most),
+            Form::Number { least, most, .. } => (least as i64, most as i64),
             Form::Slot => (NO_SLOT, crate::config::MAX_SLOTS.saturating_sub(1) as i64),
             Form::Characters => (0, LAST_CHARACTERS),
         }

@@ -84,11 +84,11 @@ const fn ms(least: i64, most: i64) -> Form {
 }
 
 const fn thousandths(least: i64, most: i64) -> Form {
-    Form::Number { least, most, decimals: 3 }
+    Form::number(least, most, 3)
 }
 
 const fn whole(least: i64, most: i64) -> Form {
-    Form::Number { least, most, decimals: 0 }
+    Form::number(least, most, 0)
 }
 
 /// Four characters of the name.
@@ -272,7 +272,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
             id: id::ZERO,
             name: "zero",
             unit: "deg",
-            form: Form::Number { least: -TURN, most: TURN, decimals: 6 },
+            form: Form::number(-TURN, TURN, 6),
             text: "soft zero: subtracted from the angle of the sensor",
         },
         get: |c| c.soft_zero.udeg().into(),
@@ -305,7 +305,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
             id: id::RATE,
             name: "rate",
             unit: "deg/s",
-            form: Form::Number { least: 0, most: LARGEST_RATE, decimals: 3 },
+            form: Form::number(0, LARGEST_RATE, 3),
             text: "a faster change is a jump; 0: none is",
         },
         get: |c| c.max_rate.into(),
@@ -327,7 +327,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
             id: id::TOLERANCE,
             name: "tolerance",
             unit: "",
-            form: Form::Number { least: 0, most: u16::MAX as i64, decimals: 3 },
+            form: Form::number(0, u16::MAX as i64, 3),
             text: "PWM: difference to its partner, deg; T7 asked for everything: deviation from 1 g, g",
         },
         get: |c| c.tolerance.into(),
@@ -382,7 +382,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
             id: id::DELAY,
             name: "delay",
             unit: "s",
-            form: Form::Number { least: 0, most: LONGEST_DELAY, decimals: 1 },
+            form: Form::number(0, LONGEST_DELAY, 1),
             text: "an angle or a rate beyond its limit for less than this raises no alarm",
         },
         get: |c| c.alarm.delay.into(),
@@ -415,7 +415,7 @@ pub const TABLE: [Setting<SlotConfig>; 32] = [
             id: id::NO_VALUE,
             name: "no_value",
             unit: "s",
-            form: Form::Number { least: 0, most: LONGEST_DELAY, decimals: 1 },
+            form: Form::number(0, LONGEST_DELAY, 1),
             text: "no right and fresh angle for longer than this raises the alarm no_value; 0: never",
         },
         get: |c| c.alarm.no_value.into(),

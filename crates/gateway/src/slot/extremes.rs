@@ -4,16 +4,16 @@
 
 use clino_bus::Instant;
 
-use crate::stamp::Stamp;
+use crate::stamp::{Halves, Stamp};
 
 /// An angle and when it came.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Extreme {
-    mdeg: i32,
+    mdeg: Halves,
     at: Stamp,
 }
 
-/// The lowest and the highest angle of a slot. 24 bytes.
+/// The lowest and the highest angle of a slot. 22 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Extremes {
     lowest: Extreme,
@@ -33,14 +33,14 @@ pub struct ExtremeAngle {
 impl Extremes {
     /// An angle came at `at`, in 0.001°. One that is as low, or as high, as the extreme renews it.
     pub(crate) fn take(&mut self, mdeg: i32, at: Instant) {
-        let now = Extreme { mdeg, at: Stamp::of(at) };
+        let now = Extreme { mdeg: Halves::of(mdeg), at: Stamp::of(at) };
         if !core::mem::replace(&mut self.begun, true) {
             (self.lowest, self.highest) = (now, now);
         }
-        if mdeg <= self.lowest.mdeg {
+        if mdeg <= self.lowest.mdeg.get() {
             self.lowest = now;
         }
-        if mdeg >= self.highest.mdeg {
+        if mdeg >= self.highest.mdeg.get() {
             self.highest = now;
         }
     }
@@ -56,8 +56,10 @@ impl Extremes {
     }
 
     fn with_age(&self, extreme: Extreme, now: Instant) -> Option<ExtremeAngle> {
-        self.begun
-            .then(|| ExtremeAngle { mdeg: extreme.mdeg, age_ms: now.millis_since(extreme.at.near(now)) })
+        self.begun.then(|| ExtremeAngle {
+            mdeg: extreme.mdeg.get(),
+            age_ms: now.millis_since(extreme.at.near(now)),
+        })
     }
 }
 

@@ -25,10 +25,9 @@ impl Window {
 
     /// Takes an angle, and keeps the last `samples`.
     pub fn push(&mut self, angle: Angle, samples: u8) {
-        self.samples.rotate_right(1);
-        if let Some(newest) = self.samples.first_mut() {
-            *newest = angle;
-        }
+        // One by one: a rotation would be the only user of the 1.5 KB of `memmove`.
+        let mut carried = angle;
+        self.samples.iter_mut().for_each(|sample| core::mem::swap(sample, &mut carried));
         self.filled = self.filled.saturating_add(1).min(samples.clamp(1, MOST_SAMPLES as u8));
     }
 

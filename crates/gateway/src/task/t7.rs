@@ -92,8 +92,13 @@ impl Work {
     /// Whether it can begin.
     #[inline(never)]
     pub fn check(task: &Task) -> Result<(), EncodeError> {
-        let mut place = None;
-        Work::begin(task, Serial::T7_DEFAULT, &mut place)
+        match *task {
+            Task::Identify(device) => Identify::new(device).map(|_| ()),
+            Task::Sweep(_) | Task::Zero(..) => Ok(()),
+            Task::Set(device, setting) => Set::new(device, setting).map(|_| ()),
+            Task::Address { from, to } => ChangeAddress::new(from, to).map(|_| ()),
+            Task::Baud(device, rate) => ChangeBaud::new(device, BaudRate::B115200, rate).map(|_| ()),
+        }
     }
 }
 

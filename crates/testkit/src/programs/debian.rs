@@ -9,8 +9,19 @@ use super::done;
 /// Has `apt-get` download the packages, and takes them apart below `root`: with the system's lists of packages if it has
 /// them, else with fresh ones of our own.
 pub fn unpack(root: &Path, packages: &[&str]) -> Result<(), String> {
+    let packages: Vec<String> = packages.iter().map(|&package| package.to_owned()).collect();
+    with_lists(root, |apt| unpack_with(root, &packages, apt))
+}
+
+/// The same with one package and all that the machine lacks of what it needs.
+pub fn unpack_with_dependencies(root: &Path, package: &str) -> Result<(), String> {
+    with_lists(root, |apt| unpack_with(root, &missing(package, apt)?, apt))
+}
+
+/// Works with an `apt-get` that has lists of packages.
+fn with_lists(root: &Path, work: impl Fn(&dyn Fn() -> Command) -> Result<(), String>) -> Result<(), String> {
     let lists = root.join("lists");
-    unpack_with(root, packages, &mut Command::new("apt-get")).or_else(|first| {
+    work(&|| Command::new("apt-get")).or_else(|first| {
         let state = format!("Dir::State::Lists={}", lists.display());
         fs::create_dir_all(lists.join("partial")).map_err(|why| format!("{}: {why}", lists.display()))?;
         let apt = || {
@@ -19,16 +30,22 @@ pub fn unpack(root: &Path, packages: &[&str]) -> Result<(), String> {
             apt
         };
         let updated = done(apt().args(["-o", "Debug::NoLocking=1", "update"]));
-        updated
-            .and_then(|_| unpack_with(root, packages, &mut apt()))
-            .map_err(|second| format!("{first}{second}"))
+        updated.and_then(|_| work(&apt)).map_err(|second| format!("{first}{second}"))
     })
 }
 
-fn unpack_with(root: &Path, packages: &[&str], apt: &mut Command) -> Result<(), String> {
+/// The packages that an installation would bring, as `apt-get` says without doing it.
+fn missing(package: &str, apt: &dyn Fn() -> Command) -> Result<Vec<String>, String> {
+    let plan = done(apt().args(["install", "--simulate", "--no-install-recommends", package]))?;
+    let plan = String::from_utf8_lossy(&plan.stdout).into_owned();
+    let names = plan.lines().filter_map(|line| line.strip_prefix("Inst ")?.split(' ').next());
+    Ok(names.map(str::to_owned).collect())
+}
+
+fn unpack_with(root: &Path, packages: &[String], apt: &dyn Fn() -> Command) -> Result<(), String> {
     let debs = root.join("debs");
     fs::create_dir_all(&debs).map_err(|why| format!("{}: {why}\n", debs.display()))?;
-    done(apt.arg("download").args(packages).current_dir(&debs))?;
+    done(apt().arg("download").args(packages).current_dir(&debs))?;
     let files = fs::read_dir(&debs).map_err(|why| format!("{}: {why}\n", debs.display()))?;
     for file in files.filter_map(Result::ok) {
         done(Command::new("dpkg").arg("-x").arg(file.path()).arg(root))?;

@@ -7,6 +7,11 @@
 //! - An exception return that is itself in an IT block advances the state just restored as if it were its own.
 //!   It is taken from the frame again here.
 //!
+//! It also loses FPSCR, the comparison's flags among it, where it only reserves the floating-point part of a frame: it starts
+//! the handler with the default value at once, and an exception return that finds nothing stacked restores nothing.
+//! ARM DDI 0403 B1.5.7 leaves FPSCR alone until the handler's first floating-point instruction, which stacks it. It is put
+//! back here.
+//!
 //! And where the frame of an exception cannot be stacked (the stack has left RAM), it goes on into the handler. ARM DDI
 //! 0403 B1.5.6 makes that a fault of its own that comes first: HardFault is entered in its place here, and the exception is
 //! pending. (BusFault, if enabled, would take its place; the gateway does not enable it.) HardFault itself is entered
@@ -33,11 +38,23 @@ mod frame {
 const ENTRY_CYCLES: u64 = 12;
 /// Bit of EXC_RETURN: the frame is on the process stack (ARM DDI 0403 B1.5.8).
 const EXC_RETURN_SPSEL: u32 = 1 << 2;
+/// Bit of FPCCR: the floating-point part of a frame is reserved, not stacked; so nothing has used the unit since.
+const FPCCR_LSPACT: u32 = 1;
 /// Bit of CONTROL: the context uses the floating-point unit, so its frame was an extended one.
 const CONTROL_FPCA: u32 = 1 << 2;
 
 /// Takes one step; returns the cycles it took, 0 if the core cannot run.
 pub(super) fn step(core: &ArmV7m) -> u64 {
+    let fpscr = core.fpscr();
+    let cycles = step_but_for_floats(core);
+    // What the emulator sets it to is 0, unless firmware says otherwise; ours does not.
+    if fpscr != 0 && core.fpscr() != fpscr && core.with_sys(|sys| sys.fpccr & FPCCR_LSPACT != 0) {
+        core.set_fpscr(fpscr);
+    }
+    cycles
+}
+
+fn step_but_for_floats(core: &ArmV7m) -> u64 {
     let it_state = core.xpsr() & xpsr::IT_MASK;
     if it_state == 0 {
         let cycles = core.step();

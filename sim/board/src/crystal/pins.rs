@@ -27,6 +27,7 @@ mod cr {
     pub const HSION: u32 = 1 << 0;
     pub const HSEON: u32 = 1 << 16;
     pub const HSERDY: u32 = 1 << 17;
+    pub const HSEBYP: u32 = 1 << 18;
     pub const CSSON: u32 = 1 << 19;
     pub const PLLON: u32 = 1 << 24;
 }
@@ -62,6 +63,8 @@ pub(crate) struct Pins {
 /// The crystal, and what of the controller's state is kept here.
 struct State {
     life: CrystalLife,
+    /// There is a clock in its place, for which the oscillator has to be bypassed.
+    is_fed: bool,
     /// It swings, or would.
     alive: bool,
     /// Firmware wants it on.
@@ -74,9 +77,9 @@ struct State {
 
 impl Pins {
     /// The registers `words`, with a crystal of this life at them.
-    pub fn new(words: Arc<dyn MemOps>, life: CrystalLife, chronicle: Arc<Chronicle>) -> Pins {
+    pub fn new(words: Arc<dyn MemOps>, life: CrystalLife, is_fed: bool, chronicle: Arc<Chronicle>) -> Pins {
         let alive = life.stops_at != Some(0);
-        let state = State { life, alive, wanted: false, switching: None, failed: false };
+        let state = State { life, is_fed, alive, wanted: false, switching: None, failed: false };
         Pins {
             words,
             chronicle,
@@ -249,7 +252,7 @@ impl MemOps for Pins {
             offset::CR => {
                 let mut state = lock(&self.state);
                 state.wanted = word & cr::HSEON != 0;
-                if !state.alive {
+                if !state.alive || (word & cr::HSEBYP != 0) != state.is_fed {
                     passed &= !cr::HSEON;
                 }
             }

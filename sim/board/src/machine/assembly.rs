@@ -20,9 +20,6 @@ use crate::ports::Ports;
 use crate::rtt;
 use crate::timeline::{Actor, Timeline, lock};
 
-/// The chip and the wiring of its pins, in the emulator's words.
-const TEXT: &str = include_str!("../board.machine");
-
 /// The stock timers whose events the core may not run past; all on the APB1 timer clock.
 const TIMERS: [&str; 4] = ["tim2", "tim3", "tim4", "tim5"];
 
@@ -52,7 +49,9 @@ impl Board {
     fn assemble(oscillators: Oscillators, image: &Image, ports: Ports) -> rsemu::core::Result<Board> {
         let timeline = Arc::new(Timeline::new());
         let chronicle = Arc::new(Chronicle::default());
-        let parts = Parts::new(Arc::clone(&timeline), Arc::clone(&chronicle), oscillators.crystal, ports);
+        let model = image.model();
+        let life = oscillators.crystal;
+        let parts = Parts::new(model, Arc::clone(&timeline), Arc::clone(&chronicle), life, ports);
         let parts = Arc::new(parts);
         let mut registry = catalog::registry()?;
         let mut options = catalog::build_options()?;
@@ -62,7 +61,7 @@ impl Board {
             options.resolve = options.resolve.with_param(name, hz.to_string());
         }
         options.realize.scheduler.quantum = GlobalTime::from_nanos(ROUND);
-        let machine = machine::build("board.machine", TEXT, &registry, &options)?;
+        let machine = machine::build("board.machine", &model.text(), &registry, &options)?;
 
         let missing = |what: &str| Error::State(format!("the board text has no {what}"));
         let space = Arc::clone(machine.space("mem").ok_or_else(|| missing("space `mem`"))?);

@@ -13,6 +13,7 @@ use rsemu::machine::{BuildOptions, Instance};
 use crate::cpu::{self, Cpu};
 use crate::crystal;
 use crate::incident::Chronicle;
+use crate::model::BoardModel;
 use crate::oscillators::CrystalLife;
 use crate::ports::{self, Ports, SerialPort};
 use crate::pwm::{self, PwmDevice, PwmWaveform, Source};
@@ -24,6 +25,7 @@ use crate::wrapped::Wrapped;
 
 /// What the constructors of the board's own classes take from the assembly, and what they leave for it.
 pub(super) struct Parts {
+    model: BoardModel,
     timeline: Arc<Timeline>,
     chronicle: Arc<Chronicle>,
     life: CrystalLife,
@@ -40,10 +42,17 @@ pub(super) struct Parts {
 
 impl Parts {
     /// Nothing is taken yet, and nothing left.
-    pub fn new(timeline: Arc<Timeline>, chronicle: Arc<Chronicle>, life: CrystalLife, ports: Ports) -> Parts {
+    pub fn new(
+        model: BoardModel,
+        timeline: Arc<Timeline>,
+        chronicle: Arc<Chronicle>,
+        life: CrystalLife,
+        ports: Ports,
+    ) -> Parts {
         let Ports { t7, isu, console, modbus, pwm: [pwm1, pwm2] } = ports;
         let wires = [("t7", t7), ("isu", isu), ("console", console), ("modbus", modbus)];
         Parts {
+            model,
             timeline,
             chronicle,
             life,
@@ -64,7 +73,7 @@ impl Parts {
     }
 
     fn build_crystal(&self, stock: Arc<dyn Instance>) -> Result<Arc<Wrapped<crystal::Pins>>> {
-        let controller = crystal::at(stock, self.life, Arc::clone(&self.chronicle))?;
+        let controller = crystal::at(stock, self.life, self.model.is_fed(), Arc::clone(&self.chronicle))?;
         *lock(&self.crystal) = Some(controller.front());
         lock(&self.actors).push(controller.front());
         Ok(Arc::new(controller))
@@ -74,7 +83,8 @@ impl Parts {
         let name = props.require("port")?.to_str("port")?;
         let wire = lock(&self.wires).remove(name);
         let receptions = self.receptions.get(name).cloned();
-        let (Some((clock, tx, rx)), Some(wire), Some(receptions)) = (ports::pins(name), wire, receptions)
+        let (Some((clock, tx, rx)), Some(wire), Some(receptions)) =
+            (ports::pins(self.model, name), wire, receptions)
         else {
             return Err(Error::Property(format!("there is no serial port `{name}`, or it is taken")));
         };

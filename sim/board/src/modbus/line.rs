@@ -1,16 +1,15 @@
-//! The pair between the gateway's Modbus port and the master.
+//! The pair between one of the gateway's ports and a computer with an RS485 adapter: the Modbus master, or, where a bus of
+//! sensors is served by another program, that program.
 
 use clino_segment::chance::Chance;
 use clino_segment::log::SharedLog;
+use clino_segment::trace::Trace;
 use clino_segment::wire::{Format, Received, Sent, Wire};
 use clino_segment::{Noise, Segment, SegmentSettings};
 use clino_sim::node::Ns;
 
 use super::{Framing, SharedMaster};
 use crate::gaps::Waiting;
-
-/// Name of the master in the log.
-const NAME: &str = "master";
 
 /// The wire of the Modbus port.
 pub struct ModbusLine {
@@ -24,10 +23,10 @@ pub struct ModbusLine {
 }
 
 impl ModbusLine {
-    /// A pair with a master that listens.
-    pub fn new(framing: Framing) -> Self {
+    /// A pair with a computer that listens; `name` is the computer's in the log.
+    pub fn new(name: &str, framing: Framing) -> Self {
         let settings = SegmentSettings { chance: Chance::new(0), echo: false, noise: Noise::default() };
-        let mut pair = Segment::new(settings, Vec::new()).with_second_master(NAME);
+        let mut pair = Segment::new(settings, Vec::new()).with_second_master(name);
         pair.set_second_master_receiver(0, Some(framing.format()));
         let master = SharedMaster::default();
         master.lock().set_framing(framing);
@@ -42,6 +41,11 @@ impl ModbusLine {
     /// Everything that happens on the pair.
     pub fn log(&self) -> SharedLog {
         self.pair.log()
+    }
+
+    /// Records the level of the pair.
+    pub fn trace(&mut self) -> Trace {
+        self.pair.trace()
     }
 
     /// The master's next act of its own.

@@ -13,7 +13,7 @@ const CHARACTER: Ns = 550_000;
 const MS: Ns = 1_000_000;
 
 fn line() -> (ModbusLine, SharedMaster) {
-    let mut line = ModbusLine::new(FRAMING);
+    let mut line = ModbusLine::new("master", FRAMING);
     line.set_receiver(0, Some(FORMAT));
     let master = line.master();
     (line, master)

@@ -12,7 +12,7 @@ mod trials;
 use clino_board::elf::Image;
 use clino_board::modbus::{Answer, Framing, ModbusLine};
 use clino_board::pwm::{Cycle, Pulse};
-use clino_board::{Board, Ports};
+use clino_board::{Board, BoardModel, Ports};
 use clino_segment::wire::{Format, Received, Sent, Wire};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -108,7 +108,7 @@ impl Wire for Scripted {
 /// The self-test firmware, read once.
 fn image() -> &'static Image {
     static IMAGE: OnceLock<Image> = OnceLock::new();
-    IMAGE.get_or_init(|| Image::read(&elf()).expect("an image"))
+    IMAGE.get_or_init(|| Image::read(&elf(), BoardModel::default()).expect("an image"))
 }
 
 /// Where its image is.
@@ -368,7 +368,7 @@ fn a_modbus_master_gets_its_answer_with_parity_behind_de() {
     const CHARACTER: u64 = 572_917;
     const REQUEST: [u8; 8] = [0x01, 0x04, 0x00, 0x00, 0x00, 0x02, 0x71, 0xcb];
     const AT: u64 = 450 * MS;
-    let line = ModbusLine::new(Framing::default());
+    let line = ModbusLine::new("master", Framing::default());
     let master = line.master();
     let mut board = Board::new(image(), Ports { modbus: Box::new(line), ..ports().0 }).expect("a board");
     board.run_until(AT - 10 * MS).unwrap();

@@ -1,8 +1,8 @@
 //! The registers of every peripheral that the gateway's image uses are as the manual says after a power-up, and after a reset by
 //! the watchdog.
 
-use clino_board::Board;
 use clino_board::elf::Image;
+use clino_board::{Board, BoardModel};
 
 use super::{MS, built, ports};
 
@@ -72,7 +72,7 @@ fn wrong(board: &Board) -> Vec<String> {
 #[test]
 #[ignore = "needs the thumb target"]
 fn registers_are_as_the_manual_says_after_power_up_and_after_a_reset() {
-    let image = Image::read(&built().join("board-trials")).expect("an image");
+    let image = Image::read(&built().join("board-trials"), BoardModel::default()).expect("an image");
     let order: Vec<u8> = [REGISTERS, 0, 0, 0].iter().flat_map(|word: &u32| word.to_le_bytes()).collect();
     let image = image.with_stored(&order).expect("it fits");
     let mut board = Board::new(&image, ports().0).expect("a board");

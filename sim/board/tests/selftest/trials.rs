@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use clino_board::elf::Image;
 use clino_board::incident::{Event, Incident, ResetCause};
 use clino_board::oscillators::{CrystalLife, Oscillators};
-use clino_board::{Board, Stopped};
+use clino_board::{Board, BoardModel, Stopped};
 
 use super::{MS, built, ports};
 
@@ -35,7 +35,8 @@ const POWER_ON: u32 = 0b000_0111;
 /// Runs the firmware with `order` for `ns`.
 fn run(oscillators: Oscillators, order: [u32; 4], ns: u64) -> Findings {
     static IMAGE: OnceLock<Image> = OnceLock::new();
-    let image = IMAGE.get_or_init(|| Image::read(&built().join("board-trials")).expect("an image"));
+    let image = IMAGE
+        .get_or_init(|| Image::read(&built().join("board-trials"), BoardModel::default()).expect("an image"));
     let results = image.symbol("RESULTS").expect("the results' symbol");
     let stored: Vec<u8> = order.iter().flat_map(|word| word.to_le_bytes()).collect();
     let image = image.clone().with_stored(&stored).expect("it fits");

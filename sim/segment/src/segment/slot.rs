@@ -42,6 +42,11 @@ impl Slot {
         &self.receiver
     }
 
+    /// The bit rate of its node just now, in bit/s.
+    pub fn baud(&self) -> u32 {
+        self.node.baud()
+    }
+
     /// The line changed.
     pub fn line_changed(&mut self, at: Ps, high: bool, noise: &Noise) {
         if self.powered {

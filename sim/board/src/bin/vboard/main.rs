@@ -21,7 +21,7 @@ use std::time::Instant;
 
 use arguments::{Arguments, Duration, USAGE};
 use clino_board::elf::{ElfError, Image};
-use clino_board::run::Run;
+use clino_board::run::{Extras, Run};
 use clino_board::scenario::Scenario;
 use clino_sim::node::Ns;
 use pace::Pace;
@@ -37,7 +37,7 @@ const BAD_INPUT: u8 = 2;
 
 /// In real time, virtual time goes on by this much at once.
 const STEP: Ns = 1_000_000;
-/// A run without an end keeps the log of this much virtual time, unless the log is wanted.
+/// A run without an end keeps the log of this much virtual time, unless the log or the levels are wanted.
 const REMEMBERED: Ns = 600_000_000_000;
 
 fn main() -> ExitCode {
@@ -64,13 +64,16 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
         None => Scenario::parse(Path::new(DEFAULT_SCENARIO_NAME), DEFAULT_SCENARIO),
     };
     let scenario = scenario.map_err(|why| why.to_string())?;
-    let image = Image::read(&wanted.elf).map_err(|why| image_complaint(&wanted.elf, &why))?;
+    let image = Image::read(&wanted.elf, wanted.board).map_err(|why| image_complaint(&wanted.elf, &why))?;
     let image = match &wanted.flash {
         Some(path) => stored::put_into(image, path)?,
         None => image,
     };
     let bus_log = wanted.bus_log.as_deref().map(create).transpose()?;
-    let mut run = Run::new(&image, &scenario).map_err(|why| why.to_string())?;
+    let vcd = wanted.vcd.as_deref().map(create).transpose()?;
+    let mut log = Log(wanted.rtt.as_deref().map(create).transpose()?);
+    let extras = Extras { levels: vcd.is_some(), adapters: wanted.bus_ptys };
+    let mut run = Run::with(&image, &scenario, extras).map_err(|why| why.to_string())?;
     if let Some(step) = wanted.cut_power {
         run.board().cut_power_at(step, step);
     }
@@ -78,7 +81,7 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
         Duration::Of(duration) => run.set_duration(duration),
         _ if wanted.forever() => {
             run.set_duration(Ns::MAX);
-            if bus_log.is_none() {
+            if bus_log.is_none() && vcd.is_none() {
                 run.remember(REMEMBERED);
             }
         }
@@ -91,9 +94,9 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
 
     let begun = Instant::now();
     if wanted.realtime {
-        in_real_time(&mut run, wanted, &interrupted).map_err(|why| why.to_string())?;
+        in_real_time(&mut run, wanted, &mut log, &interrupted).map_err(|why| why.to_string())?;
     } else {
-        at_full_speed(&mut run, &interrupted);
+        at_full_speed(&mut run, &mut log, &interrupted).map_err(|why| why.to_string())?;
     }
     if interrupted.load(Ordering::Relaxed) {
         eprintln!("interrupted");
@@ -111,11 +114,14 @@ fn run(wanted: &Arguments) -> Result<bool, String> {
         let written = run.write_bus_log(&mut file).and_then(|()| file.flush());
         written.map_err(|why| format!("{}: {why}", path.display()))?;
     }
+    if let (Some(path), Some(file)) = (&wanted.vcd, vcd) {
+        run.write_vcd(file).map_err(|why| format!("{}: {why}", path.display()))?;
+    }
     Ok(well)
 }
 
 /// Runs to the end, until it is interrupted or the reader of the console closes it.
-fn at_full_speed(run: &mut Run, interrupted: &AtomicBool) {
+fn at_full_speed(run: &mut Run, log: &mut Log, interrupted: &AtomicBool) -> io::Result<()> {
     let mut out = io::stdout();
     let mut printed = Ok(());
     while !interrupted.load(Ordering::Relaxed) && printed.is_ok() {
@@ -124,14 +130,21 @@ fn at_full_speed(run: &mut Run, interrupted: &AtomicBool) {
                 printed = writeln!(out, "{}", line.text);
             }
         });
+        log.take(run)?;
         if !more {
             break;
         }
     }
+    Ok(())
 }
 
 /// Likewise, no faster than the wall clock, with the ports served that are wanted.
-fn in_real_time(run: &mut Run, wanted: &Arguments, interrupted: &AtomicBool) -> io::Result<()> {
+fn in_real_time(
+    run: &mut Run,
+    wanted: &Arguments,
+    log: &mut Log,
+    interrupted: &AtomicBool,
+) -> io::Result<()> {
     let mut out = io::stdout();
     let mut ports = open_ports(run, wanted, &mut out)?;
     let mut pace = Pace::default();
@@ -146,6 +159,7 @@ fn in_real_time(run: &mut Run, wanted: &Arguments, interrupted: &AtomicBool) -> 
             }
         });
         ports.fetch()?;
+        log.take(run)?;
         if !more {
             break;
         }
@@ -160,18 +174,30 @@ fn in_real_time(run: &mut Run, wanted: &Arguments, interrupted: &AtomicBool) -> 
     Ok(())
 }
 
+/// Where the image's log goes, if it is wanted: as it comes, so that another program may follow it.
+struct Log(Option<File>);
+
+impl Log {
+    fn take(&mut self, run: &mut Run) -> io::Result<()> {
+        match &mut self.0 {
+            Some(file) => file.write_all(&run.board().take_rtt()),
+            None => Ok(()),
+        }
+    }
+}
+
 #[cfg(target_os = "linux")]
 fn open_ports(run: &mut Run, wanted: &Arguments, out: &mut impl Write) -> io::Result<serve::Ports> {
-    if wanted.console_pty || wanted.modbus_pty {
+    if wanted.has_ptys() {
         run.attend();
     }
-    serve::Ports::open(run, wanted.console_pty, wanted.modbus_pty, out)
+    serve::Ports::open(run, wanted, out)
 }
 
 #[cfg(not(target_os = "linux"))]
 fn open_ports(_run: &mut Run, wanted: &Arguments, _out: &mut impl Write) -> io::Result<NoPorts> {
-    if wanted.console_pty || wanted.modbus_pty {
-        return Err(io::Error::other("--console-pty and --modbus-pty need Linux"));
+    if wanted.has_ptys() {
+        return Err(io::Error::other("pseudo-terminals need Linux"));
     }
     Ok(NoPorts)
 }

@@ -1,4 +1,4 @@
-//! The console and the Modbus port on pseudo-terminals.
+//! The console and the RS485 pairs on pseudo-terminals: the Modbus port, and buses whose sensors another program serves.
 
 use std::io::{self, Write};
 
@@ -7,6 +7,8 @@ use clino_board::modbus::{Framing, Parity, SharedMaster};
 use clino_board::run::Run;
 use clino_pty::{PtySettings, Terminal};
 use clino_sim::node::Ns;
+
+use crate::arguments::Arguments;
 
 /// Bytes taken from a terminal at once: as many as it holds.
 const CHUNK: usize = 4_096;
@@ -18,7 +20,7 @@ const GATHERING: Ns = 2_000_000;
 #[derive(Default)]
 pub struct Ports {
     console: Option<Console>,
-    modbus: Option<Modbus>,
+    pairs: Vec<Pair>,
 }
 
 struct Console {
@@ -26,7 +28,8 @@ struct Console {
     terminal: SharedTerminal,
 }
 
-struct Modbus {
+/// An RS485 pair with the program as the computer on it.
+struct Pair {
     pty: Terminal,
     master: SharedMaster,
     /// What the scenario says.
@@ -42,9 +45,9 @@ impl Ports {
     ///
     /// # Errors
     /// The system has no more terminals, or the output is closed.
-    pub fn open(run: &Run, console: bool, modbus: bool, out: &mut impl Write) -> io::Result<Self> {
+    pub fn open(run: &Run, wanted: &Arguments, out: &mut impl Write) -> io::Result<Self> {
         let mut ports = Self::default();
-        if console {
+        if wanted.console_pty {
             let console = Console::open(run.terminal())?;
             let path = console.pty.path();
             writeln!(out, "console {path}")?;
@@ -53,12 +56,19 @@ impl Ports {
             );
             ports.console = Some(console);
         }
-        if modbus {
-            let modbus = Modbus::open(run.modbus())?;
+        if wanted.modbus_pty {
+            let modbus = Pair::open(run.modbus())?;
             let path = modbus.pty.path();
             writeln!(out, "modbus {path}")?;
             eprintln!("read angles:       {}", mbpoll(modbus.usual, path));
-            ports.modbus = Some(modbus);
+            ports.pairs.push(modbus);
+        }
+        for (bus, adapter) in ["t7", "isu"].into_iter().zip(run.adapters()) {
+            if let Some(adapter) = adapter {
+                let pair = Pair::open(adapter)?;
+                writeln!(out, "{bus} {}", pair.pty.path())?;
+                ports.pairs.push(pair);
+            }
         }
         out.flush()?;
         Ok(ports)
@@ -72,7 +82,7 @@ impl Ports {
         if let Some(console) = &mut self.console {
             console.bring(now)?;
         }
-        self.modbus.as_mut().map_or(Ok(()), |modbus| modbus.bring(now))
+        self.pairs.iter_mut().try_for_each(|pair| pair.bring(now))
     }
 
     /// Moves bytes from the board to the terminals.
@@ -83,7 +93,7 @@ impl Ports {
         if let Some(console) = &mut self.console {
             console.fetch()?;
         }
-        self.modbus.as_mut().map_or(Ok(()), Modbus::fetch)
+        self.pairs.iter_mut().try_for_each(Pair::fetch)
     }
 }
 
@@ -106,7 +116,7 @@ impl Console {
     }
 }
 
-impl Modbus {
+impl Pair {
     fn open(master: SharedMaster) -> io::Result<Self> {
         let usual = master.lock().framing();
         let settings = PtySettings {

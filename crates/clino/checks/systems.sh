@@ -1,0 +1,17 @@
+#!/bin/sh
+# The tool builds for the other systems: Windows and macOS. Only the compiler looks: nothing is linked or run there. Their parts
+# of `port/serial.rs`, and of the libraries, are not tested by this.
+#
+# A target that cannot be had (no rustup, no network) is skipped, loudly; a target that is there and does not build fails.
+set -eu
+cd "$(dirname "$0")/../../.."
+built=0
+for target in x86_64-pc-windows-gnu aarch64-apple-darwin; do
+    if ! rustup target list --installed 2>/dev/null | grep -qx "$target" && ! rustup target add "$target" >/dev/null 2>&1; then
+        echo "SKIPPED $target: it is not installed, and rustup cannot have it; clino is not checked for it" >&2
+        continue
+    fi
+    RUSTFLAGS="-D warnings" cargo check --quiet -p clino --bins --target "$target" --target-dir target/systems
+    built=$((built + 1))
+done
+echo "clino builds for $built of 2 other systems"

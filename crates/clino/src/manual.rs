@@ -1,0 +1,54 @@
+//! `clino completions` and `clino man`: made from the description of the arguments, so that they cannot disagree with it.
+
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+
+use clap::{Args, CommandFactory as _};
+use clap_complete::Shell;
+
+use crate::arguments;
+use crate::outcome::{DecodeVerdict, Failure};
+
+/// Name of the program.
+const NAME: &str = "clino";
+
+/// `clino completions`
+#[derive(Args)]
+pub struct Completions {
+    /// bash, zsh, fish, elvish or powershell
+    #[arg(value_name = "SHELL")]
+    shell: Shell,
+}
+
+/// `clino man`
+#[derive(Args)]
+pub struct Manual {
+    /// Write a page for each command into this folder
+    #[arg(long, value_name = "FOLDER")]
+    dir: Option<PathBuf>,
+}
+
+/// Prints the completions of a shell.
+pub fn completions(arguments: &Completions) -> Result<DecodeVerdict, Failure> {
+    let mut text = Vec::new();
+    clap_complete::generate(arguments.shell, &mut arguments::Arguments::command(), NAME, &mut text);
+    io::stdout().write_all(&text)?;
+    Ok(DecodeVerdict::Good)
+}
+
+/// Prints the manual page, or writes those of all commands.
+pub fn manual(arguments: &Manual) -> Result<DecodeVerdict, Failure> {
+    let command = arguments::Arguments::command();
+    match &arguments.dir {
+        Some(folder) => {
+            std::fs::create_dir_all(folder)?;
+            clap_mangen::generate_to(command, folder)?;
+        }
+        None => {
+            let mut text = Vec::new();
+            clap_mangen::Man::new(command).render(&mut text)?;
+            io::stdout().write_all(&text)?;
+        }
+    }
+    Ok(DecodeVerdict::Good)
+}

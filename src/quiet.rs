@@ -1,0 +1,76 @@
+//! Silence on all lines, for what stalls the core, and what is known of the stored configuration.
+
+use clino_bus::Duration;
+use clino_console::StorageError;
+use clino_gateway::Gateway;
+use clino_modbus::Settings;
+use clino_recovery::MonitoredTask;
+
+use crate::{clock, watchdog};
+
+/// How long a driver that is on is waited for: the longest answer on the Modbus port, 256 characters of 11 bits at
+/// 2400 bit/s, lasts 1.17 s.
+const LONGEST_WAIT: Duration = Duration::from_millis(1_300);
+
+/// Identifies a configuration: fingerprint of the gateway's settings, and the Modbus port.
+pub type Known = (u32, Settings);
+
+/// Content of the flash, as far as it is known.
+#[derive(Clone, Copy)]
+pub struct Kept {
+    /// Configuration of the next start; `None` if it is not known.
+    pub next: Option<Known>,
+    /// The flash holds a configuration that was not taken over at this start; a save replaces it for good.
+    pub unread: bool,
+}
+
+impl Kept {
+    /// Nothing yet.
+    pub const UNKNOWN: Kept = Kept { next: None, unread: false };
+
+    /// Whether the configuration in force differs, or may differ, from that of the next start.
+    pub fn is_unsaved(&self, in_force: Known) -> bool {
+        self.next != Some(in_force)
+    }
+}
+
+/// Something to do with the gateway and the settings of the Modbus port.
+pub type Work<'a> = &'a mut dyn FnMut(&Gateway, &Settings);
+
+/// Access to the levels above the main loop, for storing.
+pub trait Quiet {
+    /// Does something that may stall the core with the gateway and the settings of the Modbus port, while no line
+    /// driver is on and none can be switched on; `false`, and nothing is done, if one is on now.
+    ///
+    /// A driver that is on while the core stands still holds its line against all nodes. An answer that comes in
+    /// meanwhile is lost, and asked for again.
+    fn while_silent(&mut self, work: Work<'_>) -> bool;
+
+    /// Sets the known content of the flash.
+    fn note(&mut self, kept: Kept);
+}
+
+/// Waits until all lines have sent their frames; `false` if a line does not fall silent.
+pub fn await_silence(shared: &mut dyn Quiet) -> bool {
+    silently(shared, &mut |_, _| ()).is_ok()
+}
+
+/// Waits until all lines are silent, and does this with the gateway, once.
+pub fn silently(shared: &mut dyn Quiet, work: Work<'_>) -> Result<(), StorageError> {
+    let begin = clock::now();
+    while clock::now().since(begin) < LONGEST_WAIT {
+        watchdog::check_in(MonitoredTask::Console);
+        let is_done = shared.while_silent(&mut |gateway, modbus| {
+            // No other monitored task can check in meanwhile: this takes less than the shortest of their deadlines, stalls left
+            // out.
+            watchdog::check_in(MonitoredTask::Storage);
+            clock::across_stall(|| work(gateway, modbus));
+            watchdog::rest(MonitoredTask::Storage);
+        });
+        if is_done {
+            return Ok(());
+        }
+        cortex_m::asm::wfi();
+    }
+    Err(StorageError::Busy)
+}

@@ -1,0 +1,308 @@
+//! Two instruction interpreters held against each other: the virtual board's core and the second emulator's.
+//!
+//! Both begin with the same registers, memory and code, and must end with the same. Where they differ, the first instruction
+//! after which they do is found and printed.
+
+mod board;
+mod chance;
+mod functions;
+mod known;
+mod layout;
+mod memory;
+mod sequence;
+mod state;
+mod witness;
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use rsemu::cpu::arm::v7m::isa::decode;
+
+use chance::Chance;
+use layout::{Region, SHORT, SHORT_RAM, TABLE};
+use sequence::{BEGIN, LENGTH, Sequence};
+use state::{Difference, State};
+
+pub use functions::functions;
+
+/// Instructions that are executed of a sequence: all of it, and the interrupt's handler.
+const EXECUTED: u64 = 2 * LENGTH as u64;
+/// One in this many sequences is interrupted.
+const INTERRUPTED: u32 = 3;
+/// Differences that are printed.
+const PRINTED: usize = 20;
+
+/// Both cores, with the same memories.
+struct Pair {
+    board: board::Core,
+    witness: witness::Core,
+    ram: Vec<Region>,
+}
+
+impl Pair {
+    fn new(regions: &[Region]) -> Pair {
+        let ram = regions.iter().filter(|region| region.is_ram).copied().collect();
+        let mut pair = Pair { board: board::Core::new(regions), witness: witness::Core::new(regions), ram };
+        pair.write(TABLE.base, &layout::table());
+        pair
+    }
+
+    fn write(&mut self, address: u32, bytes: &[u8]) {
+        self.board.write(address, bytes);
+        self.witness.write(address, bytes);
+    }
+
+    /// Gives both the same RAM, after a difference.
+    fn even(&mut self) {
+        for region in self.ram.clone() {
+            let mut bytes = vec![0; region.length as usize];
+            self.board.read(region.base, &mut bytes);
+            self.witness.write(region.base, &bytes);
+        }
+    }
+
+    /// The halfword at `address`, 0 if there is no memory.
+    fn half(&self, address: u32) -> u16 {
+        let mut half = [0; 2];
+        if self.board.has(address) && self.board.has(address.wrapping_add(1)) {
+            self.board.read(address, &mut half);
+        }
+        u16::from_le_bytes(half)
+    }
+
+    /// Executes `count` instructions of `trial` on both; calls `seen` with the address of each.
+    fn run(&mut self, trial: &Trial, count: u64, mut seen: impl FnMut(u32)) {
+        for (address, bytes) in &trial.memory {
+            self.write(*address, bytes);
+        }
+        self.board.arrange(&trial.state);
+        self.witness.arrange(&trial.state);
+        let first = trial.interrupt.map_or(count, |after| after.min(count));
+        self.board.run(first, &mut seen);
+        self.witness.run(first);
+        if first < count {
+            self.board.interrupt();
+            self.witness.interrupt();
+            self.board.run(count - first, &mut seen);
+            self.witness.run(count - first);
+        }
+    }
+
+    /// In what they differ.
+    fn differences(&mut self) -> Vec<Difference> {
+        let mut differences = self.board.state().differences(&self.witness.state());
+        for region in &self.ram {
+            let length = region.length as usize;
+            let (mut ours, mut theirs) = (vec![0; length], vec![0; length]);
+            self.board.read(region.base, &mut ours);
+            self.witness.read(region.base, &mut theirs);
+            if ours == theirs {
+                continue;
+            }
+            let differing = (0..length).step_by(4).filter(|at| word(&ours, *at) != word(&theirs, *at));
+            differences.extend(differing.take(4).map(|at| Difference {
+                what: format!("[{:#010x}]", region.base as usize + at),
+                ours: word(&ours, at),
+                theirs: word(&theirs, at),
+            }));
+        }
+        differences
+    }
+}
+
+fn word(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(std::array::from_fn(|byte| bytes[at + byte]))
+}
+
+/// What both begin with.
+struct Trial {
+    memory: Vec<(u32, Vec<u8>)>,
+    state: State,
+    /// After this number of instructions an interrupt becomes pending.
+    interrupt: Option<u64>,
+    /// Instructions that are executed.
+    executed: u64,
+}
+
+impl Trial {
+    /// A random sequence.
+    fn sequence(seed: u64) -> Trial {
+        let mut chance = Chance(seed);
+        let c = &mut chance;
+        let memory = vec![(BEGIN, Sequence::new(c).bytes()), (SHORT_RAM.base, sequence::ram(c))];
+        let state = sequence::state(c);
+        let interrupt = c.once_in(INTERRUPTED).then(|| u64::from(c.below(LENGTH as u32)));
+        Trial { memory, state, interrupt, executed: EXECUTED }
+    }
+}
+
+/// What a comparison has shown.
+#[derive(Default)]
+pub struct Outcome {
+    /// Runs that agreed.
+    agreed: u64,
+    /// Runs.
+    all: u64,
+    /// Runs that differed in a way that is decided, by the reason.
+    known: BTreeMap<&'static str, u64>,
+    /// Runs that differed otherwise, by the instruction.
+    differing: BTreeMap<String, u64>,
+    /// Instructions that were executed, by the emulator's name.
+    executed: BTreeMap<String, u64>,
+    /// How runs ended: the exception, 0 for none.
+    endings: BTreeMap<u32, u64>,
+    /// Instructions that the board's fast path executed.
+    by_fast_path: u64,
+}
+
+impl Outcome {
+    /// Runs a trial and takes down what it shows.
+    fn take(&mut self, pair: &mut Pair, trial: &Trial, mut seen: impl FnMut(u32)) {
+        let mut places = Vec::new();
+        pair.run(trial, trial.executed, |pc| places.push(pc));
+        for pc in places {
+            *self.executed.entry(name(pair.half(pc), pair.half(pc.wrapping_add(2)))).or_default() += 1;
+            seen(pc);
+        }
+        *self.endings.entry(pair.board.state().exception()).or_default() += 1;
+        self.all += 1;
+        if pair.differences().is_empty() {
+            self.agreed += 1;
+            return;
+        }
+        pair.even();
+        let found = first_difference(pair, trial);
+        pair.even();
+        if let Some(reason) = found.known {
+            *self.known.entry(reason).or_default() += 1;
+            return;
+        }
+        if self.differing.len() < PRINTED && !self.differing.contains_key(&found.label) {
+            println!("{found}");
+        }
+        *self.differing.entry(found.label).or_default() += 1;
+    }
+
+    /// Whether all differences are known.
+    pub fn is_good(&self) -> bool {
+        self.all > 0 && self.differing.is_empty()
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let executed: u64 = self.executed.values().sum();
+        writeln!(
+            f,
+            "{} runs, {} agree; {executed} instructions, {} by the fast path",
+            self.all, self.agreed, self.by_fast_path
+        )?;
+        let endings: Vec<String> =
+            self.endings.iter().map(|(exception, runs)| format!("{exception}: {runs}")).collect();
+        writeln!(f, "ended in exception (0: none) {}", endings.join(", "))?;
+        let names: Vec<String> =
+            self.executed.iter().map(|(name, times)| format!("{name} {times}")).collect();
+        writeln!(f, "executed: {}", names.join(", "))?;
+        for (reason, runs) in &self.known {
+            writeln!(f, "known: {runs} times {reason}")?;
+        }
+        for (label, runs) in &self.differing {
+            writeln!(f, "DIFFERS: {runs} times {label}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Compares `count` random sequences, from this seed on.
+pub fn sequences(count: u64, seed: u64) -> Outcome {
+    let mut pair = Pair::new(&SHORT);
+    let mut outcome = Outcome::default();
+    for number in 0..count {
+        // An odd factor: other numbers have other seeds.
+        let seed = seed.wrapping_add(number).wrapping_mul(0x2545_F491_4F6C_DD1D);
+        outcome.take(&mut pair, &Trial::sequence(seed), |_| {});
+    }
+    outcome.by_fast_path = pair.board.by_fast_path();
+    outcome
+}
+
+/// Where two cores part.
+struct Parting {
+    known: Option<&'static str>,
+    label: String,
+    text: String,
+}
+
+impl fmt::Display for Parting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+/// Executes one instruction more each time until they differ.
+fn first_difference(pair: &mut Pair, trial: &Trial) -> Parting {
+    let mut before = trial.state.clone();
+    for count in 1..=trial.executed {
+        let mut last = before.r[15];
+        pair.run(trial, count, |pc| last = pc);
+        let differences = pair.differences();
+        let (board, witness) = (pair.board.state(), pair.witness.state());
+        if differences.is_empty()
+            || board.exception() != witness.exception()
+                && count < trial.executed
+                && meets_again(pair, trial, count)
+        {
+            before = board;
+            continue;
+        }
+        let (first, second) = (pair.half(last), pair.half(last.wrapping_add(2)));
+        let kind = match differences.iter().find(|difference| difference.what.starts_with('[')) {
+            Some(_) => "memory",
+            None => &differences[0].what,
+        };
+        let name = name(first, second);
+        let lines: Vec<String> = differences.iter().map(|difference| format!("    {difference}")).collect();
+        let text = format!(
+            "after {count}, interrupt {:?}: {first:04x} {second:04x} {:?} at {last:#x}\n  before {:x?} xpsr {:08x} fpscr {:08x}\n  {:x?}\n{}",
+            trial.interrupt,
+            decode(first, second),
+            before.r,
+            before.xpsr,
+            before.fpscr,
+            before.s,
+            lines.join("\n")
+        );
+        let label = format!("{name} {kind}");
+        // A call may jump into data.
+        let has_empty_list = first & 0xF0FF == 0xC000;
+        let decided = has_empty_list
+            .then_some("STM or LDM of no register, in data that a call jumped into: UNPREDICTABLE");
+        let known = decided
+            .or_else(|| known::known(&name, base(first, second, &before), [&board, &witness], &differences));
+        return Parting { known, label, text };
+    }
+    Parting {
+        known: None,
+        label: "not again".to_owned(),
+        text: "they differ at first, and not again".to_owned(),
+    }
+}
+
+/// Whether one enters the handler of a fault with the instruction, and the other before the next one.
+fn meets_again(pair: &mut Pair, trial: &Trial, count: u64) -> bool {
+    pair.run(trial, count + 1, |_| {});
+    pair.board.state().exception() == pair.witness.state().exception()
+}
+
+/// The base register of a load or store, before it.
+fn base(first: u16, second: u16, before: &State) -> Option<u32> {
+    let text = format!("{:?}", decode(first, second));
+    let number = text.split("rn: ").nth(1)?.split([',', ' ']).next()?;
+    before.r.get(number.parse::<usize>().ok()?).copied()
+}
+
+/// The instruction's name in the emulator's decoder.
+fn name(first: u16, second: u16) -> String {
+    let text = format!("{:?}", decode(first, second));
+    text.split([' ', '(']).next().unwrap_or_default().to_owned()
+}
