@@ -35,7 +35,7 @@ mod watch;
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
+use clap::{CommandFactory as _, Parser as _};
 
 use arguments::{Arguments, Tool};
 use outcome::{DecodeVerdict, Failure};
@@ -54,8 +54,8 @@ fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
         Tool::Log(arguments) => log::run(arguments),
         Tool::Sniff(arguments) => sniff::run(arguments),
         Tool::Gateway(tool) => gateway::run(tool),
-        Tool::Completions(arguments) => manual::completions(&arguments),
-        Tool::Man(arguments) => manual::manual(&arguments),
+        Tool::Completions(arguments) => manual::completions(&arguments, Arguments::command()),
+        Tool::Man(arguments) => manual::manual(&arguments, Arguments::command()),
         Tool::Pwm(ticks) => pwm::run(ticks),
         #[cfg(target_os = "linux")]
         Tool::Sim(arguments) => sim::run(arguments),
