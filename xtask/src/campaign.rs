@@ -74,6 +74,11 @@ const CAMPAIGNS: &[Campaign] = &[
         ],
     },
     Campaign {
+        name: "fleet",
+        shows: "300 gateways on one broker: loss, times, load; an hour without the broker (10 min, 10 GB)",
+        runs: &[Tests("clino::fleet", "load::", &[])],
+    },
+    Campaign {
         name: "storage",
         shows: "the power cut at every word of saves, every seed (5 min)",
         runs: &[Tests("clino-storage::power", "campaign", &[])],

@@ -2,6 +2,8 @@
 
 use clap::{Parser, Subcommand};
 
+#[cfg(feature = "fleet")]
+use crate::fleet;
 #[cfg(target_os = "linux")]
 use crate::sim;
 use crate::{gateway, isu, log, manual, ports, pwm, sniff, t7, watch};
@@ -45,6 +47,12 @@ pub enum Tool {
     /// STT ISU, pulse width: timer ticks to duty and angle
     #[command(allow_negative_numbers = true)]
     Pwm(pwm::Arguments),
+    /// Gateways on a live page in a browser
+    #[cfg(feature = "fleet")]
+    Serve(fleet::ServeArguments),
+    /// Gateways to an MQTT broker, to Prometheus, to InfluxDB
+    #[cfg(feature = "fleet")]
+    Bridge(fleet::BridgeArguments),
     /// Simulated sensors of both makes, served on pseudo-terminals or on a port
     #[cfg(target_os = "linux")]
     Sim(sim::Arguments),

@@ -9,6 +9,8 @@ mod arguments;
 mod bad;
 mod bus;
 mod choice;
+#[cfg(feature = "fleet")]
+mod fleet;
 mod feed;
 mod gateway;
 mod hex;
@@ -57,6 +59,10 @@ fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
         Tool::Completions(arguments) => manual::completions(&arguments, Arguments::command()),
         Tool::Man(arguments) => manual::manual(&arguments, Arguments::command()),
         Tool::Pwm(ticks) => pwm::run(ticks),
+        #[cfg(feature = "fleet")]
+        Tool::Serve(arguments) => fleet::serve(arguments),
+        #[cfg(feature = "fleet")]
+        Tool::Bridge(arguments) => fleet::bridge(&arguments),
         #[cfg(target_os = "linux")]
         Tool::Sim(arguments) => sim::run(arguments),
     }

@@ -4,9 +4,11 @@
 //! Needs the network the first time, and `python3` with venv or pip, `npm`, or on a Debian `apt-get` and `dpkg`. What cannot be
 //! had is an error that says what was tried; a test decides whether it fails, or says that it was skipped ([`skipped`]).
 
+mod chromium;
 mod debian;
 mod libmodbus;
 mod mbpoll;
+mod mosquitto;
 mod node;
 mod python;
 mod ser2net;
@@ -16,8 +18,10 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
+pub use chromium::Chromium;
 pub use libmodbus::Libmodbus;
 pub use mbpoll::Mbpoll;
+pub use mosquitto::Mosquitto;
 pub use node::Node;
 pub use python::Python;
 pub use ser2net::Ser2net;
@@ -45,6 +49,13 @@ fn alone(place: &Path) -> Result<File, String> {
     let file = fs::create_dir_all(place).and_then(|()| File::create(&lock));
     let locked = file.and_then(|file| file.lock().map(|()| file));
     locked.map_err(|why| format!("{}: {why}\n", lock.display()))
+}
+
+/// Folders with libraries of packages that were unpacked below `root`, as the loader takes them.
+fn library_folders(root: &Path) -> String {
+    let machines = fs::read_dir(root.join("usr/lib")).into_iter().flatten().filter_map(Result::ok);
+    let folders = machines.map(|entry| entry.path()).filter(|path| path.is_dir());
+    folders.map(|path| path.display().to_string()).collect::<Vec<_>>().join(":")
 }
 
 /// Runs a step of an installation; what it said if it failed.

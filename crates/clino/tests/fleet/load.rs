@@ -1,0 +1,224 @@
+//! Figures of a fleet, with a real broker: 300 gateways of 32 sensors at 1 Hz, and an hour without the broker. Ignored:
+//! `cargo xtask campaign fleet` prints them.
+//!
+//! The gateways are one process of this test: a thread writes all their lines. The time of reception is the instant at which a
+//! line is written; the broker's own client tells when a message came.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::net::{TcpListener, TcpStream};
+use std::process::Stdio;
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::broker::{Broker, mosquitto};
+use crate::program::Program;
+use crate::{folder, free_port, now_ms, until};
+
+const GATEWAYS: usize = 300;
+const SENSORS: usize = 32;
+/// How long the fleet runs.
+const SECONDS: u32 = 60;
+/// Clock ticks of a second in `/proc` (POSIX `CLK_TCK`, 100 on Linux).
+const TICKS: f64 = 100.0;
+
+/// Processor seconds and resident megabytes of a process.
+fn used(pid: u32) -> (f64, f64) {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).expect("it runs");
+    let fields: Vec<_> = stat.rsplit_once(')').expect("a name").1.split_whitespace().collect();
+    let ticks: f64 = fields[11].parse::<f64>().expect("a number") + fields[12].parse::<f64>().expect("a number");
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).expect("it runs");
+    let line = status.lines().find(|line| line.starts_with("VmHWM:")).expect("its peak");
+    let kb: f64 = line.split_whitespace().nth(1).expect("a number").parse().expect("a number");
+    (ticks / TICKS, kb / 1_000.0)
+}
+
+/// One listener for all gateways: connections in the order in which they come.
+fn fleet() -> (u16, Arc<Mutex<Vec<TcpStream>>>) {
+    let listener = TcpListener::bind(("127.0.0.1", 0)).expect("loopback");
+    let port = listener.local_addr().expect("it is bound").port();
+    let streams: Arc<Mutex<Vec<TcpStream>>> = Arc::default();
+    let to = streams.clone();
+    thread::spawn(move || {
+        for stream in listener.incoming().map_while(Result::ok) {
+            let _ = stream.set_nodelay(true);
+            // What is asked is not answered: nothing here depends on it.
+            let _ = stream.set_nonblocking(false);
+            to.lock().expect("no panic").push(stream);
+        }
+    });
+    (port, streams)
+}
+
+fn configuration(source: u16, broker: u16, folder: &std::path::Path) -> String {
+    let mut text = String::new();
+    for n in 0..GATEWAYS {
+        text += &format!("[[gateway]]\nname = \"g{n}\"\nconsole = \"tcp://127.0.0.1:{source}\"\n");
+    }
+    text + &format!(
+        "[mqtt]\nhost = \"127.0.0.1\"\nport = {broker}\n[store]\nfolder = \"{}\"\nmost_mb = 8000\n",
+        folder.display()
+    )
+}
+
+/// The lines of a gateway in a second: the angle tells the instant at which they are written, in ms of the last 6 minutes.
+fn lines(seq: u32, stamp_ms: i64) -> String {
+    let code = stamp_ms % 360_000;
+    let angle = format!("{}.{:03}", code / 1_000, code % 1_000);
+    (0..SENSORS)
+        .map(|slot| {
+            format!(
+                "{{\"slot\":{slot},\"kind\":\"t7\",\"bus\":\"t7\",\"address\":{},\"status\":\"ok\",\"angle_deg\":{angle},\"age_ms\":0,\"health\":[],\"seq\":{seq}}}\r\n",
+                slot + 1
+            )
+        })
+        .collect()
+}
+
+#[test]
+#[ignore = "a minute of full load: cargo xtask campaign fleet"]
+fn three_hundred_gateways_on_one_broker() {
+    let Some(mosquitto) = mosquitto("fleet load") else { return };
+    let folder = folder("load");
+    let broker = Broker::start(&mosquitto, &folder);
+    let (port, streams) = fleet();
+    let mut subscriber = mosquitto.subscriber();
+    // Receive time in seconds with decimals, then the message.
+    subscriber.args(["-h", "127.0.0.1", "-p", &broker.port().to_string(), "-q", "0", "-t", "clino/+/state", "-F", "%U %p"]);
+    let mut child = subscriber.stdout(Stdio::piped()).spawn().expect("mosquitto_sub starts");
+    let out = child.stdout.take().expect("it is piped");
+    let heard: Arc<Mutex<(Vec<i64>, u64)>> = Arc::default();
+    let to = heard.clone();
+    thread::spawn(move || {
+        for line in BufReader::new(out).lines().map_while(Result::ok) {
+            let Some((time, message)) = line.split_once(' ') else { continue };
+            let came = (time.parse::<f64>().unwrap_or(0.0) * 1_000.0) as i64;
+            let mut heard = to.lock().expect("no panic");
+            for part in message.split("\"angle_deg\":").skip(1) {
+                let number = part.split(',').next().unwrap_or_default();
+                let (whole, decimals) = number.split_once('.').unwrap_or((number, "0"));
+                let code = whole.parse::<i64>().unwrap_or(0) * 1_000 + decimals.parse::<i64>().unwrap_or(0);
+                heard.0.push((came % 360_000 - code).rem_euclid(360_000));
+                heard.1 += 1;
+            }
+        }
+    });
+    let bridge = Program::bridge(&folder, &configuration(port, broker.port(), &folder));
+    until("all gateways", || (streams.lock().expect("no panic").len() >= GATEWAYS).then_some(()));
+    thread::sleep(Duration::from_secs(2));
+    for stream in streams.lock().expect("no panic").iter_mut() {
+        stream.write_all(b"\r\n").expect("a connection");
+    }
+    let (before, _) = used(bridge.id());
+    let begun = Instant::now();
+    for second in 0..SECONDS {
+        for n in 0..GATEWAYS {
+            // Spread over the second, as gateways are that know nothing of each other.
+            let due = Duration::from_secs(second.into()) + Duration::from_secs(1) * u32::try_from(n).expect("few") / GATEWAYS as u32;
+            thread::sleep(due.saturating_sub(begun.elapsed()));
+            let text = lines(second + 1, now_ms());
+            streams.lock().expect("no panic")[n].write_all(text.as_bytes()).expect("a connection");
+        }
+    }
+    let sent = u64::from(SECONDS) * (GATEWAYS * SENSORS) as u64;
+    until("the last value", || (heard.lock().expect("no panic").1 >= sent).then_some(()));
+    let (after, peak_mb) = used(bridge.id());
+    let core = (after - before) / begun.elapsed().as_secs_f64() * 100.0;
+    let mut delays = std::mem::take(&mut heard.lock().expect("no panic").0);
+    delays.sort_unstable();
+    let at = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize];
+    let got = delays.len() as u64;
+    println!("values sent {sent}, received {got}; ms from reception to the broker's client: median {}, p99 {}, most {}", at(0.5), at(0.99), at(1.0));
+    println!("one core {core:.1} %, {peak_mb:.0} MB");
+    let _ = child.kill();
+    assert_eq!(got, sent);
+    assert!(at(0.99) <= 50, "p99 {} ms", at(0.99));
+    assert!(core <= 50.0, "{core:.1} % of a core");
+    assert!(peak_mb <= 200.0, "{peak_mb:.0} MB");
+}
+
+/// Messages of an hour: 300 gateways, one message a second.
+const HOUR: usize = GATEWAYS * 3_600;
+
+/// Fills a store as the bridge would within an hour. Its format is restated from `crates/fleet/src/store.rs`: messages by their
+/// number, each with a byte for *retained*, the length of its topic, topic and payload; counters beside them.
+fn fill(path: &std::path::Path) -> u64 {
+    let database = redb::Database::create(path).expect("a folder of this test");
+    let queue = redb::TableDefinition::<u64, &[u8]>::new("queue");
+    let counters = redb::TableDefinition::<&str, u64>::new("counters");
+    let values: Vec<_> = (0..SENSORS)
+        .map(|slot| {
+            format!(
+                "{{\"slot\":{slot},\"kind\":\"t7\",\"bus\":\"t7\",\"address\":{},\"status\":\"ok\",\"angle_deg\":12.345,\"ts\":1795990330138,\"outcome\":1,\"health\":[]}}",
+                slot + 1
+            )
+        })
+        .collect();
+    let values = values.join(",");
+    let (mut number, mut bytes) = (0, 0);
+    for second in 0..3_600_u64 {
+        let transaction = database.begin_write().expect("the disk has room");
+        {
+            let mut queue = transaction.open_table(queue).expect("a table");
+            for gateway in 0..GATEWAYS {
+                let topic = format!("clino/g{gateway}/state");
+                let seq = (1_u64 << 32) + second + 1;
+                let payload = format!("{{\"ts\":{second},\"seq\":{seq},\"boot\":null,\"values\":[{values}]}}");
+                let mut message = vec![0, 0, u8::try_from(topic.len()).expect("short")];
+                message.extend(topic.bytes().chain(payload.bytes()));
+                bytes += message.len() as u64;
+                queue.insert(number, message.as_slice()).expect("the disk has room");
+                number += 1;
+            }
+            let mut counters = transaction.open_table(counters).expect("a table");
+            for (name, value) in [("runs", 1), ("end", number), ("bytes", bytes)] {
+                counters.insert(name, value).expect("the disk has room");
+            }
+        }
+        transaction.commit().expect("the disk has room");
+    }
+    bytes
+}
+
+/// The broker comes back after an hour.
+#[test]
+#[ignore = "gigabytes on disk: cargo xtask campaign fleet"]
+fn an_hour_without_the_broker_is_delivered_within_five_minutes() {
+    let Some(mosquitto) = mosquitto("fleet hour") else { return };
+    let folder = folder("hour");
+    let (port, _streams) = fleet();
+    let at = free_port();
+    let text = configuration(port, at, &folder);
+    let bytes = fill(&folder.join("bridge.redb"));
+    let size = std::fs::metadata(folder.join("bridge.redb")).expect("the store").len();
+    println!("{} MB of messages take {} MB on disk", bytes / 1_000_000, size / 1_000_000);
+    let broker = Broker::start_with(&mosquitto, &folder, at, "allow_anonymous true\n");
+    let mut subscriber = mosquitto.subscriber();
+    subscriber.args(["-h", "127.0.0.1", "-p", &broker.port().to_string(), "-q", "0", "-t", "clino/+/state", "-F", "%t %p"]);
+    let mut child = subscriber.stdout(Stdio::piped()).spawn().expect("mosquitto_sub starts");
+    let out = child.stdout.take().expect("it is piped");
+    let begun = Instant::now();
+    let _bridge = Program::bridge(&folder, &text);
+    let mut last: BTreeMap<String, u64> = BTreeMap::new();
+    let (mut values, mut messages) = (0_u64, 0_usize);
+    let wanted = (HOUR * SENSORS) as u64;
+    for line in BufReader::new(out).lines().map_while(Result::ok) {
+        let Some((topic, message)) = line.split_once(' ') else { continue };
+        let seq = message.split("\"seq\":").nth(1).and_then(|rest| rest.split(',').next()?.parse::<u64>().ok());
+        let seq = seq.expect("a number");
+        let before = last.insert(topic.to_owned(), seq).unwrap_or(0);
+        assert!(seq > before, "{topic}: {seq} after {before}");
+        values += message.matches("\"status\":\"ok\"").count() as u64;
+        messages += 1;
+        if values >= wanted {
+            break;
+        }
+        assert!(begun.elapsed() < Duration::from_secs(600), "{values} of {wanted} after ten minutes");
+    }
+    let _ = child.kill();
+    println!("{values} values in {messages} messages were delivered in {:.0} s, in order", begun.elapsed().as_secs_f64());
+    assert_eq!(values, wanted);
+    assert!(begun.elapsed() <= Duration::from_secs(300));
+    let _ = std::fs::remove_dir_all(&folder);
+}

@@ -1,0 +1,118 @@
+//! The state as the page gets it, and the memory of its plots.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use crate::history::{History, Span};
+use crate::hub::{GatewayState, Hub, News, Told};
+use crate::sensor::Outcome;
+
+/// Sensors that are remembered: 48 of each of ten gateways, 45 MB. Further ones have no plot.
+const REMEMBERED: usize = 480;
+/// The small plots show a minute, a point a second.
+const SMALL: Duration = Duration::from_secs(60);
+const SMALL_POINTS: usize = 60;
+
+/// The memory of the plots.
+pub struct Memory {
+    sensors: Mutex<BTreeMap<(usize, u16), History>>,
+}
+
+impl Memory {
+    pub fn new() -> Memory {
+        Memory { sensors: Mutex::new(BTreeMap::new()) }
+    }
+
+    /// Remembers an angle, if that is what the news is.
+    pub fn note(&self, news: &News) {
+        let Told::Outcome(slot, outcome) = &news.told else { return };
+        let Some((angle, measured)) = outcome.angle().zip(outcome.measured_at) else { return };
+        let mut sensors = self.sensors.lock().unwrap_or_else(PoisonError::into_inner);
+        if sensors.len() < REMEMBERED || sensors.contains_key(&(news.gateway, *slot)) {
+            let history = sensors.entry((news.gateway, *slot)).or_insert_with(|| History::new(measured));
+            history.add(measured, angle);
+        }
+    }
+
+    /// The last so many seconds of a sensor.
+    pub fn last(&self, gateway: usize, slot: u16, span: Duration, now: Instant) -> Option<Span> {
+        let mut sensors = self.sensors.lock().unwrap_or_else(PoisonError::into_inner);
+        Some(sensors.get_mut(&(gateway, slot))?.last(span, now))
+    }
+
+    /// A point a second of the last minute, in millidegrees.
+    fn small(&self, gateway: usize, slot: u16, now: Instant) -> Vec<Option<i32>> {
+        let Some(span) = self.last(gateway, slot, SMALL, now) else { return Vec::new() };
+        let each = span.extents.len().div_ceil(SMALL_POINTS).max(1);
+        span.extents.chunks(each).map(|points| points.iter().rev().flatten().next().map(|(_, high)| *high)).collect()
+    }
+}
+
+/// A sensor.
+pub fn sensor(gateway: &GatewayState, slot: u16, outcome: &Outcome, now: Instant) -> Value {
+    let alarms: Vec<_> = gateway
+        .alarms
+        .values()
+        .filter(|alarm| alarm.slot == slot)
+        .map(|alarm| json!({ "name": &*alarm.name, "state": &*alarm.state }))
+        .collect();
+    json!({
+        "slot": slot,
+        "name": gateway.config.sensors.get(&slot),
+        "kind": &*outcome.kind,
+        "bus": &*outcome.bus,
+        "address": outcome.address,
+        "status": &*outcome.status,
+        "angle_mdeg": outcome.angle(),
+        "age_ms": outcome.age_ms(now),
+        "health": outcome.health.iter().map(|word| &**word).collect::<Vec<_>>(),
+        "alarms": alarms,
+    })
+}
+
+/// A gateway without its sensors.
+pub fn gateway(state: &GatewayState) -> Value {
+    let buses: Vec<_> = state
+        .buses
+        .iter()
+        .map(|((bus, kind), values)| json!({ "bus": &**bus, "kind": &**kind, "values": values }))
+        .collect();
+    json!({
+        "name": state.config.name.as_str(),
+        "gone": state.gone,
+        "signals": state.signals.iter().map(|word| &**word).collect::<Vec<_>>(),
+        "start": state.start.as_ref().map(|start| json!({
+            "boot": start.boot(), "version": start.version, "cause": start.cause, "crashes": start.crashes, "mode": start.mode,
+        })),
+        "restarts": state.restarts,
+        "buses": buses,
+    })
+}
+
+/// Everything.
+pub fn whole(hub: &Hub, memory: &Memory, allows_writes: bool) -> Value {
+    let now = Instant::now();
+    let gateways: Vec<_> = (0..hub.len())
+        .filter_map(|number| {
+            let state = hub.gateway(number)?;
+            let mut whole = gateway(&state);
+            let sensors: Vec<_> = state
+                .sensors
+                .iter()
+                .map(|(slot, outcome)| {
+                    let mut sensor = sensor(&state, *slot, outcome, now);
+                    if let Some(members) = sensor.as_object_mut() {
+                        members.insert("minute".into(), json!(memory.small(number, *slot, now)));
+                    }
+                    sensor
+                })
+                .collect();
+            whole.as_object_mut()?.insert("sensors".into(), Value::Array(sensors));
+            Some(whole)
+        })
+        .collect();
+    json!({ "allows_writes": allows_writes, "gateways": gateways })
+}
