@@ -89,6 +89,8 @@ pub struct Bus<P: Protocol> {
     latency: Duration,
     /// The frame on its way, until its last stop bit.
     draining: Option<Instant>,
+    /// When the last frame was out.
+    released: Instant,
     echo: Echo,
     heard: Vec<Character>,
     /// Characters heard, and those that came back although they should not.
@@ -115,6 +117,7 @@ impl<P: Protocol + Commissionable> Bus<P> {
             timing_at,
             latency,
             draining: None,
+            released: Instant::ZERO,
             echo: Echo::default(),
             heard: Vec::new(),
             seen: Seen::new(echo),
@@ -310,6 +313,7 @@ impl<P: Protocol + Commissionable> Bus<P> {
         let Some(out) = self.draining.take() else { return Ok(()) };
         self.port.sent()?;
         let at = out.min(now);
+        self.released = at;
         if self.line.transmission_complete(at) {
             outcomes.extend(self.master.on(Event::Released { at }));
         }
@@ -353,8 +357,10 @@ impl<P: Protocol + Commissionable> Bus<P> {
         outcomes: &mut Vec<ExchangeOutcome<P>>,
     ) -> Result<(), PortError> {
         self.release(now, outcomes)?;
-        // Later than the line takes anything for an echo: half a character.
-        let event = self.line.heard(character, now + self.serial().characters(1));
+        // Later than the line takes anything for an echo: half a character after the frame. Not later than that: the guard before
+        // the next frame begins here.
+        let at = now.max(self.released + self.serial().characters(1));
+        let event = self.line.heard(character, at);
         outcomes.extend(self.master.on(event));
         Ok(())
     }

@@ -37,7 +37,7 @@ mod watch;
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
+use clap::{CommandFactory as _, Parser as _};
 
 use arguments::{Arguments, Tool};
 use outcome::{DecodeVerdict, Failure};
@@ -56,8 +56,8 @@ fn run(tool: Tool) -> Result<DecodeVerdict, Failure> {
         Tool::Log(arguments) => log::run(arguments),
         Tool::Sniff(arguments) => sniff::run(arguments),
         Tool::Gateway(tool) => gateway::run(tool),
-        Tool::Completions(arguments) => manual::completions(&arguments),
-        Tool::Man(arguments) => manual::manual(&arguments),
+        Tool::Completions(arguments) => manual::completions(&arguments, Arguments::command()),
+        Tool::Man(arguments) => manual::manual(&arguments, Arguments::command()),
         Tool::Pwm(ticks) => pwm::run(ticks),
         #[cfg(feature = "fleet")]
         Tool::Serve(arguments) => fleet::serve(arguments),

@@ -3,10 +3,9 @@
 use std::io::{self, Write as _};
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory as _};
+use clap::{Args, Command};
 use clap_complete::Shell;
 
-use crate::arguments;
 use crate::outcome::{DecodeVerdict, Failure};
 
 /// Name of the program.
@@ -28,25 +27,24 @@ pub struct Manual {
     dir: Option<PathBuf>,
 }
 
-/// Prints the completions of a shell.
-pub fn completions(arguments: &Completions) -> Result<DecodeVerdict, Failure> {
+/// Prints the completions of a shell for this program.
+pub fn completions(arguments: &Completions, mut program: Command) -> Result<DecodeVerdict, Failure> {
     let mut text = Vec::new();
-    clap_complete::generate(arguments.shell, &mut arguments::Arguments::command(), NAME, &mut text);
+    clap_complete::generate(arguments.shell, &mut program, NAME, &mut text);
     io::stdout().write_all(&text)?;
     Ok(DecodeVerdict::Good)
 }
 
 /// Prints the manual page, or writes those of all commands.
-pub fn manual(arguments: &Manual) -> Result<DecodeVerdict, Failure> {
-    let command = arguments::Arguments::command();
+pub fn manual(arguments: &Manual, program: Command) -> Result<DecodeVerdict, Failure> {
     match &arguments.dir {
         Some(folder) => {
             std::fs::create_dir_all(folder)?;
-            clap_mangen::generate_to(command, folder)?;
+            clap_mangen::generate_to(program, folder)?;
         }
         None => {
             let mut text = Vec::new();
-            clap_mangen::Man::new(command).render(&mut text)?;
+            clap_mangen::Man::new(program).render(&mut text)?;
             io::stdout().write_all(&text)?;
         }
     }
