@@ -1,7 +1,7 @@
 //! Text on its way out, without `core::fmt`: its numbers, paddings and tables of functions would cost more flash than all
 //! that is printed here.
 //!
-//! Text goes out byte by byte: what is counted, escaped or left out is ASCII, and other characters pass as they are.
+//! What is counted, escaped or left out is ASCII; other characters pass as they are.
 
 use core::convert::Infallible;
 
@@ -51,13 +51,20 @@ pub struct Inside<'o> {
 
 impl Out for Inside<'_> {
     fn put(&mut self, text: &[u8]) {
-        for byte in text {
-            match byte {
-                b'"' | b'\\' if self.escapes => self.out.put(&[b'\\', *byte]),
-                b'"' | b'\\' => {}
-                _ if byte.is_ascii_control() => {}
-                byte => self.out.put(&[*byte]),
+        let is_plain = |byte: &u8| !matches!(byte, b'"' | b'\\') && !byte.is_ascii_control();
+        let mut rest = text;
+        while !rest.is_empty() {
+            // What needs nothing goes on as a whole: a port is asked once, not for each character.
+            let length = rest.iter().take_while(|byte| is_plain(byte)).count();
+            let (plain, behind) = rest.split_at_checked(length).unwrap_or((rest, b""));
+            if !plain.is_empty() {
+                self.out.put(plain);
             }
+            let Some((special, behind)) = behind.split_first() else { return };
+            if self.escapes && matches!(special, b'"' | b'\\') {
+                self.out.put(&[b'\\', *special]);
+            }
+            rest = behind;
         }
     }
 }
