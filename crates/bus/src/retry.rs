@@ -37,12 +37,7 @@ impl Retry {
         at: Instant,
     ) -> Option<Instant> {
         let harmless = !P::writes(request) || fault.request_unheard();
-        self.after_harmless(tried, fault, at).filter(|_| harmless)
-    }
-
-    /// The same for a request that does no harm if it is carried out twice.
-    pub fn after_harmless<E>(&self, tried: u8, fault: &Fault<E>, at: Instant) -> Option<Instant> {
-        let again = tried <= self.times && !matches!(fault, Fault::Over { .. });
+        let again = harmless && tried <= self.times && !matches!(fault, Fault::Over { .. });
         again.then(|| at + self.pause)
     }
 }

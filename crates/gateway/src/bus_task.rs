@@ -7,13 +7,13 @@
 //!
 //! - A change of settings comes into force between two exchanges, before the next one begins.
 //! - After a change of the bit rate the bus keeps silent until every node recognises requests again
-//!   ([`SILENCE`](poll::Poll::SILENCE)).
+//!   ([`Poll::SILENCE`]).
 //! - A task begins after both. Until it has ended, the bit rate is the task's: a change of it is refused. All other
 //!   settings change between two exchanges of the task.
 //! - A task that has changed the bit rate for good leaves that rate, and nothing else, in the settings.
 
-use clino_bus::{BusCounters, Event, Instant, Serial, Timing, earliest};
-use clino_commissioning::TaskProgress;
+use clino_bus::{Event, ExchangeOutcome, Instant, Master, Serial, Timing, earliest};
+use clino_commissioning::{RunnerAction, TaskProgress};
 
 use crate::bits::Bits;
 use crate::counters::{SlotCounters, bump16};
@@ -23,20 +23,21 @@ use crate::schedule::outage::BusHealth;
 use crate::schedule::queue::Asked;
 use crate::schedule::settling::{Nodes, Settling, readers};
 use crate::settings::{BusChange, BusSettings};
-use crate::task::{Claim, TaskEvent};
+use crate::task::{Claim, TaskEvent, Tasks};
 use crate::trace::{Entry, Purpose, Verdict};
 use crate::{Bus, SlotConfig};
 
-mod endpoint;
-mod poll;
 mod polling;
 
-pub(crate) use endpoint::ProtocolEnd;
-use endpoint::{Ending, Endpoint, Outcome, Serve, TaskStep};
-use polling::{Polling, Said};
+use polling::{Poll, Polling, Said};
 
 /// A task changes the bit rate once and asks; more often in a row is a mistake of the task.
 const RATES_AT_ONCE: usize = 4;
+
+/// A protocol that is polled and has tasks.
+pub(crate) trait Serve: Poll + Tasks {}
+
+impl<P: Poll + Tasks> Serve for P {}
 
 /// An exchange has ended.
 pub(crate) struct Ended {
@@ -54,13 +55,17 @@ struct Answered {
     entry: Entry,
 }
 
-/// What the protocols share, and behind it the `end` that speaks one of them.
-pub(crate) struct BusTask<E: ?Sized = dyn Endpoint> {
-    polling: Polling,
+pub(crate) struct BusTask<P: Serve> {
+    master: Master<P>,
+    polling: Polling<P>,
     /// The exchange under way.
     begun: Entry,
     /// A reading that went well. What it says can wait until the next request is on its way.
     answer: Option<Answered>,
+    /// The task that was accepted, until it has ended.
+    task: Option<P::Task>,
+    /// The same, once it has begun.
+    work: Option<P::Work>,
     /// It is to stop before it has begun.
     cancelled: bool,
     /// The requester of the task, or of the last one.
@@ -77,17 +82,19 @@ pub(crate) struct BusTask<E: ?Sized = dyn Endpoint> {
     settling: Settling,
     /// Slots that were restarted since they were last taken.
     restarted: Bits,
-    end: E,
 }
 
-impl<P: Serve> BusTask<ProtocolEnd<P>> {
+impl<P: Serve> BusTask<P> {
     /// A bus that reads nothing.
     #[inline(always)]
     pub fn idle(timing: Timing) -> Self {
         BusTask {
-            polling: Polling::idle(P::PROBE_SHARE, P::SILENCE),
+            master: Master::new(timing),
+            polling: Polling::idle(),
             begun: Entry::begun(Instant::ZERO, P::BUS, (0, 0), Purpose::Task),
             answer: None,
+            task: None,
+            work: None,
             cancelled: false,
             requester: Requester::Console,
             news: None,
@@ -97,54 +104,27 @@ impl<P: Serve> BusTask<ProtocolEnd<P>> {
             task_is_next: false,
             settling: Settling::default(),
             restarted: Bits::EMPTY,
-            end: ProtocolEnd::new(timing),
         }
     }
 
-    /// Accepts a task, unless there is one.
-    pub fn accept(&mut self, task: &P::Task, requester: Requester) -> bool {
-        let idle = self.end.claim().is_none() && self.news.is_none();
-        if idle {
-            self.end.accept(task);
-            (self.requester, self.cancelled) = (requester, false);
-        }
-        idle
-    }
-}
-
-impl BusTask {
     /// The bus runs like this from the beginning.
     pub fn set_up(&mut self, settings: &BusSettings) {
-        self.end.set_timing(settings.timing);
+        self.master.set_timing(settings.timing);
         self.settings = *settings;
         // The port runs without delays and echo until it gets other settings.
         self.pending = settings.line != settings.timing.line();
     }
 
-    /// What happened on the bus since reset.
-    pub fn counters(&self) -> &BusCounters {
-        self.end.counters()
-    }
-
-    /// How the bus runs now.
-    pub fn timing(&self) -> &Timing {
-        self.end.timing()
-    }
-
-    fn bus(&self) -> Bus {
-        self.end.facts().bus
-    }
-
-    fn serial(&self) -> Serial {
-        self.end.timing().serial
+    pub fn master(&self) -> &Master<P> {
+        &self.master
     }
 
     /// These settings are to change. Returns whether they do: the bit rate may be a task's.
     pub fn change(&mut self, change: &BusChange) -> bool {
-        let settings = self.settings.with(self.bus(), change);
-        if let Some(claim) = self.end.claim()
+        let settings = self.settings.with(P::BUS, change);
+        if let Some(task) = &self.task
             && change.baud.is_some()
-            && (settings.timing.serial != self.settings.timing.serial || claim == Claim::BitRate)
+            && (settings.timing.serial != self.settings.timing.serial || P::claim(task) == Claim::BitRate)
         {
             return false;
         }
@@ -155,29 +135,40 @@ impl BusTask {
         true
     }
 
+    /// Accepts a task, unless there is one.
+    pub fn accept(&mut self, task: &P::Task, requester: Requester) -> bool {
+        let idle = self.task.is_none() && self.news.is_none();
+        if idle {
+            (self.task, self.requester, self.cancelled) = (Some(*task), requester, false);
+        }
+        idle
+    }
+
     /// What the task that was accepted works on.
     pub fn claim(&self) -> Claim {
-        self.end.claim().unwrap_or(Claim::Nothing)
+        self.task.as_ref().map_or(Claim::Nothing, P::claim)
     }
 
     /// The claim of a task that has just ended, and how it has ended; once.
     pub fn ended(&mut self) -> Option<(Claim, TaskEvent)> {
         let news = self.news.as_ref().filter(|news| news.is_end())?;
-        let claim = self.end.claim()?;
-        self.end.end_task();
-        Some((claim, *news))
+        self.task.take().map(|task| (P::claim(&task), *news))
     }
 
     /// The task shall stop at its next consistent point.
     pub fn cancel(&mut self) {
-        if !self.end.cancel() {
-            self.cancelled = true;
+        match &mut self.work {
+            Some(work) => P::runner(work).cancel(),
+            None => self.cancelled = true,
         }
     }
 
     /// How far the task is.
     pub fn progress(&self) -> Option<TaskProgress> {
-        self.end.progress()
+        match &self.work {
+            Some(work) => Some(P::runner_ref(work).progress()),
+            None => self.task.map(|_| TaskProgress::default()),
+        }
     }
 
     /// The event of the task, if this requester has ordered it.
@@ -205,7 +196,7 @@ impl BusTask {
     #[inline(never)]
     pub fn meaning_changed(&mut self, nodes: Nodes, until: Instant, now: Instant, slots: &mut [Polled]) {
         self.settling.add(nodes, until, now);
-        let readers = readers(slots, self.bus(), nodes);
+        let readers = readers(slots, P::BUS, nodes);
         for index in readers.iter() {
             if let Some(polled) = slots.get_mut(index) {
                 polled.restart();
@@ -216,7 +207,7 @@ impl BusTask {
 
     /// Whether the answer of the node at this address to a request of `asked` is not used yet.
     pub fn is_settling(&self, address: u8, asked: Instant) -> bool {
-        self.settling.holds(Nodes::at(self.bus(), address), asked)
+        self.settling.holds(Nodes::at(P::BUS, address), asked)
     }
 
     /// The slots that were restarted since this was last called.
@@ -226,7 +217,7 @@ impl BusTask {
 
     /// Sets what was counted to zero.
     pub fn clear_counters(&mut self) {
-        self.end.clear_counters();
+        self.master.clear_counters();
         self.polling.clear_counters();
     }
 
@@ -238,18 +229,17 @@ impl BusTask {
     /// The slot is set anew: an answer that is still to come for it is discarded.
     pub fn forget(&mut self, index: usize, config: &SlotConfig) {
         self.answer.take_if(|answer| answer.asked.slot == index);
-        self.polling.forget(index, config.bus() == Some(self.bus()));
+        self.polling.forget(index, config);
     }
 
     /// Takes an event of the line. Returns the exchange that it has ended.
     pub fn on(&mut self, event: Event, slots: &mut [Polled]) -> Option<Ended> {
-        let config = asked_config(&self.polling, slots);
-        let outcome = self.end.on(event, config, &mut self.news);
+        let outcome = self.master.on(event);
         if let Event::Released { at } = event {
             self.polling.look_ahead(at, slots);
         }
         self.polling.look_again();
-        self.settle(outcome?, slots)
+        self.settle(outcome.as_ref()?, slots)
     }
 
     /// Lets time pass. Returns the exchange that is over.
@@ -258,18 +248,18 @@ impl BusTask {
         &mut self,
         now: Instant,
         slots: &mut [Polled],
-        port: &mut dyn FnMut(Action<'_>),
+        mut port: impl FnMut(Action<'_>),
     ) -> Option<Ended> {
         let over = self.end(now, slots);
-        if !self.end.has_begun() {
+        if self.work.is_none() {
             self.settling.end();
         }
-        if !self.end.is_asking() {
-            self.begin_next(now, slots, port);
+        if !self.master.is_asking() {
+            self.begin_next(now, slots, &mut port);
         }
         let answered = self.take(slots);
-        if let Some(node) = self.end.take_late() {
-            count(slots, self.bus(), node, |counters| &mut counters.late);
+        if let Some(node) = self.master.take_late() {
+            count(slots, P::BUS, node, |counters| &mut counters.late);
         }
         answered.or(over)
     }
@@ -277,9 +267,8 @@ impl BusTask {
     /// The exchange under way may be over.
     #[inline(never)]
     fn end(&mut self, now: Instant, slots: &mut [Polled]) -> Option<Ended> {
-        let config = asked_config(&self.polling, slots);
-        let outcome = self.end.poll(now, config, &mut self.news)?;
-        self.settle(outcome, slots)
+        let outcome = self.master.poll(now);
+        self.settle(outcome.as_ref()?, slots)
     }
 
     /// Takes the content of a reading that went well.
@@ -292,18 +281,18 @@ impl BusTask {
         if let Some((polled, serial)) = slots.get_mut(asked.slot).zip(serial)
             && polled.slot.is_replaced_by(serial)
         {
-            self.meaning_changed(Nodes::at(self.bus(), address), Instant::ZERO, at, slots);
+            self.meaning_changed(Nodes::at(P::BUS, address), Instant::ZERO, at, slots);
         }
         let used = !self.is_settling(address, asked.since);
-        Some(Ended { entry, slot: self.polling.take(&self.end, &asked, said, used, at, slots) })
+        Some(Ended { entry, slot: self.polling.take(&self.master, &asked, said, used, at, slots) })
     }
 
     /// Begins the next exchange, if one is due: of the polling or of the task, whichever has its turn.
     #[inline(never)]
-    fn begin_next(&mut self, now: Instant, slots: &mut [Polled], port: &mut dyn FnMut(Action<'_>)) {
+    fn begin_next(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) {
         if core::mem::take(&mut self.pending) {
-            let serial = self.serial();
-            let wanted = if self.end.has_begun() { serial } else { self.settings.timing.serial };
+            let serial = self.master.timing().serial;
+            let wanted = if self.work.is_some() { serial } else { self.settings.timing.serial };
             if wanted != serial {
                 self.polling.keep_silent(now);
             }
@@ -314,7 +303,7 @@ impl BusTask {
         for task in [task_first, !task_first] {
             let begun = match task {
                 true => self.advance(now, slots, port),
-                false if self.end.is_exclusive() => false,
+                false if self.is_exclusive() => false,
                 false => self.ask(now, slots, port),
             };
             if begun {
@@ -327,13 +316,11 @@ impl BusTask {
     /// Begins the task that was accepted, once every node recognises requests.
     #[inline(never)]
     fn begin_task(&mut self, now: Instant) {
-        if self.end.claim().is_none() || self.end.has_begun() || self.news.is_some() {
-            return;
-        }
+        let (Some(task), None, None) = (&self.task, &self.work, &self.news) else { return };
         if now < self.polling.silent_until() && !self.cancelled {
             return;
         }
-        if let Err(news) = self.end.begin_task() {
+        if let Err(news) = P::begin(task, self.master.timing().serial, &mut self.work) {
             self.news = Some(news);
         }
         // One that is to stop sends nothing.
@@ -344,85 +331,91 @@ impl BusTask {
 
     /// Asks for the slot that is due, if one is; says whether it has.
     #[inline(never)]
-    fn ask(&mut self, now: Instant, slots: &mut [Polled], port: &mut dyn FnMut(Action<'_>)) -> bool {
-        let Some((frame, purpose)) = self.polling.next(&mut self.end, now, slots) else { return false };
-        self.send(&frame, purpose, now, port);
+    fn ask(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
+        let Some((frame, purpose)) = self.polling.next(&mut self.master, now, slots) else { return false };
+        self.send(frame.as_ref(), purpose, now, port);
         true
     }
 
-    fn send(&mut self, frame: &[u8], purpose: Purpose, now: Instant, port: &mut dyn FnMut(Action<'_>)) {
+    fn send(&mut self, frame: &[u8], purpose: Purpose, now: Instant, port: &mut impl FnMut(Action<'_>)) {
         port(Action::Send(frame));
-        self.begun = Entry::begun(now, self.bus(), self.end.named(frame), purpose);
+        self.begun = Entry::begun(now, P::BUS, P::named(frame), purpose);
     }
 
     /// When [`BusTask::poll`] has something to do, if ever.
     pub fn poll_at(&self) -> Option<Instant> {
-        let master = self.end.poll_at();
-        if self.end.is_asking() {
+        let master = self.master.poll_at();
+        if self.master.is_asking() {
             return master;
         }
-        let task = match (self.end.has_begun(), self.end.claim(), &self.news) {
-            (true, _, None) => self.end.task_at(),
-            (false, Some(_), None) if self.cancelled => Some(Instant::ZERO),
-            (false, Some(_), None) => Some(self.polling.silent_until()),
+        let task = match (&self.work, &self.task, &self.news) {
+            (Some(work), _, None) => P::runner_ref(work).poll_at(),
+            (None, Some(_), None) if self.cancelled => Some(Instant::ZERO),
+            (None, Some(_), None) => Some(self.polling.silent_until()),
             _ => None,
         };
-        let polling = if self.end.is_exclusive() { None } else { self.polling.poll_at() };
+        let polling = if self.is_exclusive() { None } else { self.polling.poll_at() };
         let pending = self.pending.then_some(Instant::ZERO);
         earliest(earliest(master, task), earliest(polling, pending))
     }
 
+    fn is_exclusive(&self) -> bool {
+        self.work.as_ref().is_some_and(|work| P::runner_ref(work).is_exclusive())
+    }
+
     #[inline(never)]
-    fn settle(&mut self, outcome: Outcome, slots: &mut [Polled]) -> Option<Ended> {
-        let Outcome { at, verdict, what } = outcome;
-        let entry = self.begun.ended(at, verdict);
-        let answer = match what {
-            Ending::Task => {
-                if verdict == Verdict::Good {
-                    self.polling.heard(&self.end, at, slots);
+    fn settle(&mut self, outcome: &ExchangeOutcome<P>, slots: &mut [Polled]) -> Option<Ended> {
+        let entry = self.begun.ended(outcome.at, Verdict::of(&outcome.result));
+        let slot = match (&mut self.work, &outcome.result) {
+            (Some(work), result) if P::runner_ref(work).is_asking() => {
+                if result.is_ok() {
+                    self.polling.heard(&self.master, outcome.at, slots);
                 }
-                self.disturbed = self.disturbed.map(|_| at);
-                self.settling.sent(at + self.end.facts().settles);
-                return Some(Ended { entry, slot: None });
+                self.disturbed = self.disturbed.map(|_| outcome.at);
+                self.news = P::runner(work).settle(outcome);
+                self.settling.sent(outcome.at + P::SETTLES);
+                None
             }
-            Ending::Fault(fault, status) => {
-                let slot = self.polling.fail(&self.end, (&fault, status), at, slots);
-                return Some(Ended { entry, slot });
+            (_, Ok(answer)) => {
+                let (asked, said) = self.polling.end(&self.master, answer, outcome.at, slots)?;
+                self.answer = Some(Answered { asked, said, at: outcome.at, entry });
+                return None;
             }
-            Ending::Identity(identity) => Err(identity),
-            Ending::Value(value) => Ok(value),
+            (_, Err(fault)) => self.polling.fail(&self.master, fault, outcome.at, slots),
         };
-        let (asked, said) = self.polling.end(&self.end, answer, at, slots)?;
-        self.answer = Some(Answered { asked, said, at, entry });
-        None
+        Some(Ended { entry, slot })
     }
 
     /// Runs the task's next steps; returns whether it has begun an exchange.
     #[inline(never)]
-    fn advance(&mut self, now: Instant, slots: &mut [Polled], port: &mut dyn FnMut(Action<'_>)) -> bool {
+    fn advance(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
         if self.news.is_some() {
             return false;
         }
-        let writes = self.end.counters().writes;
+        let writes = self.master.counters().writes;
         for _ in 0..RATES_AT_ONCE {
-            match self.end.step(now, &mut self.news) {
-                TaskStep::Idle => return false,
-                TaskStep::Send(frame) => {
-                    let (address, command) = self.end.named(&frame);
-                    if self.end.counters().writes != writes {
-                        count(slots, self.bus(), address, |counters| &mut counters.writes);
+            let Some(work) = &mut self.work else { return false };
+            match P::runner(work).poll(&mut self.master, now) {
+                RunnerAction::Idle => return false,
+                RunnerAction::Send(ref frame) => {
+                    if self.master.counters().writes != writes {
+                        let (address, _) = P::named(frame.as_ref());
+                        count(slots, P::BUS, address, |counters| &mut counters.writes);
                     }
-                    if self.end.alters(command) {
+                    let (address, command) = P::named(frame.as_ref());
+                    if P::alters(command) {
                         self.alter(address, now, slots);
                     }
-                    self.send(&frame, Purpose::Task, now, port);
+                    self.send(frame.as_ref(), Purpose::Task, now, port);
                     return true;
                 }
-                TaskStep::Serial(serial) => {
+                RunnerAction::Serial(serial) => {
                     self.disturbed = Some(now);
                     self.run(serial, now, slots, port);
                 }
-                TaskStep::Done => {
+                RunnerAction::Done(Ok(news)) => {
+                    self.work = None;
+                    self.news = Some(news);
                     self.stay();
                     return false;
                 }
@@ -438,7 +431,7 @@ impl BusTask {
             Claim::Addresses(bus, [_, to]) => Nodes::at(bus, to),
             _ => Nodes::NONE,
         };
-        let nodes = Nodes::at(self.bus(), address).and(destination);
+        let nodes = Nodes::at(P::BUS, address).and(destination);
         self.settling.begin(nodes, now);
         self.meaning_changed(nodes, now, now, slots);
     }
@@ -449,25 +442,20 @@ impl BusTask {
         if let Some(since) = self.disturbed.take() {
             self.polling.keep_silent(since);
         }
-        self.settings = self.settings.at(self.bus(), self.serial());
+        self.settings = self.settings.at(P::BUS, self.master.timing().serial);
     }
 
     /// The bus runs as it is set, at this bit rate.
     #[inline(never)]
-    fn run(&mut self, serial: Serial, now: Instant, slots: &mut [Polled], port: &mut dyn FnMut(Action<'_>)) {
-        if serial != self.serial() {
+    fn run(&mut self, serial: Serial, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) {
+        if serial != self.master.timing().serial {
             // Others may answer at another bit rate.
             self.meaning_changed(Nodes::ALL, now, now, slots);
         }
-        let BusSettings { timing, line } = self.settings.at(self.bus(), serial);
-        self.end.set_timing(timing);
+        let BusSettings { timing, line } = self.settings.at(P::BUS, serial);
+        self.master.set_timing(timing);
         port(Action::Run(timing, line));
     }
-}
-
-/// How the slot is set for which the exchange under way asks, if it is the polling's.
-fn asked_config<'a>(polling: &Polling, slots: &'a [Polled]) -> Option<&'a SlotConfig> {
-    slots.get(polling.asked()?).map(|polled| &polled.slot.config)
 }
 
 /// Counts something for all slots that read the node at `address`.

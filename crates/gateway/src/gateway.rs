@@ -7,7 +7,7 @@ use heapless::Vec;
 
 use crate::alarm::{Alarm, AlarmDetail};
 use crate::bits::Bits;
-use crate::bus_task::{BusTask, Ended, ProtocolEnd};
+use crate::bus_task::{BusTask, Ended};
 use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 use crate::counters::SlotCounters;
 use crate::degraded::DegradedMode;
@@ -29,8 +29,8 @@ mod start;
 /// The gateway. See the crate documentation.
 pub struct Gateway {
     slots: Vec<Polled, MAX_SLOTS>,
-    t7: BusTask<ProtocolEnd<T7>>,
-    isu: BusTask<ProtocolEnd<Isu>>,
+    t7: BusTask<T7>,
+    isu: BusTask<Isu>,
     pwm: PwmInputs,
     /// Slots that have changed since they were last fetched.
     changed: Bits,
@@ -53,37 +53,43 @@ const WATCH_EVERY: Duration = Duration::from_millis(100);
 const SLOT_SEED: u8 = 2;
 const CONSOLE_SEED: u8 = u8::MAX;
 
-impl Gateway {
-    fn on(&self, bus: Bus) -> &BusTask {
-        match bus {
-            Bus::T7 => &self.t7,
-            Bus::Isu => &self.isu,
+/// The only place that selects the task of a bus.
+macro_rules! on {
+    ($gateway:ident, $bus:expr, $task:ident => $does:expr) => {
+        match $bus {
+            Bus::T7 => {
+                let $task = &$gateway.t7;
+                $does
+            }
+            Bus::Isu => {
+                let $task = &$gateway.isu;
+                $does
+            }
         }
-    }
+    };
+    (mut $gateway:ident, $bus:expr, $task:ident => $does:expr) => {
+        match $bus {
+            Bus::T7 => {
+                let $task = &mut $gateway.t7;
+                $does
+            }
+            Bus::Isu => {
+                let $task = &mut $gateway.isu;
+                $does
+            }
+        }
+    };
+}
 
-    fn on_mut(&mut self, bus: Bus) -> &mut BusTask {
-        self.split(bus).0
-    }
-
-    /// The task of a bus, and the slots.
-    fn split(&mut self, bus: Bus) -> (&mut BusTask, &mut [Polled]) {
-        let task: &mut BusTask = match bus {
-            Bus::T7 => &mut self.t7,
-            Bus::Isu => &mut self.isu,
-        };
-        (task, &mut self.slots)
-    }
-
+impl Gateway {
     /// Takes an event of a bus's line.
     pub fn line(&mut self, bus: Bus, event: Event) {
-        let (task, slots) = self.split(bus);
-        let ended = task.on(event, slots);
+        let ended = on!(mut self, bus, task => task.on(event, &mut self.slots));
         self.note(ended);
     }
 
     fn note(&mut self, ended: Option<Ended>) {
-        self.changed =
-            self.changed.or(self.on_mut(Bus::T7).take_restarted()).or(self.on_mut(Bus::Isu).take_restarted());
+        self.changed = self.changed.or(self.t7.take_restarted()).or(self.isu.take_restarted());
         let Some(Ended { entry, slot }) = ended else { return };
         self.trace.push(entry);
         if let Some(slot) = slot {
@@ -93,7 +99,7 @@ impl Gateway {
 
     /// Takes what a timer input saw at `now`.
     pub fn pwm(&mut self, input: PwmInput, capture: Capture, now: Instant) {
-        let (t7, isu): (&BusTask, &BusTask) = (&self.t7, &self.isu);
+        let (t7, isu) = (&self.t7, &self.isu);
         let is_settling = |bus, address| match bus {
             Bus::T7 => t7.is_settling(address, now),
             Bus::Isu => isu.is_settling(address, now),
@@ -117,7 +123,7 @@ impl Gateway {
         order.check_in(self.degraded)?;
         let accepted = match order {
             Order::Slot { slot, config } => self.change_slot(slot.into(), config),
-            Order::Bus { bus, change } => self.on_mut(bus).change(&change),
+            Order::Bus { bus, change } => on!(mut self, bus, task => task.change(&change)),
             Order::Console(console) => {
                 self.console = console;
                 true
@@ -137,7 +143,7 @@ impl Gateway {
             Order::T7(task) => self.t7.accept(&task, requester),
             Order::Isu(task) => self.isu.accept(&task, requester),
             Order::Cancel(bus) => {
-                self.on_mut(bus).cancel();
+                on!(mut self, bus, task => task.cancel());
                 true
             }
         };
@@ -183,7 +189,7 @@ impl Gateway {
 
     /// Sets a slot. Returns whether it was set: a task may have a claim on what would change.
     fn change_slot(&mut self, index: usize, config: SlotConfig) -> bool {
-        let claims = Bus::ALL.map(|bus| self.on(bus).claim());
+        let claims = [self.t7.claim(), self.isu.claim()];
         // What changes nothing interrupts nothing.
         let Some(now) = self.config(index).filter(|now| **now != config) else { return true };
         if !claims.iter().all(|claim| claim.allows(now, &config)) {
@@ -195,7 +201,7 @@ impl Gateway {
 
     /// What a task that has ended has changed, the slots take over.
     fn conclude(&mut self, bus: Bus) {
-        let ended = self.on_mut(bus).ended();
+        let ended = on!(mut self, bus, task => task.ended());
         let Some((claim, news)) = ended else { return };
         for index in 0..self.slots.len() {
             if let Some(config) = self.config(index).and_then(|config| task::followed(config, claim, &news)) {
@@ -206,19 +212,17 @@ impl Gateway {
 
     /// What a task of this requester has found, or how it ended. A task waits until this has been fetched.
     pub fn task_event(&mut self, requester: Requester) -> Option<TaskEvent> {
-        Bus::ALL.into_iter().find_map(|bus| self.on_mut(bus).task_event(requester))
+        Bus::ALL.into_iter().find_map(|bus| on!(mut self, bus, task => task.task_event(requester)))
     }
 
     /// Whether [`Gateway::task_event`] has something for this requester.
     pub fn has_task_event(&self, requester: Requester) -> bool {
-        Bus::ALL.into_iter().any(|bus| self.on(bus).has_task_event(requester))
+        Bus::ALL.into_iter().any(|bus| on!(self, bus, task => task.has_task_event(requester)))
     }
 
     /// Whether a task on this bus has said something that was not fetched yet.
     pub(crate) fn holds_task_event(&self, bus: Bus) -> bool {
-        [Requester::Console, Requester::Modbus]
-            .into_iter()
-            .any(|requester| self.on(bus).has_task_event(requester))
+        on!(self, bus, task => [Requester::Console, Requester::Modbus].into_iter().any(|requester| task.has_task_event(requester)))
     }
 
     /// From now on the slot reads this.
@@ -234,10 +238,10 @@ impl Gateway {
     /// A slot means something else now.
     fn reset(&mut self, index: usize) {
         let Some(polled) = self.slots.get(index) else { return };
-        let config = &polled.slot.config;
-        for task in [&mut self.t7 as &mut BusTask, &mut self.isu] {
-            task.forget(index, config);
+        for bus in Bus::ALL {
+            on!(mut self, bus, task => task.forget(index, &polled.slot.config));
         }
+        let config = &polled.slot.config;
         self.watched.set(index, config.enabled && config.source != Source::Off && config.alarm.no_value > 0);
         self.changed.set(index, true);
         let changed = self.pwm.forget(index, &mut self.slots);
@@ -246,13 +250,12 @@ impl Gateway {
 
     /// How far the task on a bus is, if there is one.
     pub fn progress(&self, bus: Bus) -> Option<TaskProgress> {
-        self.on(bus).progress()
+        on!(self, bus, task => task.progress())
     }
 
     /// Lets time pass on a bus; `port` is called with what it has to do, in this order.
-    pub fn poll(&mut self, bus: Bus, now: Instant, mut port: impl FnMut(Action<'_>)) {
-        let (task, slots) = self.split(bus);
-        let ended = task.poll(now, slots, &mut port);
+    pub fn poll(&mut self, bus: Bus, now: Instant, port: impl FnMut(Action<'_>)) {
+        let ended = on!(mut self, bus, task => task.poll(now, &mut self.slots, port));
         self.note(ended);
         self.conclude(bus);
         self.watch(now);
@@ -274,7 +277,7 @@ impl Gateway {
     /// When [`Gateway::poll`] has something to do on `bus`, if ever.
     pub fn poll_at(&self, bus: Bus) -> Option<Instant> {
         let watch = (!self.watched.is_empty()).then_some(self.watch_at);
-        earliest(self.on(bus).poll_at(), watch)
+        earliest(on!(self, bus, task => task.poll_at()), watch)
     }
 
     /// A reading that has changed since it was last returned here, or published.
@@ -323,12 +326,12 @@ impl Gateway {
 
     /// How a bus is set. In force, or before its next exchange.
     pub fn bus_settings(&self, bus: Bus) -> &BusSettings {
-        self.on(bus).settings()
+        on!(self, bus, task => task.settings())
     }
 
     /// Whether the bus runs as it is set. A bit rate that a task has chosen for a while does not count.
     pub fn is_in_force(&self, bus: Bus) -> bool {
-        self.on(bus).is_in_force()
+        on!(self, bus, task => task.is_in_force())
     }
 
     /// How the console behaves.
@@ -338,14 +341,9 @@ impl Gateway {
 
     /// A number that is the same whenever all settings are the same, and hardly ever otherwise.
     pub fn fingerprint(&self) -> u32 {
-        let bus = |bus| {
-            settings::fingerprint(
-                &Tabled::new(settings::bus::settings(bus), self.bus_settings(bus)),
-                bus as u8,
-            )
-        };
-        let console =
-            settings::fingerprint(&Tabled::new(&settings::console::SETTINGS, &self.console), CONSOLE_SEED);
+        let bus =
+            |bus| settings::fingerprint(&Tabled::new(settings::bus::settings(bus), self.bus_settings(bus)), bus as u8);
+        let console = settings::fingerprint(&Tabled::new(&settings::console::SETTINGS, &self.console), CONSOLE_SEED);
         self.fingerprint ^ bus(Bus::T7) ^ bus(Bus::Isu) ^ console
     }
 
@@ -362,7 +360,7 @@ impl Gateway {
             slot.counters = SlotCounters::default();
         }
         for bus in Bus::ALL {
-            self.on_mut(bus).clear_counters();
+            on!(mut self, bus, task => task.clear_counters());
         }
     }
 
@@ -373,12 +371,12 @@ impl Gateway {
 
     /// What happened on a bus since reset.
     pub fn counters(&self, bus: Bus) -> &BusCounters {
-        self.on(bus).counters()
+        on!(self, bus, task => task.master().counters())
     }
 
     /// How a bus as a whole is doing.
     pub fn health(&self, bus: Bus) -> BusHealth {
-        self.on(bus).health()
+        on!(self, bus, task => task.health())
     }
 
     /// What a bus declares.
@@ -389,7 +387,7 @@ impl Gateway {
 
     /// How a bus runs now.
     pub fn timing(&self, bus: Bus) -> &Timing {
-        self.on(bus).timing()
+        on!(self, bus, task => task.master().timing())
     }
 
     /// PWM cycles that were dropped because an edge was lost, both inputs together.

@@ -65,27 +65,6 @@ impl<E: FailedCheck> Fault<E> {
     }
 }
 
-impl<E: FailedCheck> Fault<E> {
-    /// The same, with only the check that a bad frame failed.
-    pub fn with_check(&self) -> Fault<Check> {
-        match self {
-            Fault::NoAnswer { waited } => Fault::NoAnswer { waited: *waited },
-            Fault::Garbled { characters } => Fault::Garbled { characters: *characters },
-            Fault::Bad(error) => Fault::Bad(error.failed_check()),
-            Fault::Contention => Fault::Contention,
-            Fault::LineBusy => Fault::LineBusy,
-            Fault::NotSent => Fault::NotSent,
-            Fault::Over { answers, garbled } => Fault::Over { answers: *answers, garbled: *garbled },
-        }
-    }
-}
-
-impl FailedCheck for Check {
-    fn failed_check(&self) -> Check {
-        *self
-    }
-}
-
 impl<E> Fault<E> {
     /// Whether the node has certainly not received the request, so that it can be repeated even if it writes.
     pub fn request_unheard(&self) -> bool {

@@ -81,7 +81,10 @@ impl Configuration for Gateway {
     }
 
     fn set_bus(&mut self, bus: Bus, settings: &BusSettings) {
-        self.on_mut(bus).set_up(settings);
+        match bus {
+            Bus::T7 => self.t7.set_up(settings),
+            Bus::Isu => self.isu.set_up(settings),
+        }
     }
 
     fn console(&self) -> ConsoleSettings {

@@ -108,11 +108,6 @@ impl Queue {
         self.look_again();
     }
 
-    /// The slot of the exchange under way.
-    pub fn asked(&self) -> Option<usize> {
-        self.asked.map(|asked| asked.slot)
-    }
-
     /// An event may have changed which request is due, and when.
     pub fn look_again(&mut self) {
         self.idle_until = Instant::ZERO;
