@@ -29,7 +29,7 @@ pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
     let common = Common { shared: RefCell::new(shared), writer: RefCell::new(writer) };
     let console = Console(&common);
     let mut host = Gateway { start, store, keys, common: &common };
-    let mut out = Port(console);
+    let mut out = Port::new(console);
     let mut shell = Shell::new(&mut out);
     loop {
         main_loop::end_safe_mode(host.start);

@@ -11,21 +11,61 @@ use embedded_io::Write;
 pub trait Out {
     /// Takes the next characters. A line ends with a line feed.
     fn put(&mut self, text: &[u8]);
+
+    /// No more comes for now: what is held back goes out.
+    fn flush(&mut self) {}
 }
 
-/// A port: a line feed goes out as carriage return and line feed.
-pub struct Port<W>(pub W);
+/// Characters that are held back until they are worth asking the port for: an answer is made of pieces of a few characters,
+/// and the port of the firmware is asked under a lock.
+const HELD: usize = 48;
+
+/// A port: a line feed goes out as carriage return and line feed. What ends no line is held back until it is flushed.
+pub struct Port<W> {
+    port: W,
+    held: [u8; HELD],
+    length: usize,
+}
+
+impl<W> Port<W> {
+    /// Holds nothing yet.
+    pub const fn new(port: W) -> Port<W> {
+        Port { port, held: [0; HELD], length: 0 }
+    }
+}
+
+impl<W: Write<Error = Infallible>> Port<W> {
+    fn hold(&mut self, text: &[u8]) {
+        if text.len() > HELD.saturating_sub(self.length) {
+            self.flush();
+        }
+        let end = self.length.saturating_add(text.len());
+        match self.held.get_mut(self.length..end) {
+            Some(room) => {
+                room.iter_mut().zip(text).for_each(|(to, from)| *to = *from);
+                self.length = end;
+            }
+            None => write(&mut self.port, text),
+        }
+    }
+}
 
 impl<W: Write<Error = Infallible>> Out for Port<W> {
+    fn flush(&mut self) {
+        write(&mut self.port, self.held.get(..self.length).unwrap_or_default());
+        self.length = 0;
+    }
+
     fn put(&mut self, text: &[u8]) {
         let mut rest = text;
         while !rest.is_empty() {
             let length = rest.iter().take_while(|&&byte| byte != b'\n').count();
             let (line, behind) = rest.split_at_checked(length).unwrap_or((rest, b""));
-            write(&mut self.0, line);
+            self.hold(line);
             rest = match behind.strip_prefix(b"\n") {
                 Some(behind) => {
-                    write(&mut self.0, b"\r\n");
+                    self.hold(b"\r\n");
+                    self.flush();
                     behind
                 }
                 None => b"",

@@ -138,8 +138,13 @@ impl<'o> Shell<'o> {
     }
 
     /// Takes a character from the other end.
-    #[inline(never)]
     pub fn input(&mut self, received: Received, host: &mut dyn Host) {
+        self.take(received, host);
+        self.out.flush();
+    }
+
+    #[inline(never)]
+    fn take(&mut self, received: Received, host: &mut dyn Host) {
         let now = host.now();
         if let Mode::Settling { until, dropped } = self.mode {
             let more = u16::from(received.lost).saturating_add(1);
@@ -312,8 +317,14 @@ impl<'o> Shell<'o> {
 
     /// Writes the next line that the gateway prints unasked: news of a task, its progress, a line of a stream. Call it when
     /// the port has room for a line.
-    #[inline(never)]
     pub fn poll(&mut self, host: &mut dyn Host) -> bool {
+        let has_written = self.next(host);
+        self.out.flush();
+        has_written
+    }
+
+    #[inline(never)]
+    fn next(&mut self, host: &mut dyn Host) -> bool {
         if let Some(news) = host.task_event() {
             self.presence.is_here(host.now());
             let at_prompt = matches!(self.mode, Mode::Commands(Audience::People));

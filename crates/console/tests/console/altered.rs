@@ -204,7 +204,7 @@ impl Bench {
     fn new(person: bool, sent: &[String]) -> Bench {
         let port = Port::default();
         let host = Notes { rest: Desk::new().rest, noted: String::new(), now: Instant::from_millis(10) };
-        let shell = Shell::new(Box::leak(Box::new(clino_console::Port(port.clone()))));
+        let shell = Shell::new(Box::leak(Box::new(clino_console::Port::new(port.clone()))));
         let mut bench = Bench { shell, port, host, is_person: person, known: HashMap::new() };
         bench.type_in(if person { "\r" } else { "json on\r" });
         for (number, line) in sent.iter().enumerate() {

@@ -242,7 +242,7 @@ impl Desk {
         };
         rest.publish();
         let port = Port::default();
-        Desk { shell: Shell::new(Box::leak(Box::new(clino_console::Port(port.clone())))), port, rest }
+        Desk { shell: Shell::new(Box::leak(Box::new(clino_console::Port::new(port.clone())))), port, rest }
     }
 
     /// A console with a person at it.

@@ -300,7 +300,7 @@ impl House {
         }));
         let text = Text::default();
         let mut house = House {
-            shell: Shell::new(Box::leak(Box::new(clino_console::Port(text.clone())))),
+            shell: Shell::new(Box::leak(Box::new(clino_console::Port::new(text.clone())))),
             text,
             server: Server::new(clino_modbus::Settings::DEFAULT, IDENTIFICATION, Instant::ZERO),
             binding: Binding::new(doors.clone(), snapshot),
