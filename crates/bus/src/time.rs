@@ -183,6 +183,7 @@ impl Sub for Duration {
 }
 
 /// The earlier of two deadlines, where `None` means "never".
+#[inline]
 pub fn earliest(a: Option<Instant>, b: Option<Instant>) -> Option<Instant> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.min(b)),

@@ -35,17 +35,14 @@ impl<W> Port<W> {
 }
 
 impl<W: Write<Error = Infallible>> Port<W> {
-    fn hold(&mut self, text: &[u8]) {
-        if text.len() > HELD.saturating_sub(self.length) {
+    /// Takes a character. One that finds no room lets the others out.
+    fn hold(&mut self, byte: u8) {
+        if self.length >= HELD {
             self.flush();
         }
-        let end = self.length.saturating_add(text.len());
-        match self.held.get_mut(self.length..end) {
-            Some(room) => {
-                room.iter_mut().zip(text).for_each(|(to, from)| *to = *from);
-                self.length = end;
-            }
-            None => write(&mut self.port, text),
+        if let Some(place) = self.held.get_mut(self.length) {
+            *place = byte;
+            self.length = self.length.saturating_add(1);
         }
     }
 }
@@ -57,19 +54,14 @@ impl<W: Write<Error = Infallible>> Out for Port<W> {
     }
 
     fn put(&mut self, text: &[u8]) {
-        let mut rest = text;
-        while !rest.is_empty() {
-            let length = rest.iter().take_while(|&&byte| byte != b'\n').count();
-            let (line, behind) = rest.split_at_checked(length).unwrap_or((rest, b""));
-            self.hold(line);
-            rest = match behind.strip_prefix(b"\n") {
-                Some(behind) => {
-                    self.hold(b"\r\n");
-                    self.flush();
-                    behind
-                }
-                None => b"",
-            };
+        for &byte in text {
+            if byte == b'\n' {
+                self.hold(b'\r');
+                self.hold(byte);
+                self.flush();
+            } else {
+                self.hold(byte);
+            }
         }
     }
 }
