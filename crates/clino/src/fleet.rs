@@ -10,7 +10,9 @@ use std::time::Duration;
 use clap::Args;
 use clino_bus::line::EchoMode;
 use clino_codec::t7::Axis;
-use clino_fleet::config::{Bus, Config, Endpoint, Make, Modbus, ModbusEndpoint, Name, Parity, Secret, Source};
+use clino_fleet::config::{
+    Bus, Config, Endpoint, Make, Modbus, ModbusEndpoint, Name, Parity, Secret, Source,
+};
 use clino_fleet::source::{BusReading, Feed, ReadBus};
 use clino_gateway::Status;
 
@@ -67,8 +69,13 @@ pub fn serve(arguments: ServeArguments) -> Result<DecodeVerdict, Failure> {
     let mut config = match (arguments.port, arguments.modbus, arguments.config) {
         (Some(port), ..) => Config::of_one(Source::Console(port), name()?),
         (_, Some(port), _) => {
-            let modbus =
-                Modbus { port, unit: MODBUS_UNIT, baud: MODBUS_BAUD, parity: Parity::Even, every: MODBUS_EVERY };
+            let modbus = Modbus {
+                port,
+                unit: MODBUS_UNIT,
+                baud: MODBUS_BAUD,
+                parity: Parity::Even,
+                every: MODBUS_EVERY,
+            };
             Config::of_one(Source::Modbus(modbus), name()?)
         }
         (.., file) => Config::read(&file.unwrap_or_default()).map_err(Failure::Usage)?,
@@ -115,7 +122,10 @@ fn read(bus: &Bus, feed: &Feed) -> Result<(), String> {
             Ok(News::Open) => feed.speaks(),
             Ok(News::Lost(error)) => return Err(error.message()),
             Ok(News::Reading { sensor, at, result, .. }) => {
-                let (Some(one), Some((measured, outcome))) = (named.get(sensor), known.get_mut(sensor)) else { continue };
+                let (Some(one), Some((measured, outcome))) = (named.get(sensor), known.get_mut(sensor))
+                else {
+                    continue;
+                };
                 *outcome = outcome.wrapping_add(1);
                 if result.is_ok() {
                     *measured = Some(at);

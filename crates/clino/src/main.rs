@@ -9,9 +9,9 @@ mod arguments;
 mod bad;
 mod bus;
 mod choice;
+mod feed;
 #[cfg(feature = "fleet")]
 mod fleet;
-mod feed;
 mod gateway;
 mod hex;
 mod isu;

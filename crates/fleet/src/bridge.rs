@@ -39,7 +39,13 @@ pub async fn bridge(config: Config, read_bus: ReadBus) -> Result<(), String> {
                     // An unreadable secret is told now, not from a task.
                     mqtt::options(mqtt, "check")?;
                     let news = hub.listen();
-                    at_work.push(tokio::spawn(mqtt::sparkplug(mqtt.clone(), hub.clone(), gateway, over.clone(), news)));
+                    at_work.push(tokio::spawn(mqtt::sparkplug(
+                        mqtt.clone(),
+                        hub.clone(),
+                        gateway,
+                        over.clone(),
+                        news,
+                    )));
                 }
             }
         }
@@ -102,7 +108,8 @@ fn json(
     let (said_all, all_said) = watch::channel(false);
     let connected = tokio::spawn(connection.run(Closing { last: gone }, all_said));
     let translator = Translator::new(hub.clone(), mqtt.clone(), run);
-    let translating = tokio::spawn(translate(translator, hub.listen(), to_broker, health.clone(), over.clone(), said_all));
+    let translating =
+        tokio::spawn(translate(translator, hub.listen(), to_broker, health.clone(), over.clone(), said_all));
     Ok([translating, connected])
 }
 

@@ -152,7 +152,10 @@ impl TryFrom<GatewayTable> for Gateway {
 
     fn try_from(mut table: GatewayTable) -> Result<Gateway, String> {
         let sensors = std::mem::take(&mut table.sensors);
-        let sensors = sensors.into_iter().map(|(slot, name)| Ok((slot_number(&slot)?, name))).collect::<Result<_, String>>()?;
+        let sensors = sensors
+            .into_iter()
+            .map(|(slot, name)| Ok((slot_number(&slot)?, name)))
+            .collect::<Result<_, String>>()?;
         let name = table.name.clone();
         Ok(Gateway { name, sensors, source: table.source()? })
     }
@@ -161,7 +164,8 @@ impl TryFrom<GatewayTable> for Gateway {
 impl GatewayTable {
     fn source(self) -> Result<Source, String> {
         let GatewayTable { console, modbus, bus, unit, parity, every_ms, port, addresses, baud, .. } = self;
-        let modbus_only = [("unit", unit.is_some()), ("parity", parity.is_some()), ("every_ms", every_ms.is_some())];
+        let modbus_only =
+            [("unit", unit.is_some()), ("parity", parity.is_some()), ("every_ms", every_ms.is_some())];
         let bus_only = [("port", port.is_some()), ("addresses", addresses.is_some())];
         let refuse = |keys: &[(&str, bool)], with: &str| match keys.iter().find(|(_, is_there)| *is_there) {
             Some((key, _)) => Err(format!("`{key}` does not go with `{with}`")),
@@ -200,7 +204,9 @@ impl GatewayTable {
                     return Err(format!("{} `addresses`, expected 1 to {SLOTS}", addresses.len()));
                 }
                 let (valid, expected) = match make {
-                    Make::T7 => (addresses.iter().all(|address| matches!(address, 1..=100 | 127)), "1 to 100, or 127"),
+                    Make::T7 => {
+                        (addresses.iter().all(|address| matches!(address, 1..=100 | 127)), "1 to 100, or 127")
+                    }
                     Make::Isu => (addresses.iter().all(|address| matches!(address, 1..=14)), "1 to 14"),
                 };
                 if !valid {

@@ -74,7 +74,11 @@ fn interval_number(at: Duration, interval: Duration) -> u64 {
 impl History {
     /// An empty one, from now on.
     pub fn new(since: Instant) -> History {
-        let ring = |(interval, length): (Duration, usize)| Ring { interval, extents: vec![None; length].into(), last: 0 };
+        let ring = |(interval, length): (Duration, usize)| Ring {
+            interval,
+            extents: vec![None; length].into(),
+            last: 0,
+        };
         History { since, rings: RINGS.map(ring) }
     }
 
@@ -89,7 +93,8 @@ impl History {
     /// The last so many seconds, from the finest ring that reaches back so far.
     pub fn last(&mut self, span: Duration, now: Instant) -> Span {
         let at = now.saturating_duration_since(self.since);
-        let reaches = |ring: &Ring| ring.interval * u32::try_from(ring.extents.len()).unwrap_or(u32::MAX) >= span;
+        let reaches =
+            |ring: &Ring| ring.interval * u32::try_from(ring.extents.len()).unwrap_or(u32::MAX) >= span;
         let index = self.rings.iter().position(reaches).unwrap_or(self.rings.len() - 1);
         let Some(ring) = self.rings.get_mut(index) else {
             return Span { interval: span, back: span, extents: Vec::new() };
@@ -99,7 +104,8 @@ impl History {
         let length = ring.extents.len() as u64;
         let wanted = interval_number(span, ring.interval).clamp(1, length);
         let first = (end + 1).saturating_sub(wanted);
-        let extents = (first..=end).map(|number| ring.extents.get((number % length) as usize).copied().flatten());
+        let extents =
+            (first..=end).map(|number| ring.extents.get((number % length) as usize).copied().flatten());
         let began = ring.interval * u32::try_from(first).unwrap_or(u32::MAX);
         Span { interval: ring.interval, back: at.saturating_sub(began), extents: extents.collect() }
     }
@@ -133,7 +139,8 @@ mod tests {
         history.add(since + SECOND * 10, 1);
         history.add(since + SECOND * 40, -2);
         let minute = history.last(SECOND * 60, since + SECOND * 50);
-        let there: Vec<_> = minute.extents.iter().enumerate().filter_map(|(n, extent)| Some((n, (*extent)?))).collect();
+        let there: Vec<_> =
+            minute.extents.iter().enumerate().filter_map(|(n, extent)| Some((n, (*extent)?))).collect();
         assert_eq!(there, [(100, (1, 1)), (400, (-2, -2))]);
     }
 
@@ -145,7 +152,9 @@ mod tests {
         assert!(history.last(SECOND * 60, since + SECOND * 61).extents.iter().all(Option::is_none));
         assert_eq!(history.last(SECOND * 3_600, since + SECOND * 61).extents[0], Some((7, 7)));
         // Long silence: nothing of the old turn of the ring is left.
-        assert!(history.last(SECOND * 86_400, since + SECOND * 86_400 * 3).extents.iter().all(Option::is_none));
+        assert!(
+            history.last(SECOND * 86_400, since + SECOND * 86_400 * 3).extents.iter().all(Option::is_none)
+        );
     }
 
     #[test]

@@ -150,7 +150,11 @@ impl GatewayState {
             }
             Told::Alarm(alarm) => {
                 let key = (alarm.slot, alarm.name.clone());
-                if &*alarm.state == QUIET { self.alarms.remove(&key) } else { self.alarms.insert(key, alarm.clone()) };
+                if &*alarm.state == QUIET {
+                    self.alarms.remove(&key)
+                } else {
+                    self.alarms.insert(key, alarm.clone())
+                };
             }
             Told::Summary(signals) => self.signals.clone_from(signals),
             Told::Bus(line) => {

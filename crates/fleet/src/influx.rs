@@ -56,7 +56,12 @@ pub fn start(config: &Influx, hub: &Arc<Hub>, over: watch::Receiver<bool>) -> Re
     Ok(tokio::spawn(run(sink, hub.listen(), hub.clone(), over)))
 }
 
-async fn run(mut sink: Sink, mut news: mpsc::UnboundedReceiver<Arc<News>>, hub: Arc<Hub>, mut over: watch::Receiver<bool>) {
+async fn run(
+    mut sink: Sink,
+    mut news: mpsc::UnboundedReceiver<Arc<News>>,
+    hub: Arc<Hub>,
+    mut over: watch::Receiver<bool>,
+) {
     let mut waiting: Vec<String> = Vec::new();
     let mut tick = interval(EVERY);
     let mut had_trouble = false;
@@ -109,9 +114,12 @@ async fn write(sink: Sink, lines: Vec<String>) -> (Sink, Vec<String>, Option<Str
 impl Sink {
     fn write(&mut self, text: &str) -> Result<(), String> {
         match self {
-            Sink::Out(out) => out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|why| why.to_string()),
+            Sink::Out(out) => {
+                out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|why| why.to_string())
+            }
             Sink::Http { agent, url, token } => {
-                let mut request = agent.post(url.as_str()).header("Content-Type", "text/plain; charset=utf-8");
+                let mut request =
+                    agent.post(url.as_str()).header("Content-Type", "text/plain; charset=utf-8");
                 if let Some(token) = token {
                     request = request.header("Authorization", format!("Token {token}"));
                 }
@@ -147,7 +155,9 @@ fn text(text: &str) -> String {
 fn line(news: &News, state: &GatewayState) -> Option<String> {
     let gateway = tag(state.config.name.as_str());
     let told = news.wall.0.saturating_mul(NANOS_PER_MILLI);
-    let event = |what: &str, fields: &str| Some(format!("clino_event,gateway={gateway} event={}{fields} {told}\n", text(what)));
+    let event = |what: &str, fields: &str| {
+        Some(format!("clino_event,gateway={gateway} event={}{fields} {told}\n", text(what)))
+    };
     match &news.told {
         Told::Outcome(slot, outcome) => {
             let mut tags = format!(
@@ -169,9 +179,12 @@ fn line(news: &News, state: &GatewayState) -> Option<String> {
         }
         Told::Speaks => event("online", ""),
         Told::Gone(why) => event("offline", &format!(",why={}", text(why))),
-        Told::Start(start) => event("start", &format!(",boot={},cause={}", text(&start.boot()), text(&start.cause))),
+        Told::Start(start) => {
+            event("start", &format!(",boot={},cause={}", text(&start.boot()), text(&start.cause)))
+        }
         Told::Alarm(alarm) => {
-            let fields = format!(",slot={}i,alarm={},state={}", alarm.slot, text(&alarm.name), text(&alarm.state));
+            let fields =
+                format!(",slot={}i,alarm={},state={}", alarm.slot, text(&alarm.name), text(&alarm.state));
             event("alarm", &fields)
         }
         Told::Summary(_) | Told::Bus(_) => None,

@@ -37,7 +37,8 @@ pub async fn start(
     broker: Option<Arc<BrokerHealth>>,
     mut over: watch::Receiver<bool>,
 ) -> Result<JoinHandle<()>, String> {
-    let listener = TcpListener::bind(config.listen).await.map_err(|why| format!("{}: {why}", config.listen))?;
+    let listener =
+        TcpListener::bind(config.listen).await.map_err(|why| format!("{}: {why}", config.listen))?;
     let mut registry = Registry::default();
     registry.register_collector(Box::new(State { hub: hub.clone(), broker }));
     let registry = Arc::new(registry);
@@ -120,8 +121,11 @@ impl State {
         let help = "What happened on a bus since the gateway's reset";
         let mut family = encoder.encode_descriptor("clino_bus_events", help, None, MetricType::Counter)?;
         for gateway in (0..self.hub.len()).filter_map(|number| self.hub.gateway(number)) {
-            for ((bus, kind), values) in gateway.buses.iter().filter(|((_, kind), _)| matches!(&**kind, "stats" | "line")) {
-                for (event, count) in values.iter().filter_map(|(name, value)| Some((name, value.as_u64()?))) {
+            for ((bus, kind), values) in
+                gateway.buses.iter().filter(|((_, kind), _)| matches!(&**kind, "stats" | "line"))
+            {
+                for (event, count) in values.iter().filter_map(|(name, value)| Some((name, value.as_u64()?)))
+                {
                     let labels: Labels = vec![
                         ("gateway", gateway.config.name.to_string()),
                         ("bus", bus.to_string()),
@@ -141,7 +145,11 @@ impl State {
         let trouble = u64::from(broker.has_disk_trouble.load(Ordering::Relaxed));
         for (name, help, value) in [
             ("clino_broker_connected", "1 while the broker is connected", connected),
-            ("clino_broker_waiting", "Messages that wait for the broker", broker.waiting.load(Ordering::Relaxed)),
+            (
+                "clino_broker_waiting",
+                "Messages that wait for the broker",
+                broker.waiting.load(Ordering::Relaxed),
+            ),
             ("clino_store_trouble", "1 while the disk does not take messages", trouble),
         ] {
             let gauge = encoder.encode_descriptor(name, help, None, MetricType::Gauge)?;

@@ -165,7 +165,11 @@ impl Queue {
 
     /// Writes to disk what has waited too long, and removes what was confirmed. Blocks until the disk has it.
     pub fn tick(&mut self, now: Instant) {
-        let old = self.memory.iter().take_while(|(at, _)| now.saturating_duration_since(*at) >= SPILL_AFTER).count();
+        let old = self
+            .memory
+            .iter()
+            .take_while(|(at, _)| now.saturating_duration_since(*at) >= SPILL_AFTER)
+            .count();
         let keep_from = self.first().min(self.disk.end);
         if old > 0 || keep_from > self.disk.start {
             self.spill(old, keep_from);
@@ -181,7 +185,8 @@ impl Queue {
 
     fn spill(&mut self, count: usize, keep_from: u64) {
         let Some(store) = &self.store else { return };
-        let add: Vec<_> = (self.disk.end..).zip(self.memory.iter().take(count).map(|(_, message)| message)).collect();
+        let add: Vec<_> =
+            (self.disk.end..).zip(self.memory.iter().take(count).map(|(_, message)| message)).collect();
         match store.commit(&Change { add: &add, keep_from }) {
             Ok(bytes) => {
                 self.trouble = None;
@@ -203,7 +208,8 @@ impl Queue {
             && let Some(store) = &self.store
             && let Ok(keep_from) = store.number_after(self.disk_bytes - self.most_bytes)
         {
-            let gone = (self.disk.start..keep_from).filter(|number| !self.confirmed.contains(number)).count() as u64;
+            let gone =
+                (self.disk.start..keep_from).filter(|number| !self.confirmed.contains(number)).count() as u64;
             self.spill(0, keep_from.min(self.disk.end));
             self.dropped += gone;
             self.next = self.next.max(self.disk.start);

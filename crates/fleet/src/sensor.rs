@@ -65,7 +65,9 @@ mod tests {
 
     #[test]
     fn degrees_are_written_exactly() {
-        for (mdeg, text) in [(0, "0.000"), (-1, "-0.001"), (12_345, "12.345"), (-180_000, "-180.000"), (359_999, "359.999")] {
+        for (mdeg, text) in
+            [(0, "0.000"), (-1, "-0.001"), (12_345, "12.345"), (-180_000, "-180.000"), (359_999, "359.999")]
+        {
             assert_eq!(degrees(mdeg), text);
         }
         assert_eq!(degrees(i32::MIN), "-2147483.648");

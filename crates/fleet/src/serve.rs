@@ -20,7 +20,8 @@ pub async fn serve(config: Config, read_bus: ReadBus) -> Result<(), String> {
     let settings = &config.serve;
     let token = settings.token.as_ref().map(crate::config::Secret::read).transpose()?;
     let access = Access::new(settings.listen, settings.allow_writes, token)?;
-    let listener = TcpListener::bind(settings.listen).await.map_err(|why| format!("{}: {why}", settings.listen))?;
+    let listener =
+        TcpListener::bind(settings.listen).await.map_err(|why| format!("{}: {why}", settings.listen))?;
     let address = listener.local_addr().map_err(|why| why.to_string())?;
     let hub = Arc::new(Hub::new(&config));
     let memory = Arc::new(Memory::new());

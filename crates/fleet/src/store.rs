@@ -5,7 +5,9 @@
 use std::ops::Range;
 use std::path::Path;
 
-use redb::{Database, ReadableDatabase as _, ReadableTable as _, ReadableTableMetadata as _, TableDefinition};
+use redb::{
+    Database, ReadableDatabase as _, ReadableTable as _, ReadableTableMetadata as _, TableDefinition,
+};
 
 /// A message for the broker.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -341,9 +341,14 @@ impl Gateway {
 
     /// A number that is the same whenever all settings are the same, and hardly ever otherwise.
     pub fn fingerprint(&self) -> u32 {
-        let bus =
-            |bus| settings::fingerprint(&Tabled::new(settings::bus::settings(bus), self.bus_settings(bus)), bus as u8);
-        let console = settings::fingerprint(&Tabled::new(&settings::console::SETTINGS, &self.console), CONSOLE_SEED);
+        let bus = |bus| {
+            settings::fingerprint(
+                &Tabled::new(settings::bus::settings(bus), self.bus_settings(bus)),
+                bus as u8,
+            )
+        };
+        let console =
+            settings::fingerprint(&Tabled::new(&settings::console::SETTINGS, &self.console), CONSOLE_SEED);
         self.fingerprint ^ bus(Bus::T7) ^ bus(Bus::Isu) ^ console
     }
 

@@ -218,6 +218,13 @@ fn one(decoder: &Capstone, instruction: &Insn<'_>) -> Result<Instruction, Error>
     let program_counter = (instruction.address() as u32 + 4) & !3;
     let nearby = match id {
         ArmInsn::ARM_INS_ADR => operands.register(0).zip(operands.number(1)),
+        // The same with a longer reach.
+        ArmInsn::ARM_INS_ADD | ArmInsn::ARM_INS_ADDW if operands.register(1) == Some(PC) => {
+            operands.register(0).zip(operands.number(2))
+        }
+        ArmInsn::ARM_INS_SUB | ArmInsn::ARM_INS_SUBW if operands.register(1) == Some(PC) => {
+            operands.register(0).zip(operands.number(2).map(i32::wrapping_neg))
+        }
         _ => None,
     };
     let nearby = nearby.map(|(register, offset)| (register, program_counter.wrapping_add_signed(offset)));

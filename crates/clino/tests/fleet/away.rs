@@ -94,7 +94,11 @@ fn a_bridge_that_is_killed_loses_at_most_a_second() {
     let missing: Vec<_> = told.iter().filter(|(_, n)| !got.contains(n)).collect();
     // A busy computer is given half a second more than the promise.
     let oldest = missing.first().map_or(Duration::ZERO, |(at, _)| killed - *at);
-    assert!(oldest <= Duration::from_millis(1_500), "lost {} values, the oldest {oldest:?} old", missing.len());
+    assert!(
+        oldest <= Duration::from_millis(1_500),
+        "lost {} values, the oldest {oldest:?} old",
+        missing.len()
+    );
     assert!(got.len() > 60, "{got:?}");
     // Numbers of messages go on, whatever was lost.
     let numbers: Vec<_> = heard
@@ -103,5 +107,10 @@ fn a_bridge_that_is_killed_loses_at_most_a_second() {
         .filter(|heard| heard.topic == "clino/north/state")
         .map(|heard| heard.json()["seq"].as_u64().expect("a number"))
         .collect();
-    assert!(numbers.is_sorted() && numbers.first().map(|n| n >> 32) == Some(1) && numbers.last().map(|n| n >> 32) == Some(2), "{numbers:?}");
+    assert!(
+        numbers.is_sorted()
+            && numbers.first().map(|n| n >> 32) == Some(1)
+            && numbers.last().map(|n| n >> 32) == Some(2),
+        "{numbers:?}"
+    );
 }

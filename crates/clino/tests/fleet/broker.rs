@@ -46,11 +46,14 @@ impl Broker {
     pub fn start_with(mosquitto: &Mosquitto, folder: &Path, port: u16, more: &str) -> Broker {
         let file = folder.join("mosquitto.conf");
         // Without limits, so that whatever is missing is the bridge's fault.
-        let text = format!("listener {port} 127.0.0.1\nmax_queued_messages 0\nmax_inflight_messages 0\nset_tcp_nodelay true\n{more}");
+        let text = format!(
+            "listener {port} 127.0.0.1\nmax_queued_messages 0\nmax_inflight_messages 0\nset_tcp_nodelay true\n{more}"
+        );
         std::fs::write(&file, text).expect("a folder of this test");
         let mut command = mosquitto.broker();
         command.arg("-c").arg(&file).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-        let broker = Broker { child: command.spawn().expect("mosquitto starts"), port, folder: folder.to_owned() };
+        let broker =
+            Broker { child: command.spawn().expect("mosquitto starts"), port, folder: folder.to_owned() };
         crate::until("the broker", || std::net::TcpStream::connect(("127.0.0.1", port)).ok());
         broker
     }
@@ -83,7 +86,8 @@ pub struct Listener {
 
 impl Listener {
     fn start(mut command: Command, _: &Path, host: &str, port: u16, mosquitto: &Mosquitto) -> Listener {
-        let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().expect("mosquitto_sub starts");
+        let mut child =
+            command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().expect("mosquitto_sub starts");
         let out = child.stdout.take().expect("it is piped");
         let heard: Arc<Mutex<Vec<Heard>>> = Arc::default();
         let to = heard.clone();
@@ -96,7 +100,8 @@ impl Listener {
         // It has subscribed when it hears something.
         crate::until("the listener", || {
             let mut publisher = mosquitto.publisher();
-            let _ = publisher.args(["-h", host, "-p", &port.to_string(), "-t", "test/begin", "-m", "x"]).status();
+            let _ =
+                publisher.args(["-h", host, "-p", &port.to_string(), "-t", "test/begin", "-m", "x"]).status();
             listener.all().iter().any(|heard| heard.topic == "test/begin").then_some(())
         });
         listener
@@ -124,7 +129,11 @@ impl Listener {
             if let Some(heard) = heard.last() {
                 last.clone_from(&heard.payload);
             }
-            assert!(begun.elapsed() < crate::PATIENCE, "{topic}: last was {}", String::from_utf8_lossy(&last));
+            assert!(
+                begun.elapsed() < crate::PATIENCE,
+                "{topic}: last was {}",
+                String::from_utf8_lossy(&last)
+            );
             thread::sleep(std::time::Duration::from_millis(20));
         }
     }
@@ -140,6 +149,7 @@ impl Drop for Listener {
 /// A line of `-F "%t %x"`: topic, hexadecimal digits.
 fn parse(line: &str) -> Option<Heard> {
     let (topic, digits) = line.split_once(' ').unwrap_or((line, ""));
-    let payload = digits.as_bytes().chunks(2).map(|pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok());
+    let payload =
+        digits.as_bytes().chunks(2).map(|pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok());
     Some(Heard { topic: topic.to_owned(), payload: payload.collect::<Option<_>>()? })
 }

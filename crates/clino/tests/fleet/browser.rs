@@ -16,11 +16,17 @@ impl Board {
     /// Starts one; the path of its console.
     fn start(vboard: &str, elf: &str) -> (Board, String) {
         let arguments = ["--elf", elf, "--realtime", "--console-pty", "--duration", "forever"];
-        let child = Command::new(vboard).args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+        let child = Command::new(vboard)
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
         let mut board = Board(child.expect("the virtual board starts"));
         let out = board.0.stdout.take().expect("it is piped");
         let mut lines = BufReader::new(out).lines().map_while(Result::ok);
-        let console = lines.find_map(|line| line.strip_prefix("console ").map(str::to_owned)).expect("a console");
+        let console =
+            lines.find_map(|line| line.strip_prefix("console ").map(str::to_owned)).expect("a console");
         // Its summary goes to a reader that stays.
         std::thread::spawn(move || lines.for_each(drop));
         (board, console)
@@ -53,13 +59,19 @@ fn the_page_of_the_shipped_image_in_a_browser() {
     let (board, console) = Board::start(&vboard, &elf);
     let port = free_port();
     let listen = format!("127.0.0.1:{port}");
-    let mut serve = Program::start(&folder, &["serve", "--port", &console, "--listen", &listen, "--allow-writes"]);
+    let mut serve =
+        Program::start(&folder, &["serve", "--port", &console, "--listen", &listen, "--allow-writes"]);
     let address = serve.first_line().replace("127.0.0.1", "localhost");
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fleet/browser.js");
     let mut browser = node.command();
     browser.arg(script).arg(&chromium.program).arg(&address).arg(&folder);
     // The board goes when the browser says so.
-    let mut child = browser.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("node starts");
+    let mut child = browser
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("node starts");
     let out = child.stdout.take().expect("it is piped");
     let mut board = Some(board);
     let mut told = Vec::new();
@@ -74,7 +86,8 @@ fn the_page_of_the_shipped_image_in_a_browser() {
     assert!(board.is_none() && told.last().is_some_and(|last| last == "all well"), "{told:?}");
     if let Some(pictures) = variable("CLINO_PICTURES") {
         for name in ["page-light.png", "page-dark.png", "page-phone.png"] {
-            std::fs::copy(folder.join(name), std::path::Path::new(&pictures).join(name)).expect("a folder for pictures");
+            std::fs::copy(folder.join(name), std::path::Path::new(&pictures).join(name))
+                .expect("a folder for pictures");
         }
     }
 }

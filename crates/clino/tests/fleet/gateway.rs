@@ -26,7 +26,8 @@ impl Gateway {
         let (streams, asked) = (Arc::default(), Arc::default());
         let is_over = Arc::new(std::sync::atomic::AtomicBool::new(false));
         let gateway = Gateway { port, streams, asked, is_over };
-        let (streams, asked, is_over) = (gateway.streams.clone(), gateway.asked.clone(), gateway.is_over.clone());
+        let (streams, asked, is_over) =
+            (gateway.streams.clone(), gateway.asked.clone(), gateway.is_over.clone());
         thread::spawn(move || {
             for stream in listener.incoming().map_while(Result::ok) {
                 if is_over.load(std::sync::atomic::Ordering::Relaxed) {
@@ -115,10 +116,16 @@ fn answer(stream: TcpStream, asked: &Mutex<Vec<String>>) {
     for line in BufReader::new(stream).split(b'\r').map_while(Result::ok) {
         let line = String::from_utf8_lossy(&line).trim().to_owned();
         let answer = match line.as_str() {
-            "version" => r#"{"what":"clino","version":"0.1.0","uptime_ms":5000,"mode":"normal","clock":"crystal","power_ups":3,"boots":2,"uid":"f23b6837b74ef7e7b94c54b5"}"#,
-            "reset-cause" => r#"{"what":"start","cause":"watchdog","boots":2,"crashes":1,"mode":"normal","clock":"crystal"}"#,
+            "version" => {
+                r#"{"what":"clino","version":"0.1.0","uptime_ms":5000,"mode":"normal","clock":"crystal","power_ups":3,"boots":2,"uid":"f23b6837b74ef7e7b94c54b5"}"#
+            }
+            "reset-cause" => {
+                r#"{"what":"start","cause":"watchdog","boots":2,"crashes":1,"mode":"normal","clock":"crystal"}"#
+            }
             "watch" => "",
-            "t7 scan" => "{\"progress\":\"t7\",\"done\":50,\"of\":101}\r\n{\"what\":\"found\",\"address\":5}\r\n{\"what\":\"swept\",\"devices\":1}",
+            "t7 scan" => {
+                "{\"progress\":\"t7\",\"done\":50,\"of\":101}\r\n{\"what\":\"found\",\"address\":5}\r\n{\"what\":\"swept\",\"devices\":1}"
+            }
             _ => r#"{"done":true}"#,
         };
         asked.lock().expect("no panic").push(line);

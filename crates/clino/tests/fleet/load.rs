@@ -27,7 +27,8 @@ const TICKS: f64 = 100.0;
 fn used(pid: u32) -> (f64, f64) {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).expect("it runs");
     let fields: Vec<_> = stat.rsplit_once(')').expect("a name").1.split_whitespace().collect();
-    let ticks: f64 = fields[11].parse::<f64>().expect("a number") + fields[12].parse::<f64>().expect("a number");
+    let ticks: f64 =
+        fields[11].parse::<f64>().expect("a number") + fields[12].parse::<f64>().expect("a number");
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).expect("it runs");
     let line = status.lines().find(|line| line.starts_with("VmHWM:")).expect("its peak");
     let kb: f64 = line.split_whitespace().nth(1).expect("a number").parse().expect("a number");
@@ -85,7 +86,18 @@ fn three_hundred_gateways_on_one_broker() {
     let (port, streams) = fleet();
     let mut subscriber = mosquitto.subscriber();
     // Receive time in seconds with decimals, then the message.
-    subscriber.args(["-h", "127.0.0.1", "-p", &broker.port().to_string(), "-q", "0", "-t", "clino/+/state", "-F", "%U %p"]);
+    subscriber.args([
+        "-h",
+        "127.0.0.1",
+        "-p",
+        &broker.port().to_string(),
+        "-q",
+        "0",
+        "-t",
+        "clino/+/state",
+        "-F",
+        "%U %p",
+    ]);
     let mut child = subscriber.stdout(Stdio::piped()).spawn().expect("mosquitto_sub starts");
     let out = child.stdout.take().expect("it is piped");
     let heard: Arc<Mutex<(Vec<i64>, u64)>> = Arc::default();
@@ -115,7 +127,8 @@ fn three_hundred_gateways_on_one_broker() {
     for second in 0..SECONDS {
         for n in 0..GATEWAYS {
             // Spread over the second, as gateways are that know nothing of each other.
-            let due = Duration::from_secs(second.into()) + Duration::from_secs(1) * u32::try_from(n).expect("few") / GATEWAYS as u32;
+            let due = Duration::from_secs(second.into())
+                + Duration::from_secs(1) * u32::try_from(n).expect("few") / GATEWAYS as u32;
             thread::sleep(due.saturating_sub(begun.elapsed()));
             let text = lines(second + 1, now_ms());
             streams.lock().expect("no panic")[n].write_all(text.as_bytes()).expect("a connection");
@@ -129,7 +142,12 @@ fn three_hundred_gateways_on_one_broker() {
     delays.sort_unstable();
     let at = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize];
     let got = delays.len() as u64;
-    println!("values sent {sent}, received {got}; ms from reception to the broker's client: median {}, p99 {}, most {}", at(0.5), at(0.99), at(1.0));
+    println!(
+        "values sent {sent}, received {got}; ms from reception to the broker's client: median {}, p99 {}, most {}",
+        at(0.5),
+        at(0.99),
+        at(1.0)
+    );
     println!("one core {core:.1} %, {peak_mb:.0} MB");
     let _ = child.kill();
     assert_eq!(got, sent);
@@ -164,7 +182,8 @@ fn fill(path: &std::path::Path) -> u64 {
             for gateway in 0..GATEWAYS {
                 let topic = format!("clino/g{gateway}/state");
                 let seq = (1_u64 << 32) + second + 1;
-                let payload = format!("{{\"ts\":{second},\"seq\":{seq},\"boot\":null,\"values\":[{values}]}}");
+                let payload =
+                    format!("{{\"ts\":{second},\"seq\":{seq},\"boot\":null,\"values\":[{values}]}}");
                 let mut message = vec![0, 0, u8::try_from(topic.len()).expect("short")];
                 message.extend(topic.bytes().chain(payload.bytes()));
                 bytes += message.len() as u64;
@@ -195,7 +214,18 @@ fn an_hour_without_the_broker_is_delivered_within_five_minutes() {
     println!("{} MB of messages take {} MB on disk", bytes / 1_000_000, size / 1_000_000);
     let broker = Broker::start_with(&mosquitto, &folder, at, "allow_anonymous true\n");
     let mut subscriber = mosquitto.subscriber();
-    subscriber.args(["-h", "127.0.0.1", "-p", &broker.port().to_string(), "-q", "0", "-t", "clino/+/state", "-F", "%t %p"]);
+    subscriber.args([
+        "-h",
+        "127.0.0.1",
+        "-p",
+        &broker.port().to_string(),
+        "-q",
+        "0",
+        "-t",
+        "clino/+/state",
+        "-F",
+        "%t %p",
+    ]);
     let mut child = subscriber.stdout(Stdio::piped()).spawn().expect("mosquitto_sub starts");
     let out = child.stdout.take().expect("it is piped");
     let begun = Instant::now();
@@ -205,7 +235,8 @@ fn an_hour_without_the_broker_is_delivered_within_five_minutes() {
     let wanted = (HOUR * SENSORS) as u64;
     for line in BufReader::new(out).lines().map_while(Result::ok) {
         let Some((topic, message)) = line.split_once(' ') else { continue };
-        let seq = message.split("\"seq\":").nth(1).and_then(|rest| rest.split(',').next()?.parse::<u64>().ok());
+        let seq =
+            message.split("\"seq\":").nth(1).and_then(|rest| rest.split(',').next()?.parse::<u64>().ok());
         let seq = seq.expect("a number");
         let before = last.insert(topic.to_owned(), seq).unwrap_or(0);
         assert!(seq > before, "{topic}: {seq} after {before}");
@@ -217,7 +248,10 @@ fn an_hour_without_the_broker_is_delivered_within_five_minutes() {
         assert!(begun.elapsed() < Duration::from_secs(600), "{values} of {wanted} after ten minutes");
     }
     let _ = child.kill();
-    println!("{values} values in {messages} messages were delivered in {:.0} s, in order", begun.elapsed().as_secs_f64());
+    println!(
+        "{values} values in {messages} messages were delivered in {:.0} s, in order",
+        begun.elapsed().as_secs_f64()
+    );
     assert_eq!(values, wanted);
     assert!(begun.elapsed() <= Duration::from_secs(300));
     let _ = std::fs::remove_dir_all(&folder);

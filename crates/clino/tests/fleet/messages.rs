@@ -37,18 +37,26 @@ fn a_value_is_when_it_was_measured_and_what_is_not_ok_is_none() {
     let after = now_ms();
     let of_0 = value(&batch, 0).expect("it is there");
     assert_eq!(of_0["angle_deg"].to_string(), "-12.345");
-    assert_eq!((&of_0["status"], &of_0["outcome"], &of_0["name"]), (&"ok".into(), &7.into(), &"Tower, \"east\"".into()));
+    assert_eq!(
+        (&of_0["status"], &of_0["outcome"], &of_0["name"]),
+        (&"ok".into(), &7.into(), &"Tower, \"east\"".into())
+    );
     let measured = of_0["ts"].as_i64().expect("a number");
     assert!((before - 62_000..after - 59_500).contains(&measured), "{before} {measured} {after}");
     // The gateway was asked who it is.
     let status = heard.wait("clino/north/status", |status| status["boot"] == "3.2");
-    assert_eq!((&status["state"], &status["cause"], &status["crashes"]), (&"online".into(), &"watchdog".into(), &1.into()));
+    assert_eq!(
+        (&status["state"], &status["cause"], &status["crashes"]),
+        (&"online".into(), &"watchdog".into(), &1.into())
+    );
     let start = heard.wait("clino/north/event", |event| event["event"] == "start");
     assert_eq!((&start["boot"], &start["version"]), (&"3.2".into(), &"0.1.0".into()));
     gateway.no_angle(0, "no_answer", 8);
     gateway.no_angle(1, "a_status_of_tomorrow", 1);
     for (slot, word) in [(0, "no_answer"), (1, "a_status_of_tomorrow")] {
-        let batch = heard.wait("clino/north/state", |batch| value(batch, slot).is_some_and(|value| value["status"] == word));
+        let batch = heard.wait("clino/north/state", |batch| {
+            value(batch, slot).is_some_and(|value| value["status"] == word)
+        });
         assert_eq!(value(&batch, slot).expect("it is there")["angle_deg"], Value::Null);
     }
     // A line that was damaged on its way tells nothing.
@@ -79,13 +87,18 @@ fn a_gateway_that_goes_takes_its_values_with_it_and_alarms_and_starts_are_told()
     gateway.angle(0, "1.000", 1, 1);
     gateway.say(r#"{"alarm":0,"name":"high","state":"active","age_ms":7,"extreme":12.345,"unit":"deg","angle_deg":12.345}"#);
     let alarm = heard.wait("clino/north/event", |event| event["event"] == "alarm");
-    assert_eq!((&alarm["slot"], &alarm["alarm"], &alarm["state"]), (&0.into(), &"high".into(), &"active".into()));
+    assert_eq!(
+        (&alarm["slot"], &alarm["alarm"], &alarm["state"]),
+        (&0.into(), &"high".into(), &"active".into())
+    );
     gateway.say(r#"{"stream":"started","version":"0.1.0","uptime_ms":5,"mode":"normal","clock":"crystal","power_ups":4,"boots":1,"uid":"f23b6837b74ef7e7b94c54b5","prompt":"Enter"}"#);
     heard.wait("clino/north/event", |event| event["event"] == "start" && event["boot"] == "4.1");
     let port = gateway.port();
     gateway.vanish();
     heard.wait("clino/north/status", |status| status["state"] == "offline");
-    let batch = heard.wait("clino/north/state", |batch| value(batch, 0).is_some_and(|value| value["status"] == "source_gone"));
+    let batch = heard.wait("clino/north/state", |batch| {
+        value(batch, 0).is_some_and(|value| value["status"] == "source_gone")
+    });
     assert_eq!(value(&batch, 0).expect("it is there")["angle_deg"], Value::Null);
     let gone = heard.wait("clino/north/event", |event| event["event"] == "offline");
     assert!(gone["why"].as_str().is_some_and(|why| why.contains(&port.to_string())), "{gone}");
@@ -132,7 +145,8 @@ fn home_assistant_finds_each_sensor() {
     gateway.angle(0, "1.500", 1, 1);
     gateway.angle(4, "2.500", 1, 1);
     let topic = "homeassistant/device/clino_north/config";
-    let device = heard.wait(topic, |device| device["components"].as_object().is_some_and(|all| all.len() == 2));
+    let device =
+        heard.wait(topic, |device| device["components"].as_object().is_some_and(|all| all.len() == 2));
     assert_eq!(device["device"]["identifiers"], serde_json::json!(["clino_north"]));
     assert!(device["origin"]["name"].is_string());
     assert_eq!(device["availability_mode"], "all");
@@ -142,7 +156,10 @@ fn home_assistant_finds_each_sensor() {
     assert_eq!(availability[1]["value_template"], "{{ value_json.state }}");
     let sensor = &device["components"]["angle_0"];
     assert_eq!((&sensor["platform"], &sensor["unit_of_measurement"]), (&"sensor".into(), &"°".into()));
-    assert_eq!((&sensor["name"], &sensor["unique_id"]), (&"Tower, \"east\"".into(), &"clino_north_0_angle".into()));
+    assert_eq!(
+        (&sensor["name"], &sensor["unique_id"]),
+        (&"Tower, \"east\"".into(), &"clino_north_0_angle".into())
+    );
     // Three periods of half a second, in whole seconds.
     assert_eq!(sensor["expire_after"], 2);
     let values = sensor["state_topic"].as_str().expect("a topic");
@@ -163,7 +180,8 @@ fn a_broker_that_refuses_is_told_without_the_password() {
     std::fs::write(&secret, "hunter2hunter2\n").expect("a folder of this test");
     let more = format!("user = \"me\"\npassword = {{ file = \"{}\" }}", secret.display());
     let bridge = Program::bridge(&folder, &configuration(&gateway, broker.port(), &folder, &more));
-    let said = until("the refusal", || Some(bridge.errors()).filter(|said| said.contains("broker 127.0.0.1")));
+    let said =
+        until("the refusal", || Some(bridge.errors()).filter(|said| said.contains("broker 127.0.0.1")));
     assert!(said.contains("NotAuthorized") || said.contains("refused"), "{said}");
     assert!(!said.contains("hunter2"), "{said}");
 }

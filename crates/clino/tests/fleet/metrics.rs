@@ -37,7 +37,11 @@ fn prometheus_finds_no_sample_of_an_angle_that_is_not_ok() {
         (text.contains("clino_angle_degrees{") && text.contains("clino_bus_events_total{")).then_some(text)
     });
     let samples = |name: &str| text.lines().filter(|line| line.starts_with(&format!("{name}{{"))).count();
-    assert_eq!((samples("clino_angle_degrees"), samples("clino_sensor_status"), samples("clino_age_seconds")), (1, 2, 1), "{text}");
+    assert_eq!(
+        (samples("clino_angle_degrees"), samples("clino_sensor_status"), samples("clino_age_seconds")),
+        (1, 2, 1),
+        "{text}"
+    );
     // Labels are escaped as the format wants it.
     let line = text.lines().find(|line| line.starts_with("clino_angle_degrees{")).expect("it is there");
     assert!(line.contains(r#"name="a \"b\\""#) && line.ends_with(" -12.345"), "{line}");
@@ -75,7 +79,10 @@ fn influx_gets_points_of_what_is_ok_and_statuses_of_the_rest() {
     assert!(bridge.end().success());
     let angle = text.lines().find(|line| line.starts_with("clino_angle,")).expect("it is there");
     let (point, time) = angle.rsplit_once(' ').expect("a time");
-    assert_eq!(point, r"clino_angle,gateway=north,slot=0,kind=t7,bus=t7,address=1,name=a\ b\,c\=d deg=-0.001");
+    assert_eq!(
+        point,
+        r"clino_angle,gateway=north,slot=0,kind=t7,bus=t7,address=1,name=a\ b\,c\=d deg=-0.001"
+    );
     let ms = time.parse::<i64>().expect("a number") / 1_000_000;
     assert!((before - 7_000..before - 3_000).contains(&ms), "{before} {ms}");
     let status = text.lines().find(|line| line.starts_with("clino_status,")).expect("it is there");

@@ -14,7 +14,12 @@ use crate::{folder, free_port, until};
 fn asked(port: u16, request: &str, head: &[&str], body: &str) -> (u16, String) {
     let mut stream = until("the page", || TcpStream::connect(("127.0.0.1", port)).ok());
     let head: String = head.iter().map(|line| format!("{line}\r\n")).collect();
-    write!(stream, "{request} HTTP/1.1\r\nConnection: close\r\n{head}Content-Length: {}\r\n\r\n{body}", body.len()).expect("it listens");
+    write!(
+        stream,
+        "{request} HTTP/1.1\r\nConnection: close\r\n{head}Content-Length: {}\r\n\r\n{body}",
+        body.len()
+    )
+    .expect("it listens");
     let mut text = String::new();
     stream.read_to_string(&mut text).expect("an answer");
     let status = text.split(' ').nth(1).and_then(|status| status.parse().ok()).expect("a status");
@@ -29,26 +34,43 @@ fn state(port: u16) -> Option<Value> {
 fn values_come_and_go_with_the_gateway() {
     let folder = folder("page");
     let (gateway, port) = (Gateway::new(), free_port());
-    let mut serve = Program::start(&folder, &["serve", "--port", &gateway.endpoint(), "--listen", &format!("127.0.0.1:{port}")]);
+    let mut serve = Program::start(
+        &folder,
+        &["serve", "--port", &gateway.endpoint(), "--listen", &format!("127.0.0.1:{port}")],
+    );
     assert_eq!(serve.first_line(), format!("http://127.0.0.1:{port}/"));
     gateway.wait_for(1);
     gateway.end_line();
     gateway.angle(0, "-12.345", 100, 1);
-    let sensor = |state: &Value| state["gateways"][0]["sensors"].as_array().and_then(|all| all.first().cloned());
+    let sensor =
+        |state: &Value| state["gateways"][0]["sensors"].as_array().and_then(|all| all.first().cloned());
     let first = until("a value", || sensor(&state(port)?).filter(|sensor| sensor["status"] == "ok"));
     assert_eq!((&first["angle_mdeg"], &first["address"]), (&(-12_345).into(), &1.into()));
     assert!(first["age_ms"].as_u64().is_some_and(|age| (100..30_000).contains(&age)));
     let history = get(port, "/api/history?gateway=gateway&slot=0&span_s=60").expect("an answer").1;
     let history: Value = serde_json::from_str(&history).expect("JSON");
-    assert!(history["lowest"].as_array().is_some_and(|all| all.iter().any(|value| *value == -12.345)), "{history}");
+    assert!(
+        history["lowest"].as_array().is_some_and(|all| all.iter().any(|value| *value == -12.345)),
+        "{history}"
+    );
     let (head, csv) = get(port, "/api/csv?gateway=gateway&slot=0&span_s=60").expect("an answer");
-    assert!(head.contains("text/csv") && csv.starts_with("utc,lowest_deg,highest_deg\r\n") && csv.contains(",-12.345,-12.345\r\n"));
+    assert!(
+        head.contains("text/csv")
+            && csv.starts_with("utc,lowest_deg,highest_deg\r\n")
+            && csv.contains(",-12.345,-12.345\r\n")
+    );
     for bad in ["/api/history?gateway=x&slot=0&span_s=60", "/api/history?gateway=gateway&slot=9&span_s=60"] {
         assert!(get(port, bad).expect("an answer").0.starts_with("HTTP/1.1 404"), "{bad}");
     }
-    assert!(get(port, "/api/csv?gateway=gateway&slot=0&span_s=5").expect("an answer").0.starts_with("HTTP/1.1 400"));
+    assert!(
+        get(port, "/api/csv?gateway=gateway&slot=0&span_s=5")
+            .expect("an answer")
+            .0
+            .starts_with("HTTP/1.1 400")
+    );
     gateway.vanish();
-    let gone = until("the going", || sensor(&state(port)?).filter(|sensor| sensor["status"] == "source_gone"));
+    let gone =
+        until("the going", || sensor(&state(port)?).filter(|sensor| sensor["status"] == "source_gone"));
     assert_eq!(gone["angle_mdeg"], Value::Null);
 }
 
@@ -73,7 +95,9 @@ fn nothing_is_written_but_from_this_page_and_only_if_allowed() {
         until("the gateway", || (state(port)?["gateways"][0]["gone"].is_null()).then_some(()));
         let host = format!("Host: localhost:{port}");
         let json = "Content-Type: application/json";
-        let from = |origin: &str| asked(port, "POST /api/command", &[&host, json, &format!("Origin: {origin}")], zero).0;
+        let from = |origin: &str| {
+            asked(port, "POST /api/command", &[&host, json, &format!("Origin: {origin}")], zero).0
+        };
         let here = format!("http://localhost:{port}");
         assert_eq!(from(&here), if allows { 200 } else { 403 });
         for elsewhere in ["http://evil.example", "http://localhost:1", "null"] {
@@ -86,12 +110,19 @@ fn nothing_is_written_but_from_this_page_and_only_if_allowed() {
         assert!(!text.to_lowercase().contains("access-control-allow"), "{text}");
         assert!(text.to_lowercase().contains("content-security-policy: default-src 'none'"), "{text}");
         if allows {
-            let scan = asked(port, "POST /api/command", &[&host, json], r#"{"gateway":"gateway","command":"scan"}"#);
+            let scan =
+                asked(port, "POST /api/command", &[&host, json], r#"{"gateway":"gateway","command":"scan"}"#);
             assert!(scan.0 == 200 && scan.1.contains("swept"), "{scan:?}");
-            for bad in [r#"{"gateway":"gateway","command":"reboot"}"#, r#"{"gateway":"gateway","command":"zero","slot":"0 --yes"}"#] {
+            for bad in [
+                r#"{"gateway":"gateway","command":"reboot"}"#,
+                r#"{"gateway":"gateway","command":"zero","slot":"0 --yes"}"#,
+            ] {
                 assert_eq!(asked(port, "POST /api/command", &[&host, json], bad).0, 422, "{bad}");
             }
-            assert_eq!(asked(port, "POST /api/command", &[&host, json], r#"{"gateway":"x","command":"scan"}"#).0, 404);
+            assert_eq!(
+                asked(port, "POST /api/command", &[&host, json], r#"{"gateway":"x","command":"scan"}"#).0,
+                404
+            );
         }
     }
     let zeroed = gateway.asked().iter().filter(|line| line.starts_with("zero")).count();
@@ -108,8 +139,10 @@ fn beyond_loopback_everything_needs_the_token() {
     until("a refusal", || Some(without.errors()).filter(|said| said.contains("token")));
     let token = folder.join("token");
     std::fs::write(&token, "0123456789abcdef\n").expect("a folder of this test");
-    let mut serve =
-        Program::start(&folder, &["serve", "--port", &endpoint, "--listen", &listen, "--token-file", &token.display().to_string()]);
+    let mut serve = Program::start(
+        &folder,
+        &["serve", "--port", &endpoint, "--listen", &listen, "--token-file", &token.display().to_string()],
+    );
     serve.first_line();
     let host = format!("Host: 192.0.2.1:{port}");
     for path in ["/", "/page.js", "/api/state", "/api/events", "/api/csv?gateway=gateway&slot=0&span_s=60"] {

@@ -94,7 +94,9 @@ fn births_data_and_deaths_are_what_the_specification_says() {
     assert!(node.command().args(["-e", encode]).arg(&command).status().expect("node starts").success());
     let before = heard.of("spBv1.0/plant/NBIRTH/north").len();
     let mut publisher = mosquitto.publisher();
-    publisher.args(["-h", "127.0.0.1", "-p", &broker.port().to_string(), "-t", "spBv1.0/plant/NCMD/north", "-f"]).arg(&command);
+    publisher
+        .args(["-h", "127.0.0.1", "-p", &broker.port().to_string(), "-t", "spBv1.0/plant/NCMD/north", "-f"])
+        .arg(&command);
     assert!(publisher.status().expect("it starts").success());
     wait(&heard, "spBv1.0/plant/NBIRTH/north", before + 1);
     // Its source goes: the device dies. The bridge is killed: the node dies, with the number of its birth.

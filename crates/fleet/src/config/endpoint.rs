@@ -27,7 +27,9 @@ pub enum ModbusEndpoint {
 
 /// Host and port, if that is what it is.
 fn address(text: &str) -> Result<String, String> {
-    let parts = text.rsplit_once(':').filter(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok_and(|port| port > 0));
+    let parts = text
+        .rsplit_once(':')
+        .filter(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok_and(|port| port > 0));
     match parts {
         Some(_) => Ok(text.to_owned()),
         None => Err(format!("{text:?}, expected host:port")),
@@ -58,7 +60,9 @@ impl TryFrom<String> for ModbusEndpoint {
         match Endpoint::try_from(text.clone()) {
             Ok(Endpoint::Tcp(rest)) => Ok(ModbusEndpoint::Tcp(rest)),
             Ok(serial) => Ok(ModbusEndpoint::Rtu(serial)),
-            Err(_) => Err(format!("{text:?}, expected a serial port, tcp://host:port or rtu+tcp://host:port")),
+            Err(_) => {
+                Err(format!("{text:?}, expected a serial port, tcp://host:port or rtu+tcp://host:port"))
+            }
         }
     }
 }

@@ -138,7 +138,9 @@ impl TryFrom<String> for InfluxTo {
             "-" => Ok(InfluxTo::Stdout),
             _ if text.starts_with("http://") || text.starts_with("https://") => Ok(InfluxTo::Http(text)),
             "" => Err("expected `-`, a file, or http://…".into()),
-            _ if text.contains("://") => Err(format!("{text:?}, expected `-`, a file, http://… or https://…")),
+            _ if text.contains("://") => {
+                Err(format!("{text:?}, expected `-`, a file, http://… or https://…"))
+            }
             _ => Ok(InfluxTo::File(text.into())),
         }
     }

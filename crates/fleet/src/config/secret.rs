@@ -21,8 +21,12 @@ impl Secret {
     /// It is not there, or empty. The message has the place, not the secret.
     pub fn read(&self) -> Result<String, String> {
         let text = match self {
-            Secret::File(path) => fs::read_to_string(path).map_err(|why| format!("{}: {why}", path.display()))?,
-            Secret::Env(name) => env::var(name).map_err(|why| format!("environment variable {name}: {why}"))?,
+            Secret::File(path) => {
+                fs::read_to_string(path).map_err(|why| format!("{}: {why}", path.display()))?
+            }
+            Secret::Env(name) => {
+                env::var(name).map_err(|why| format!("environment variable {name}: {why}"))?
+            }
         };
         let line = text.lines().next().unwrap_or_default().trim();
         if line.is_empty() { Err(format!("{self:?} is empty")) } else { Ok(line.to_owned()) }

@@ -177,7 +177,15 @@ impl Session {
             }
         });
         let soon = std::iter::once(first).chain(retained.values()).cloned().collect();
-        Session { client, events, pump, is_connected: false, handed: VecDeque::new(), sent: HashMap::new(), soon }
+        Session {
+            client,
+            events,
+            pump,
+            is_connected: false,
+            handed: VecDeque::new(),
+            sent: HashMap::new(),
+            soon,
+        }
     }
 
     async fn run(

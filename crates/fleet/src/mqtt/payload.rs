@@ -66,7 +66,11 @@ pub fn state(of: &Head, values: &[String]) -> Vec<u8> {
 
 /// Whether the gateway speaks, and its start.
 pub fn status(state: &GatewayState, since: Wall) -> Vec<u8> {
-    let mut text = format!("{{\"state\":\"{}\",\"since\":{}", if state.gone.is_none() { "online" } else { "offline" }, since.0);
+    let mut text = format!(
+        "{{\"state\":\"{}\",\"since\":{}",
+        if state.gone.is_none() { "online" } else { "offline" },
+        since.0
+    );
     _ = write!(text, ",\"why\":{}", state.gone.as_deref().map_or_else(|| "null".into(), quoted));
     match &state.start {
         Some(start) => _ = write!(text, ",{}", start_members(start)),

@@ -34,9 +34,16 @@ const MODULUS: u64 = 256;
 const REBIRTH: &str = "Node Control/Rebirth";
 
 /// Runs the edge node of a gateway until `over` is true.
-pub async fn run(mqtt: Mqtt, hub: Arc<Hub>, gateway: usize, over: watch::Receiver<bool>, news: mpsc::UnboundedReceiver<Arc<News>>) {
+pub async fn run(
+    mqtt: Mqtt,
+    hub: Arc<Hub>,
+    gateway: usize,
+    over: watch::Receiver<bool>,
+    news: mpsc::UnboundedReceiver<Arc<News>>,
+) {
     let Some(name) = hub.gateway(gateway).map(|state| state.config.name.to_string()) else { return };
-    let node = Node { mqtt, hub, gateway, name, seq: 0, birth: 0, alive: BTreeSet::new(), backlog: VecDeque::new() };
+    let node =
+        Node { mqtt, hub, gateway, name, seq: 0, birth: 0, alive: BTreeSet::new(), backlog: VecDeque::new() };
     node.run(over, news).await;
 }
 
@@ -86,7 +93,12 @@ impl Node {
         let client = format!("{}-{}", self.mqtt.bridge, self.name);
         let mut options = super::options(&self.mqtt, &client)?;
         let death = Payload { timestamp: Some(now()), metrics: vec![self.birth_metric()], seq: None };
-        options.set_last_will(LastWill::new(self.topic("NDEATH", None), death.encode_to_vec(), QoS::AtLeastOnce, false));
+        options.set_last_will(LastWill::new(
+            self.topic("NDEATH", None),
+            death.encode_to_vec(),
+            QoS::AtLeastOnce,
+            false,
+        ));
         let (client, mut eventloop) = AsyncClient::new(options, 64);
         eventloop.set_network_options(super::network());
         let (to, mut events) = mpsc::channel(64);
@@ -103,7 +115,9 @@ impl Node {
         if end.is_ok() {
             // As the death certificate, but said: the broker drops the will when the client disconnects.
             let farewell = async {
-                let _ = client.publish(self.topic("NDEATH", None), QoS::AtLeastOnce, false, death.encode_to_vec()).await;
+                let _ = client
+                    .publish(self.topic("NDEATH", None), QoS::AtLeastOnce, false, death.encode_to_vec())
+                    .await;
                 let _ = client.disconnect().await;
                 while events.recv().await.is_some_and(|event| event.is_ok()) {}
             };
@@ -164,7 +178,9 @@ impl Node {
             return Ok(());
         }
         match &news.told {
-            Told::Outcome(slot, outcome) if self.alive.contains(slot) => self.data(client, *slot, outcome, false).await,
+            Told::Outcome(slot, outcome) if self.alive.contains(slot) => {
+                self.data(client, *slot, outcome, false).await
+            }
             Told::Outcome(slot, outcome) => {
                 self.alive.insert(*slot);
                 let metrics = device_metrics(*slot, outcome, self.sensor_name(*slot), false, true);
@@ -185,7 +201,13 @@ impl Node {
         self.hub.gateway(self.gateway)?.config.sensors.get(&slot).cloned()
     }
 
-    async fn data(&mut self, client: &AsyncClient, slot: u16, outcome: &Outcome, is_historical: bool) -> Result<(), String> {
+    async fn data(
+        &mut self,
+        client: &AsyncClient,
+        slot: u16,
+        outcome: &Outcome,
+        is_historical: bool,
+    ) -> Result<(), String> {
         if !self.alive.contains(&slot) {
             return Ok(());
         }
@@ -198,7 +220,8 @@ impl Node {
         self.seq = 0;
         let (node, devices) = {
             let Some(state) = self.hub.gateway(self.gateway) else { return Ok(()) };
-            let devices: BTreeMap<u16, Outcome> = if state.gone.is_none() { state.sensors.clone() } else { BTreeMap::new() };
+            let devices: BTreeMap<u16, Outcome> =
+                if state.gone.is_none() { state.sensors.clone() } else { BTreeMap::new() };
             (self.node_metrics(&state), devices)
         };
         self.publish(client, "NBIRTH", None, node).await?;
@@ -215,16 +238,27 @@ impl Node {
     }
 
     fn node_metrics(&self, state: &GatewayState) -> Vec<Metric> {
-        let mut metrics = vec![self.birth_metric(), metric(REBIRTH, datatype::BOOLEAN, Some(Value::Boolean(false)))];
+        let mut metrics =
+            vec![self.birth_metric(), metric(REBIRTH, datatype::BOOLEAN, Some(Value::Boolean(false)))];
         if let Some(start) = &state.start {
-            for (name, text) in [("Properties/Firmware", &start.version), ("Properties/Boot", &start.boot()), ("Properties/Cause", &start.cause)] {
+            for (name, text) in [
+                ("Properties/Firmware", &start.version),
+                ("Properties/Boot", &start.boot()),
+                ("Properties/Cause", &start.cause),
+            ] {
                 metrics.push(metric(name, datatype::STRING, Some(Value::Text(text.clone()))));
             }
         }
         metrics
     }
 
-    async fn publish(&mut self, client: &AsyncClient, kind: &str, device: Option<u16>, metrics: Vec<Metric>) -> Result<(), String> {
+    async fn publish(
+        &mut self,
+        client: &AsyncClient,
+        kind: &str,
+        device: Option<u16>,
+        metrics: Vec<Metric>,
+    ) -> Result<(), String> {
         let payload = Payload { timestamp: Some(now()), metrics, seq: Some(self.seq) };
         self.seq = (self.seq + 1) % MODULUS;
         let sent = client.publish(self.topic(kind, device), QoS::AtMostOnce, false, payload.encode_to_vec());
@@ -255,7 +289,13 @@ fn metric(name: &str, datatype: u32, value: Option<Value>) -> Metric {
 }
 
 /// Metrics of a sensor: its angle, which is null unless it is right and fresh, and why.
-fn device_metrics(slot: u16, outcome: &Outcome, name: Option<String>, is_historical: bool, is_birth: bool) -> Vec<Metric> {
+fn device_metrics(
+    slot: u16,
+    outcome: &Outcome,
+    name: Option<String>,
+    is_historical: bool,
+    is_birth: bool,
+) -> Vec<Metric> {
     let angle = outcome.angle().map(|mdeg| Value::Double(f64::from(mdeg) / 1_000.0));
     let mut angle = metric("Angle", datatype::DOUBLE, angle);
     if let Some(measured) = outcome.measured {

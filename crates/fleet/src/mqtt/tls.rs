@@ -47,5 +47,7 @@ fn certificates(
     use rustls::pki_types::pem::PemObject as _;
     let mut text = Vec::new();
     from.read_to_end(&mut text).map_err(|why| why.to_string())?;
-    rustls::pki_types::CertificateDer::pem_slice_iter(&text).collect::<Result<_, _>>().map_err(|why| why.to_string())
+    rustls::pki_types::CertificateDer::pem_slice_iter(&text)
+        .collect::<Result<_, _>>()
+        .map_err(|why| why.to_string())
 }

@@ -143,7 +143,11 @@ impl Translator {
             if self.mqtt.home_assistant.is_some() {
                 for (slot, outcome) in &state.sensors {
                     let topic = discovery::value_topic(&self.mqtt, state.config.name.as_str(), *slot);
-                    out.push(Outgoing::Live(Message { topic, payload: payload::single(&outcome.gone()), retain: false }));
+                    out.push(Outgoing::Live(Message {
+                        topic,
+                        payload: payload::single(&outcome.gone()),
+                        retain: false,
+                    }));
                 }
             }
             drop(state);
@@ -153,7 +157,11 @@ impl Translator {
         }
         let head = self.head(gateway);
         if let Some(topic) = self.topic(gateway, "event") {
-            out.push(Outgoing::Kept(Message { topic, payload: payload::event(&head, what, &members), retain: false }));
+            out.push(Outgoing::Kept(Message {
+                topic,
+                payload: payload::event(&head, what, &members),
+                retain: false,
+            }));
         }
         out.extend(self.status(gateway));
         out

@@ -13,7 +13,10 @@ use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 
 use axum::extract::{Query, Request, State};
-use axum::http::header::{AUTHORIZATION, CONTENT_SECURITY_POLICY, COOKIE, HOST, LOCATION, ORIGIN, REFERRER_POLICY, SET_COOKIE, X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS};
+use axum::http::header::{
+    AUTHORIZATION, CONTENT_SECURITY_POLICY, COOKIE, HOST, LOCATION, ORIGIN, REFERRER_POLICY, SET_COOKIE,
+    X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
+};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
@@ -41,7 +44,8 @@ impl Access {
     pub fn new(listen: SocketAddr, allows_writes: bool, token: Option<String>) -> Result<Access, String> {
         let is_loopback = listen.ip().is_loopback();
         if let Some(token) = &token
-            && (token.len() < SHORTEST || !token.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_.~".contains(&byte)))
+            && (token.len() < SHORTEST
+                || !token.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_.~".contains(&byte)))
         {
             return Err(format!("the token needs {SHORTEST} or more letters, digits, `-`, `_`, `.`, `~`"));
         }
@@ -68,7 +72,10 @@ impl Access {
             .flat_map(|cookies| cookies.split(';'))
             .filter_map(|cookie| cookie.trim().strip_prefix(COOKIE_NAME)?.strip_prefix('='))
             .any(|value| is_same(value, token));
-        in_cookie || of(AUTHORIZATION).filter_map(|value| value.strip_prefix("Bearer ")).any(|value| is_same(value, token))
+        in_cookie
+            || of(AUTHORIZATION)
+                .filter_map(|value| value.strip_prefix("Bearer "))
+                .any(|value| is_same(value, token))
     }
 }
 
@@ -90,7 +97,9 @@ fn is_same(one: &str, other: &str) -> bool {
 fn is_from_here(headers: &HeaderMap) -> bool {
     let text = |name| headers.get(name).and_then(|value: &HeaderValue| value.to_str().ok());
     match (text(ORIGIN), text(HOST)) {
-        (Some(origin), Some(host)) => origin.split_once("://").is_some_and(|(_, from)| from.eq_ignore_ascii_case(host)),
+        (Some(origin), Some(host)) => {
+            origin.split_once("://").is_some_and(|(_, from)| from.eq_ignore_ascii_case(host))
+        }
         // No browser leaves it out of a POST; a program has the token or is on this computer.
         (None, Some(_)) => true,
         _ => false,
@@ -147,7 +156,10 @@ mod tests {
     use super::*;
 
     fn headers(pairs: &[(axum::http::HeaderName, &str)]) -> HeaderMap {
-        pairs.iter().map(|(name, value)| (name.clone(), HeaderValue::from_str(value).expect("a value"))).collect()
+        pairs
+            .iter()
+            .map(|(name, value)| (name.clone(), HeaderValue::from_str(value).expect("a value")))
+            .collect()
     }
 
     #[test]
@@ -160,19 +172,37 @@ mod tests {
         assert!(Access::new(loopback, true, None).is_ok());
         let access = Access::new(beyond, false, Some("0123456789abcdef".into())).expect("a token");
         assert!(!access.knows_token(&headers(&[])));
-        for (value, is_it) in [("0123456789abcdef", true), ("0123456789abcdeF", false), ("", false), ("0123456789abcdef0", false)] {
+        for (value, is_it) in [
+            ("0123456789abcdef", true),
+            ("0123456789abcdeF", false),
+            ("", false),
+            ("0123456789abcdef0", false),
+        ] {
             assert_eq!(access.knows_token(&headers(&[(AUTHORIZATION, &format!("Bearer {value}"))])), is_it);
-            assert_eq!(access.knows_token(&headers(&[(COOKIE, &format!("a=b; clino_token={value}"))])), is_it);
+            assert_eq!(
+                access.knows_token(&headers(&[(COOKIE, &format!("a=b; clino_token={value}"))])),
+                is_it
+            );
             assert!(!access.knows_token(&headers(&[(COOKIE, &format!("xclino_token={value}"))])));
         }
     }
 
     #[test]
     fn a_name_that_leads_to_loopback_is_not_its_name() {
-        for host in ["localhost", "localhost:8080", "LOCALHOST:1", "127.0.0.1:8080", "[::1]:8080", "127.9.9.9"] {
+        for host in
+            ["localhost", "localhost:8080", "LOCALHOST:1", "127.0.0.1:8080", "[::1]:8080", "127.9.9.9"]
+        {
             assert!(is_loopback_name(host), "{host}");
         }
-        for host in ["evil.example", "localhost.evil.example:8080", "127.0.0.1.evil.example", "10.0.0.1", "[::2]:1", "", "["] {
+        for host in [
+            "evil.example",
+            "localhost.evil.example:8080",
+            "127.0.0.1.evil.example",
+            "10.0.0.1",
+            "[::2]:1",
+            "",
+            "[",
+        ] {
             assert!(!is_loopback_name(host), "{host}");
         }
     }

@@ -19,6 +19,7 @@ pub async fn script() -> impl IntoResponse {
 
 /// Every browser unpacks it by itself.
 pub async fn plotly() -> impl IntoResponse {
-    let head = [(CONTENT_TYPE, SCRIPT), (CONTENT_ENCODING, "gzip"), (CACHE_CONTROL, "private, max-age=86400")];
+    let head =
+        [(CONTENT_TYPE, SCRIPT), (CONTENT_ENCODING, "gzip"), (CACHE_CONTROL, "private, max-age=86400")];
     (head, &include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"))[..])
 }

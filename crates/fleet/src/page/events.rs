@@ -15,8 +15,8 @@ use serde_json::{Value, json};
 use tokio::sync::broadcast::{self, error::RecvError};
 use tokio::time::{MissedTickBehavior, interval};
 
-use super::state::{self, Memory};
 use super::Shared;
+use super::state::{self, Memory};
 use crate::hub::{Hub, Told};
 
 /// Ten times a second: what a person sees as at once.
@@ -88,7 +88,8 @@ fn text(hub: &Hub, changed: &BTreeMap<usize, Changed>) -> String {
                 .filter(|(slot, _)| changed.is_all || changed.slots.contains(slot))
                 .map(|(slot, outcome)| state::sensor(&state, *slot, outcome, now))
                 .collect();
-            let removed: Vec<_> = changed.slots.iter().filter(|slot| !state.sensors.contains_key(slot)).collect();
+            let removed: Vec<_> =
+                changed.slots.iter().filter(|slot| !state.sensors.contains_key(slot)).collect();
             let members = object.as_object_mut()?;
             members.insert("sensors".into(), Value::Array(sensors));
             members.insert("removed".into(), json!(removed));

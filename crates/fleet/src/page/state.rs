@@ -47,7 +47,10 @@ impl Memory {
     fn small(&self, gateway: usize, slot: u16, now: Instant) -> Vec<Option<i32>> {
         let Some(span) = self.last(gateway, slot, SMALL, now) else { return Vec::new() };
         let each = span.extents.len().div_ceil(SMALL_POINTS).max(1);
-        span.extents.chunks(each).map(|points| points.iter().rev().flatten().next().map(|(_, high)| *high)).collect()
+        span.extents
+            .chunks(each)
+            .map(|points| points.iter().rev().flatten().next().map(|(_, high)| *high))
+            .collect()
     }
 }
 

@@ -78,7 +78,17 @@ struct Waiting {
 
 impl<'h> Session<'h> {
     fn new(stream: Box<dyn Bytes>, hub: &'h Hub, gateway: usize) -> Session<'h> {
-        Session { stream, hub, gateway, received: Vec::new(), skips: true, foreign: 0, waiting: VecDeque::new(), start: None, questions: VecDeque::new() }
+        Session {
+            stream,
+            hub,
+            gateway,
+            received: Vec::new(),
+            skips: true,
+            foreign: 0,
+            waiting: VecDeque::new(),
+            start: None,
+            questions: VecDeque::new(),
+        }
     }
 
     /// Runs until the port fails; says why.
@@ -161,7 +171,9 @@ impl<'h> Session<'h> {
         }
         while self.waiting.front().is_some_and(|waiting| waiting.until <= now) {
             match self.waiting.pop_front().map(|waiting| waiting.answer) {
-                Some(Some(answer)) => _ = answer.send(Err(format!("no answer within {} s", ANSWER.as_secs()))),
+                Some(Some(answer)) => {
+                    _ = answer.send(Err(format!("no answer within {} s", ANSWER.as_secs())))
+                }
                 Some(None) => self.questions.push_back(WHO),
                 None => {}
             }
@@ -224,7 +236,10 @@ impl<'h> Session<'h> {
             self.received.clear();
             self.foreign += 1;
             if self.foreign > FOREIGN {
-                return Err("what is received has no lines: is this a clino gateway's console, at 115200 bit/s?".into());
+                return Err(
+                    "what is received has no lines: is this a clino gateway's console, at 115200 bit/s?"
+                        .into(),
+                );
             }
         }
         Ok(whole)
@@ -240,7 +255,8 @@ impl<'h> Session<'h> {
     /// An object that answers the command that waits longest. Progress and what is found do not end an answer.
     fn answered(&mut self, object: Value) {
         let Some(waiting) = self.waiting.front_mut() else { return };
-        let goes_on = object.get("progress").is_some() || object.get("what").is_some_and(|what| what == "found");
+        let goes_on =
+            object.get("progress").is_some() || object.get("what").is_some_and(|what| what == "found");
         waiting.until = Instant::now() + ANSWER;
         waiting.objects.push(object);
         if goes_on {
@@ -249,7 +265,9 @@ impl<'h> Session<'h> {
         match self.waiting.pop_front() {
             Some(Waiting { objects, answer: Some(answer), .. }) => _ = answer.send(Ok(objects)),
             // What was typed before by another program, and is no line of its own, spoils the first question.
-            Some(Waiting { objects, answer: None, .. }) if objects.iter().any(|object| object.get("error").is_some()) => {
+            Some(Waiting { objects, answer: None, .. })
+                if objects.iter().any(|object| object.get("error").is_some()) =>
+            {
                 self.questions.push_back(WHO);
             }
             _ => {}

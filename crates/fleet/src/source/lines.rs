@@ -41,7 +41,9 @@ pub fn read(text: &str, at: Instant, wall: Wall) -> Line {
     } else if text_of(&object, "what") == Some("start") {
         let cause = text_of(&object, "cause").zip(number(&object, "crashes"));
         return cause.map_or(Line::Foreign, |(cause, crashes)| Line::Cause(cause.to_owned(), crashes));
-    } else if let Some(kind) = ["stats", "line", "times", "bus_fault"].into_iter().find(|kind| object.contains_key(*kind)) {
+    } else if let Some(kind) =
+        ["stats", "line", "times", "bus_fault"].into_iter().find(|kind| object.contains_key(*kind))
+    {
         bus_line(&object, kind)
     } else {
         return Line::Answer(Value::Object(object));
@@ -101,7 +103,8 @@ pub fn mdeg(text: &str) -> Option<i32> {
     let (sign, magnitude) = text.strip_prefix('-').map_or((1, text), |rest| (-1, rest));
     let (whole, decimals) = magnitude.split_once('.').unwrap_or((magnitude, ""));
     let is_number = |digits: &str| digits.bytes().all(|digit| digit.is_ascii_digit());
-    if whole.is_empty() || whole.len() > 3 || decimals.len() > 3 || !is_number(whole) || !is_number(decimals) {
+    if whole.is_empty() || whole.len() > 3 || decimals.len() > 3 || !is_number(whole) || !is_number(decimals)
+    {
         return None;
     }
     let thousandths: i32 = format!("{decimals:0<3}").parse().ok()?;
@@ -214,7 +217,8 @@ mod tests {
         let line = r#"{"stats":"t7","requests":139,"good":106}"#;
         let Some(Told::Bus(line)) = told(line) else { panic!("{line}") };
         assert_eq!((&*line.bus, &*line.kind, line.values["good"].as_u64()), ("t7", "stats", Some(106)));
-        let line = r#"{"what":"start","cause":"power_on","boots":1,"crashes":2,"mode":"normal","clock":"crystal"}"#;
+        let line =
+            r#"{"what":"start","cause":"power_on","boots":1,"crashes":2,"mode":"normal","clock":"crystal"}"#;
         assert!(matches!(read(line, Instant::now(), Wall(0)), Line::Cause(cause, 2) if cause == "power_on"));
         assert!(matches!(read(r#"{"done":true}"#, Instant::now(), Wall(0)), Line::Answer(_)));
         assert!(matches!(read("clino> ", Instant::now(), Wall(0)), Line::Foreign));

@@ -43,7 +43,9 @@ pub async fn run(config: Modbus, hub: Arc<Hub>, gateway: usize) {
 async fn connect(config: &Modbus) -> Result<Context, String> {
     let slave = Slave(config.unit);
     Ok(match &config.port {
-        ModbusEndpoint::Rtu(port) => rtu::attach_slave(bytes::open(port, config.baud, config.parity).await?, slave),
+        ModbusEndpoint::Rtu(port) => {
+            rtu::attach_slave(bytes::open(port, config.baud, config.parity).await?, slave)
+        }
         ModbusEndpoint::Tcp(address) => {
             let stream = bytes::open(&Endpoint::Tcp(address.clone()), config.baud, Parity::None).await?;
             tcp::attach_slave(stream, slave)
@@ -136,7 +138,8 @@ impl<'a> Poll<'a> {
                 let [kind, address] = identity[..] else { continue };
                 let kind = registers::kind(kind);
                 let address = u8::try_from(address).unwrap_or_default();
-                let known = Known { kind, address, status: "".into(), angle_mdeg: None, measured: None, outcome: 0 };
+                let known =
+                    Known { kind, address, status: "".into(), angle_mdeg: None, measured: None, outcome: 0 };
                 self.known.insert(slot, known);
             }
             let Some(known) = self.known.get_mut(&slot) else { continue };
@@ -179,8 +182,14 @@ impl<'a> Poll<'a> {
             let (was, is) = (self.alarms >> slot & 1, now >> slot & 1);
             if was != is {
                 let state = if is != 0 { "active" } else { "quiet" };
-                let alarm =
-                    Alarm { slot, name: "any".into(), state: state.into(), extreme: None, unit: None, raised: None };
+                let alarm = Alarm {
+                    slot,
+                    name: "any".into(),
+                    state: state.into(),
+                    extreme: None,
+                    unit: None,
+                    raised: None,
+                };
                 self.hub.tell(self.gateway, Told::Alarm(alarm));
             }
         }

@@ -26,18 +26,60 @@ const NO_ANGLE: u32 = 0x8000_0000;
 const NO_AGE: u16 = 0xFFFF;
 /// Names of the status codes, by code.
 const STATUSES: [&str; 15] = [
-    "never_read", "ok", "stale", "no_answer", "bad_answer", "device_error", "out_of_range", "not_sent", "no_signal",
-    "stuck_low", "stuck_high", "bad_period", "suspect", "disabled", "config_fault",
+    "never_read",
+    "ok",
+    "stale",
+    "no_answer",
+    "bad_answer",
+    "device_error",
+    "out_of_range",
+    "not_sent",
+    "no_signal",
+    "stuck_low",
+    "stuck_high",
+    "bad_period",
+    "suspect",
+    "disabled",
+    "config_fault",
 ];
 /// Names of the bits of *gateway status*.
 const SIGNALS: [&str; 14] = [
-    "t7_bus_dead", "isu_bus_dead", "driver_forced", "unsaved", "command", "safe_mode", "internal_clock", "crashed",
-    "t7_bus_fault", "isu_bus_fault", "slot_fault", "health", "task", "alarm",
+    "t7_bus_dead",
+    "isu_bus_dead",
+    "driver_forced",
+    "unsaved",
+    "command",
+    "safe_mode",
+    "internal_clock",
+    "crashed",
+    "t7_bus_fault",
+    "isu_bus_fault",
+    "slot_fault",
+    "health",
+    "task",
+    "alarm",
 ];
 /// Names of the modes of a start, by code.
 const MODES: [&str; 3] = ["normal", "safe", "bare"];
 /// Names of the causes of a start, by code.
-const CAUSES: [&str; 16] = ["unknown", "power_on", "brown_out", "pin", "software", "watchdog", "window_watchdog", "low_power", "stalled", "panic", "hard_fault", "memory_fault", "bus_fault", "usage_fault", "stack_overflow", "clock_failed"];
+const CAUSES: [&str; 16] = [
+    "unknown",
+    "power_on",
+    "brown_out",
+    "pin",
+    "software",
+    "watchdog",
+    "window_watchdog",
+    "low_power",
+    "stalled",
+    "panic",
+    "hard_fault",
+    "memory_fault",
+    "bus_fault",
+    "usage_fault",
+    "stack_overflow",
+    "clock_failed",
+];
 const KINDS: [&str; 4] = ["off", "t7", "isu", "pwm"];
 
 /// What the first block says.
@@ -72,19 +114,27 @@ fn wide(registers: &[u16], at: usize) -> Option<u32> {
 /// It is no clino gateway, or one with another map.
 pub fn identity(registers: &[u16]) -> Result<Identity, String> {
     if registers.get(..2) != Some(&MAGIC) {
-        return Err(format!("registers 0 and 1 are {:04X?}, expected {MAGIC:04X?}: this is no clino gateway", registers.get(..2)));
+        return Err(format!(
+            "registers 0 and 1 are {:04X?}, expected {MAGIC:04X?}: this is no clino gateway",
+            registers.get(..2)
+        ));
     }
     let at = |register: usize| registers.get(register).copied().unwrap_or_default();
     if at(2) != MAP_VERSION {
         return Err(format!("the map has version {}, expected {MAP_VERSION}", at(2)));
     }
     let status = at(0x0A);
-    let signals = SIGNALS.iter().enumerate().filter(|(bit, _)| status >> bit & 1 != 0).map(|(_, name)| Arc::from(*name));
+    let signals = SIGNALS
+        .iter()
+        .enumerate()
+        .filter(|(bit, _)| status >> bit & 1 != 0)
+        .map(|(_, name)| Arc::from(*name));
     Ok(Identity {
         version: format!("{}.{}.{}", at(6) >> 8, at(6) & 0xFF, at(7)),
         uptime_s: wide(registers, 8).unwrap_or_default(),
         signals: signals.collect(),
-        alarms: u64::from(wide(registers, 0x1C).unwrap_or_default()) | u64::from(wide(registers, 0x1E).unwrap_or_default()) << 32,
+        alarms: u64::from(wide(registers, 0x1C).unwrap_or_default())
+            | u64::from(wide(registers, 0x1E).unwrap_or_default()) << 32,
     })
 }
 
@@ -98,7 +148,11 @@ pub fn start(registers: &[u16], identity: &Identity) -> Start {
         boots: number(4),
         // As the console writes it: the highest word first.
         uid: [0x2C, 0x2A, 0x28].map(|at| format!("{:08x}", number(at))).concat(),
-        cause: registers.first().and_then(|code| CAUSES.get(usize::from(*code))).map_or("unknown", |name| name).into(),
+        cause: registers
+            .first()
+            .and_then(|code| CAUSES.get(usize::from(*code)))
+            .map_or("unknown", |name| name)
+            .into(),
         crashes: number(6),
         mode: MODES.get(usize::from(mode)).map_or_else(|| format!("mode_{mode}"), |name| (*name).to_owned()),
     }

@@ -27,7 +27,8 @@ impl Chromium {
         }
         let install = || {
             let mut apt = Command::new("apt-get");
-            apt.args(["install", "--yes", "--no-install-recommends", "chromium"]).env("DEBIAN_FRONTEND", "noninteractive");
+            apt.args(["install", "--yes", "--no-install-recommends", "chromium"])
+                .env("DEBIAN_FRONTEND", "noninteractive");
             done(&mut apt)
         };
         install().or_else(|first| {

@@ -7,7 +7,8 @@ use std::process::{Command, Stdio};
 use super::{alone, debian};
 
 /// It, its clients, and the libraries they are linked to that a Debian need not have.
-const PACKAGES: [&str; 6] = ["mosquitto", "mosquitto-clients", "libmosquitto1", "libcjson1", "libdlt2", "libwrap0"];
+const PACKAGES: [&str; 6] =
+    ["mosquitto", "mosquitto-clients", "libmosquitto1", "libcjson1", "libdlt2", "libwrap0"];
 
 /// A broker with its clients, version 2.
 pub struct Mosquitto {
@@ -32,7 +33,11 @@ impl Mosquitto {
             return Ok(unpacked);
         }
         debian::unpack(&root, &PACKAGES)?;
-        if unpacked.works() { Ok(unpacked) } else { Err("mosquitto was unpacked, and does not start\n".to_owned()) }
+        if unpacked.works() {
+            Ok(unpacked)
+        } else {
+            Err("mosquitto was unpacked, and does not start\n".to_owned())
+        }
     }
 
     /// The broker, without arguments.
