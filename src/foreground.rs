@@ -35,9 +35,11 @@ pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
         main_loop::end_safe_mode(host.start);
         if let Some(key) = host.keys.dequeue() {
             shell.input(key, &mut host);
-        } else if !main_loop::carry_out_deferred(&common, host.store)
-            && !(console.has_room() && shell.poll(&mut host))
-        {
+            continue;
+        }
+        let has_worked =
+            main_loop::carry_out_deferred(&common, host.store) || console.has_room() && shell.poll(&mut host);
+        if !has_worked {
             shared::sleep_until_work();
         }
     }

@@ -24,7 +24,7 @@ impl Wall {
         })
     }
 
-    /// So many milliseconds earlier.
+    /// Earlier by this many milliseconds.
     pub fn minus_ms(self, ms: u64) -> Wall {
         Wall(self.0.saturating_sub(i64::try_from(ms).unwrap_or(i64::MAX)))
     }
@@ -40,7 +40,7 @@ impl Wall {
 
 const MS_PER_DAY: i64 = 86_400_000;
 
-/// Year, month and day of so many days since 1970, by the Gregorian calendar. Years are counted from March, so that the leap
+/// Year, month and day of a number of days since 1970, by the Gregorian calendar. Years are counted from March, so that the leap
 /// day is their last, in eras of 400 years.
 fn civil(days: i64) -> (i64, i64, i64) {
     const DAYS_TO_1970_FROM_MARCH_0000: i64 = 719_468;

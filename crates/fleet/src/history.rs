@@ -90,7 +90,7 @@ impl History {
         }
     }
 
-    /// The last so many seconds, from the finest ring that reaches back so far.
+    /// The last `span`, from the finest ring that reaches back as far.
     pub fn last(&mut self, span: Duration, now: Instant) -> Span {
         let at = now.saturating_duration_since(self.since);
         let reaches =

@@ -165,7 +165,7 @@ impl Store {
         Ok(found)
     }
 
-    /// The number of the message up to which (exclusive) so many bytes are freed.
+    /// The number of the message up to which (exclusive) this many bytes are freed.
     pub fn number_after(&self, bytes: u64) -> Result<u64, String> {
         self.sum(bytes).map_err(|why| why.to_string())
     }

@@ -66,15 +66,21 @@ fn list(text: &str, key: &str) -> Vec<String> {
     inner.split(',').map(|item| item.trim().to_owned()).filter(|item| !item.is_empty()).collect()
 }
 
+/// The file with the functions that wake a level, for all others: each is named after its level.
+const WAKERS: &str = "shared";
+
 /// The tasks that are woken in this code.
 fn woken(code: &str) -> Vec<String> {
-    let mut woken: Vec<String> = code
-        .split("::waker()")
-        .map(|before| before.rsplit(|letter| !is_part(letter)).next().unwrap_or("").to_owned())
-        .collect();
-    // Behind the last one comes no other.
-    woken.pop();
-    woken
+    let named = code.split("shared::wake_").skip(1).filter_map(|rest| rest.split_once("()"));
+    named.map(|(level, _)| format!("{level}_level")).collect()
+}
+
+/// Files whose functions are called in this code by their names alone, because `main.rs` imports them.
+fn imported(main: &str, code: &str) -> Vec<String> {
+    let paths = main.lines().filter_map(|line| line.trim().strip_prefix("use ")?.strip_suffix(';'));
+    let called = paths.filter_map(|path| path.rsplit_once("::")).filter(|(_, name)| code.contains(&format!("{name}(")));
+    let modules = called.map(|(module, _)| module.trim_start_matches("crate::").to_owned());
+    modules.filter(|module| root().join("src").join(format!("{module}.rs")).exists()).collect()
 }
 
 /// The tasks, as `main.rs` lists them.
@@ -90,10 +96,11 @@ fn tasks() -> Vec<Task> {
         let mut wakes = woken(body);
         // What is done in a file of its own.
         for module in body.split("::").filter_map(|before| before.rsplit(|letter| !is_part(letter)).next()) {
-            if root().join("src").join(format!("{module}.rs")).exists() {
+            if module != WAKERS && root().join("src").join(format!("{module}.rs")).exists() {
                 wakes.extend(woken(&source(&format!("{module}.rs"))));
             }
         }
+        wakes.extend(imported(&main, body).iter().flat_map(|module| woken(&source(&format!("{module}.rs")))));
         wakes.sort();
         wakes.dedup();
         let is_idle = begin == "#[idle(";

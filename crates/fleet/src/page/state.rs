@@ -37,7 +37,7 @@ impl Memory {
         }
     }
 
-    /// The last so many seconds of a sensor.
+    /// The last `span` of a sensor.
     pub fn last(&self, gateway: usize, slot: u16, span: Duration, now: Instant) -> Option<Span> {
         let mut sensors = self.sensors.lock().unwrap_or_else(PoisonError::into_inner);
         Some(sensors.get_mut(&(gateway, slot))?.last(span, now))
