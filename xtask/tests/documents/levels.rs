@@ -78,7 +78,9 @@ fn woken(code: &str) -> Vec<String> {
 /// Files whose functions are called in this code by their names alone, because `main.rs` imports them.
 fn imported(main: &str, code: &str) -> Vec<String> {
     let paths = main.lines().filter_map(|line| line.trim().strip_prefix("use ")?.strip_suffix(';'));
-    let called = paths.filter_map(|path| path.rsplit_once("::")).filter(|(_, name)| code.contains(&format!("{name}(")));
+    let called = paths
+        .filter_map(|path| path.rsplit_once("::"))
+        .filter(|(_, name)| code.contains(&format!("{name}(")));
     let modules = called.map(|(module, _)| module.trim_start_matches("crate::").to_owned());
     modules.filter(|module| root().join("src").join(format!("{module}.rs")).exists()).collect()
 }

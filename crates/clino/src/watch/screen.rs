@@ -3,7 +3,8 @@
 //! What it says, it says without colour, too: the chosen sensor has a mark, a bad status its word.
 
 use std::io;
-use std::sync::mpsc::{Receiver, TryRecvError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
@@ -54,6 +55,7 @@ fn draw_until(
     stop: &Stop,
     look: &Look,
 ) -> io::Result<()> {
+    let keys = keys();
     let mut chosen = 0;
     loop {
         let is_over = take_all(state, feed);
@@ -62,8 +64,13 @@ fn draw_until(
         }
         terminal.draw(|frame| draw(frame, state, chosen, look))?;
         let next = Instant::now() + EVERY;
-        while event::poll(next.saturating_duration_since(Instant::now()))? {
-            let Event::Key(key) = event::read()? else { break };
+        loop {
+            let event = match keys.recv_timeout(next.saturating_duration_since(Instant::now())) {
+                Ok(event) => event?,
+                Err(RecvTimeoutError::Timeout) => break,
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            };
+            let Event::Key(key) = event else { break };
             if key.kind != KeyEventKind::Press {
                 continue;
             }
@@ -80,6 +87,22 @@ fn draw_until(
             break;
         }
     }
+}
+
+/// Keys and changes of the screen's size, read by a thread of their own: where the terminal has gone, crossterm reads its end
+/// again and again, and comes back from neither `poll` nor `read`. The thread ends with the program.
+fn keys() -> Receiver<io::Result<Event>> {
+    let (to, from) = channel();
+    thread::spawn(move || {
+        loop {
+            let event = event::read();
+            let is_last = event.is_err();
+            if to.send(event).is_err() || is_last {
+                return;
+            }
+        }
+    });
+    from
 }
 
 /// Takes what has come; whether nothing more comes.

@@ -17,6 +17,8 @@ const LOOK: Duration = Duration::from_millis(200);
 /// A terminal with a program in it.
 struct Tmux {
     socket: String,
+    /// The command line of its program.
+    program: String,
 }
 
 impl Tmux {
@@ -29,7 +31,8 @@ impl Tmux {
             );
             return None;
         }
-        let tmux = Self { socket: format!("clino-{name}-{}", std::process::id()) };
+        let socket = format!("clino-{name}-{}", std::process::id());
+        let tmux = Self { socket, program: format!("{CLINO} {line}") };
         let environment = environment.join(" ");
         let command = format!("env {environment} {CLINO} {line}; echo ended $?; sleep 60");
         let [width, height] = [width, height].map(|size| size.to_string());
@@ -75,6 +78,11 @@ impl Tmux {
 impl Drop for Tmux {
     fn drop(&mut self) {
         let _ = Command::new("tmux").args(["-L", &self.socket, "kill-server"]).output();
+        // It ends by itself, and lets go of its port for the next one.
+        let begun = Instant::now();
+        while runs(&self.program) && begun.elapsed() < PATIENCE {
+            thread::sleep(LOOK);
+        }
     }
 }
 
@@ -201,6 +209,30 @@ fn a_port_that_vanishes_is_opened_again() {
     let server = Server::start("--t7 5,angle=-7.5 --pty");
     link.lead_to(&server.path());
     tmux.shows("back", |lines| line(lines, "> t7 5").is_some_and(|line| line.contains("-7.500")));
+}
+
+/// Whether a process has these words in its command line.
+fn runs(words: &str) -> bool {
+    let processes = std::fs::read_dir("/proc").unwrap().filter_map(Result::ok);
+    let lines = processes.filter_map(|process| std::fs::read(process.path().join("cmdline")).ok());
+    lines.map(|line| String::from_utf8_lossy(&line).replace('\0', " ")).any(|line| line.contains(words))
+}
+
+/// A connection over SSH that breaks, a window that is closed: the program ends, and does not read the end of its terminal for
+/// ever.
+#[test]
+fn a_terminal_that_goes_takes_the_program_with_it() {
+    let server = Server::start("--t7 5,angle=12.345 --pty");
+    let command = format!("watch t7 5 --latency 81 --port {}", server.path());
+    let Some(tmux) = Tmux::start("goes", 80, 24, &["LC_ALL=C.UTF-8"], &command) else { return };
+    tmux.shows("before", |lines| line(lines, "> t7 5").is_some_and(|line| line.contains("12.345")));
+    assert!(runs(&tmux.program));
+    tmux.run(&["kill-server"]);
+    let begun = Instant::now();
+    while runs(&tmux.program) {
+        assert!(begun.elapsed() < PATIENCE, "it still runs");
+        thread::sleep(LOOK);
+    }
 }
 
 #[test]
