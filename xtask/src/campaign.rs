@@ -90,7 +90,7 @@ const CAMPAIGNS: &[Campaign] = &[
     },
     Campaign {
         name: "fleet",
-        shows: "300 gateways on one broker: loss, times, load; an hour without the broker (10 min, 10 GB)",
+        shows: "300 gateways on one broker: loss, times, load; an hour without the broker; the page (10 min, 10 GB)",
         runs: &[Tests("clino::fleet", "load::", &[])],
     },
     Campaign {

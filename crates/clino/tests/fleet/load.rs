@@ -256,3 +256,71 @@ fn an_hour_without_the_broker_is_delivered_within_five_minutes() {
     assert!(begun.elapsed() <= Duration::from_secs(300));
     let _ = std::fs::remove_dir_all(&folder);
 }
+
+/// Sensors of the page, and how often each has a value.
+const PAGE_SENSORS: u16 = 48;
+const PAGE_HZ: u32 = 10;
+const PAGE_SECONDS: u32 = 20;
+
+/// 48 sensors ten times a second: more than a console carries, as much as Modbus at 115200 bit/s.
+#[test]
+#[ignore = "a browser and a quiet computer: cargo xtask campaign fleet"]
+fn the_page_with_48_sensors_ten_times_a_second() {
+    use clino_testkit::programs::{Chromium, Node, skipped};
+    const TEST: &str = "fleet page load";
+    let chromium = match Chromium::get(crate::programs()) {
+        Ok(chromium) => chromium,
+        Err(why) => return skipped(TEST, &why),
+    };
+    let node = match Node::with(crate::programs(), &["playwright-core@1.65.1", "axe-core@4.14.1"]) {
+        Ok(node) => node,
+        Err(why) => return skipped(TEST, &why),
+    };
+    let folder = folder("page-load");
+    let gateway = Arc::new(crate::gateway::Gateway::new());
+    let port = free_port();
+    let (endpoint, listen) = (gateway.endpoint(), format!("127.0.0.1:{port}"));
+    let mut serve = Program::start(&folder, &["serve", "--port", &endpoint, "--listen", &listen]);
+    let address = serve.first_line().replace("127.0.0.1", "localhost");
+    gateway.wait_for(1);
+    gateway.end_line();
+    let is_over = Arc::new(std::sync::atomic::AtomicBool::new(false));
+    let (speaker, over) = (gateway.clone(), is_over.clone());
+    let speaking = thread::spawn(move || {
+        let begun = Instant::now();
+        let mut round = 0_u32;
+        while !over.load(std::sync::atomic::Ordering::Relaxed) {
+            round += 1;
+            for slot in 0..PAGE_SENSORS {
+                let angle = format!("{}.{:03}", round % 90, (round * 37 + u32::from(slot)) % 1_000);
+                speaker.angle(slot, &angle, 1, round);
+            }
+            thread::sleep((Duration::from_secs(1) * round / PAGE_HZ).saturating_sub(begun.elapsed()));
+        }
+    });
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fleet/frames.js");
+    let (before, _) = used(serve.id());
+    let begun = Instant::now();
+    let mut browser = node.command();
+    browser
+        .arg(script)
+        .arg(&chromium.program)
+        .arg(&address)
+        .args([PAGE_SENSORS.to_string(), PAGE_SECONDS.to_string()]);
+    let output = browser.output().expect("node starts");
+    let (after, peak_mb) = used(serve.id());
+    let core = (after - before) / begun.elapsed().as_secs_f64() * 100.0;
+    is_over.store(true, std::sync::atomic::Ordering::Relaxed);
+    speaking.join().expect("it ends");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{text}");
+    let figures: serde_json::Value = serde_json::from_str(text.trim()).expect("JSON");
+    let figure = |name: &str| figures[name].as_f64().expect("a number");
+    println!(
+        "{PAGE_SENSORS} sensors at {PAGE_HZ} Hz: {:.0} frames/s, {:.0} changed texts/s; server {core:.1} % of a core, {peak_mb:.0} MB",
+        figure("fps"),
+        figure("changes")
+    );
+    assert!(figure("fps") >= 30.0 && figure("changes") >= 100.0, "{text}");
+    assert!(core <= 5.0, "{core:.1} % of a core");
+}

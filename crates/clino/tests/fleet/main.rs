@@ -12,6 +12,7 @@ mod gateway;
 mod load;
 mod messages;
 mod metrics;
+mod monitors;
 mod page;
 mod program;
 mod sparkplug;

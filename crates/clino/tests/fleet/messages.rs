@@ -185,3 +185,58 @@ fn a_broker_that_refuses_is_told_without_the_password() {
     assert!(said.contains("NotAuthorized") || said.contains("refused"), "{said}");
     assert!(!said.contains("hunter2"), "{said}");
 }
+
+/// An authority and a certificate for localhost that it has signed, by `openssl`.
+fn certificates(folder: &std::path::Path) -> Result<(), String> {
+    let steps = [
+        "req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=authority -keyout ca.key -out ca.pem",
+        "req -newkey rsa:2048 -nodes -subj /CN=localhost -keyout server.key -out server.csr",
+        "x509 -req -in server.csr -CA ca.pem -CAkey ca.key -CAcreateserial -days 2 -extfile names -out server.pem",
+        "req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=another -keyout another.key -out another.pem",
+    ];
+    std::fs::write(folder.join("names"), "subjectAltName=DNS:localhost\n").map_err(|why| why.to_string())?;
+    for step in steps {
+        let openssl =
+            std::process::Command::new("openssl").args(step.split(' ')).current_dir(folder).output();
+        let output = openssl.map_err(|why| format!("openssl: {why}"))?;
+        if !output.status.success() {
+            return Err(clino_testkit::programs::said(&output));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_broker_with_tls_is_trusted_by_its_authority_alone() {
+    let Some(mosquitto) = mosquitto("fleet TLS") else { return };
+    let folder = folder("tls");
+    if let Err(why) = certificates(&folder) {
+        return clino_testkit::programs::skipped("fleet TLS", &why);
+    }
+    let (plain, secret) = (crate::free_port(), crate::free_port());
+    let file = |name: &str| folder.join(name).display().to_string();
+    // Started by root, it would otherwise give up the right to read its key.
+    let more = format!(
+        "allow_anonymous true\nuser root\nlistener {secret} 127.0.0.1\ncafile {}\ncertfile {}\nkeyfile {}\n",
+        file("ca.pem"),
+        file("server.pem"),
+        file("server.key")
+    );
+    let broker = Broker::start_with(&mosquitto, &folder, plain, &more);
+    let heard = broker.listen(&mosquitto);
+    let gateway = Gateway::new();
+    for (authority, is_trusted) in [("another.pem", false), ("ca.pem", true)] {
+        let more = format!("ca_file = \"{}\"", file(authority));
+        let text =
+            configuration(&gateway, secret, &folder, &more).replace("127.0.0.1\"\nport", "localhost\"\nport");
+        let bridge = Program::bridge(&folder, &text);
+        if is_trusted {
+            until("the bridge", || {
+                (heard.of("clino/bridge/site/status").last()?.payload == b"online").then_some(())
+            });
+        } else {
+            until("a refusal", || Some(bridge.errors()).filter(|said| said.contains("broker localhost")));
+            assert!(heard.of("clino/bridge/site/status").is_empty());
+        }
+    }
+}
