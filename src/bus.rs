@@ -67,9 +67,10 @@ pub fn run(local: &mut LocalResources<'_>, shared: &mut SharedResources<'_>) -> 
             port.poll(pwm_now);
             port.poll_at()
         });
-        for (bus, task) in [(Bus::T7, MonitoredTask::T7Bus), (Bus::Isu, MonitoredTask::IsuBus)] {
+        let gateway_at = shared::BUSES.map(|bus| gateway.poll_at(bus));
+        for (at, task) in gateway_at.iter().zip([MonitoredTask::T7Bus, MonitoredTask::IsuBus]) {
             // A bus that still wants something of the past has not gone on.
-            if gateway.poll_at(bus).is_none_or(|at| at > now) {
+            if at.is_none_or(|at| at > now) {
                 watchdog::check_in(task);
             }
         }
@@ -79,7 +80,6 @@ pub fn run(local: &mut LocalResources<'_>, shared: &mut SharedResources<'_>) -> 
         if gateway.has_task_event(Requester::Modbus) {
             shared::wake_modbus();
         }
-        let gateway_at = shared::BUSES.map(|bus| gateway.poll_at(bus));
         let next = ports_at.into_iter().chain(gateway_at).chain([Some(pwm1_at), Some(pwm2_at)]);
         let has_passed =
             next.fold(None, earliest).is_some_and(|at| timer.lock(|timer| timer.set(Alarm::Bus, at)));

@@ -308,7 +308,7 @@ mod tests {
 
     #[test]
     fn each_board_has_its_own_memories() {
-        let parse = |model, address, stack| Image::parse(&elf(ARM, address, &[stack, VECTORS[1]]), model);
+        let parse = |model, address, stack| Image::parse(&elf(ARM, address, &[stack, VECTORS[1], 0]), model);
         let core_coupled = 0x1000_6000;
         assert!(parse(BoardModel::F407Disc1, FLASH_BASE, core_coupled).is_ok());
         let parsed = parse(BoardModel::NucleoF446re, FLASH_BASE, core_coupled);
