@@ -1,6 +1,6 @@
 //! `clino bridge`: gateways to a broker, to Prometheus, to InfluxDB.
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -113,7 +113,7 @@ fn json(
     Ok([translating, connected])
 }
 
-fn open_store(path: &PathBuf) -> Result<((Store, Opened), u64), String> {
+fn open_store(path: &Path) -> Result<((Store, Opened), u64), String> {
     let (store, opened) = Store::open(path)?;
     let run = opened.run;
     if !opened.waiting.is_empty() {

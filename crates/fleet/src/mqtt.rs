@@ -23,7 +23,9 @@ pub use payload::bridge as bridge_status;
 pub use sparkplug::run as sparkplug;
 pub use translate::Translator;
 
-use rumqttc::{MqttOptions, NetworkOptions};
+use rumqttc::{AsyncClient, Event, EventLoop, MqttOptions, NetworkOptions};
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
 
 use crate::config::Mqtt;
 
@@ -60,8 +62,30 @@ pub fn options(mqtt: &Mqtt, client: &str) -> Result<MqttOptions, String> {
     Ok(options)
 }
 
+/// Begins a connection: its client, what happens on it up to an error, and the task that keeps it going. A task of its own,
+/// because what the client's `poll` has begun must not be dropped.
+pub fn connect(
+    options: MqttOptions,
+    room: usize,
+) -> (AsyncClient, mpsc::Receiver<Result<Event, String>>, JoinHandle<()>) {
+    let (client, mut eventloop) = AsyncClient::new(options, room);
+    eventloop.set_network_options(network());
+    let (to, events) = mpsc::channel(room * 2);
+    (client, events, tokio::spawn(async move { pump(&mut eventloop, to).await }))
+}
+
+async fn pump(eventloop: &mut EventLoop, to: mpsc::Sender<Result<Event, String>>) {
+    loop {
+        let event = eventloop.poll().await.map_err(|why| why.to_string());
+        let is_last = event.is_err();
+        if to.send(event).await.is_err() || is_last {
+            return;
+        }
+    }
+}
+
 /// A message goes at once: waiting for more to fill a packet costs up to 40 ms.
-pub fn network() -> NetworkOptions {
+fn network() -> NetworkOptions {
     let mut network = NetworkOptions::new();
     network.set_tcp_nodelay(true);
     network

@@ -86,22 +86,22 @@ struct Plot {
 const SPAN_S: std::ops::RangeInclusive<u32> = 60..=86_400;
 
 impl Plot {
-    fn span(&self, shared: &Shared) -> Result<crate::history::Span, Response> {
+    fn span(&self, shared: &Shared) -> Result<crate::history::Span, (StatusCode, &'static str)> {
         if !SPAN_S.contains(&self.span_s) {
-            return Err((StatusCode::BAD_REQUEST, "span_s: 60 to 86400").into_response());
+            return Err((StatusCode::BAD_REQUEST, "span_s: 60 to 86400"));
         }
         let gateway = shared.hub.find(&self.gateway);
         let span = Duration::from_secs(self.span_s.into());
         gateway
             .and_then(|gateway| shared.memory.last(gateway, self.slot, span, Instant::now()))
-            .ok_or_else(|| (StatusCode::NOT_FOUND, "no such sensor").into_response())
+            .ok_or((StatusCode::NOT_FOUND, "no such sensor"))
     }
 }
 
 async fn history(State(shared): State<Arc<Shared>>, Query(plot): Query<Plot>) -> Response {
     let span = match plot.span(&shared) {
         Ok(span) => span,
-        Err(refusal) => return refusal,
+        Err(refusal) => return refusal.into_response(),
     };
     let ms = |time: Duration| i64::try_from(time.as_millis()).unwrap_or(i64::MAX);
     let of = |pick: fn((i32, i32)) -> i32| -> Vec<Option<f64>> {
@@ -123,6 +123,6 @@ async fn as_csv(State(shared): State<Arc<Shared>>, Query(plot): Query<Plot>) -> 
             let head = [(CONTENT_TYPE, "text/csv; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, name)];
             (head, csv::write(&span, Wall::now())).into_response()
         }
-        Err(refusal) => refusal,
+        Err(refusal) => refusal.into_response(),
     }
 }

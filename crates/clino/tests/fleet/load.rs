@@ -7,10 +7,12 @@
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::{TcpListener, TcpStream};
-use std::process::Stdio;
+use std::process::{Child, ChildStdout, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
+
+use clino_testkit::programs::Mosquitto;
 
 use crate::broker::{Broker, mosquitto};
 use crate::program::Program;
@@ -52,6 +54,16 @@ fn fleet() -> (u16, Arc<Mutex<Vec<TcpStream>>>) {
     (port, streams)
 }
 
+/// A client that prints every batch of every gateway in this format.
+fn states(mosquitto: &Mosquitto, broker: &Broker, format: &str) -> (Child, ChildStdout) {
+    let mut subscriber = mosquitto.subscriber();
+    let port = broker.port().to_string();
+    subscriber.args(["-h", "127.0.0.1", "-p", &port, "-q", "0", "-t", "clino/+/state", "-F", format]);
+    let mut child = subscriber.stdout(Stdio::piped()).spawn().expect("mosquitto_sub starts");
+    let out = child.stdout.take().expect("it is piped");
+    (child, out)
+}
+
 fn configuration(source: u16, broker: u16, folder: &std::path::Path) -> String {
     let mut text = String::new();
     for n in 0..GATEWAYS {
@@ -84,22 +96,8 @@ fn three_hundred_gateways_on_one_broker() {
     let folder = folder("load");
     let broker = Broker::start(&mosquitto, &folder);
     let (port, streams) = fleet();
-    let mut subscriber = mosquitto.subscriber();
     // Receive time in seconds with decimals, then the message.
-    subscriber.args([
-        "-h",
-        "127.0.0.1",
-        "-p",
-        &broker.port().to_string(),
-        "-q",
-        "0",
-        "-t",
-        "clino/+/state",
-        "-F",
-        "%U %p",
-    ]);
-    let mut child = subscriber.stdout(Stdio::piped()).spawn().expect("mosquitto_sub starts");
-    let out = child.stdout.take().expect("it is piped");
+    let (mut child, out) = states(&mosquitto, &broker, "%U %p");
     let heard: Arc<Mutex<(Vec<i64>, u64)>> = Arc::default();
     let to = heard.clone();
     thread::spawn(move || {
@@ -213,21 +211,7 @@ fn an_hour_without_the_broker_is_delivered_within_five_minutes() {
     let size = std::fs::metadata(folder.join("bridge.redb")).expect("the store").len();
     println!("{} MB of messages take {} MB on disk", bytes / 1_000_000, size / 1_000_000);
     let broker = Broker::start_with(&mosquitto, &folder, at, "allow_anonymous true\n");
-    let mut subscriber = mosquitto.subscriber();
-    subscriber.args([
-        "-h",
-        "127.0.0.1",
-        "-p",
-        &broker.port().to_string(),
-        "-q",
-        "0",
-        "-t",
-        "clino/+/state",
-        "-F",
-        "%t %p",
-    ]);
-    let mut child = subscriber.stdout(Stdio::piped()).spawn().expect("mosquitto_sub starts");
-    let out = child.stdout.take().expect("it is piped");
+    let (mut child, out) = states(&mosquitto, &broker, "%t %p");
     let begun = Instant::now();
     let _bridge = Program::bridge(&folder, &text);
     let mut last: BTreeMap<String, u64> = BTreeMap::new();

@@ -163,19 +163,7 @@ struct Session {
 
 impl Session {
     fn new(options: &MqttOptions, first: &Message, retained: &BTreeMap<String, Message>) -> Session {
-        let (client, mut eventloop) = AsyncClient::new(options.clone(), usize::from(WINDOW) * 2);
-        eventloop.set_network_options(super::network());
-        let (to, events) = mpsc::channel(usize::from(WINDOW) * 4);
-        // A task of its own: what `poll` has begun must not be dropped.
-        let pump = tokio::spawn(async move {
-            loop {
-                let event = eventloop.poll().await.map_err(|why| why.to_string());
-                let is_last = event.is_err();
-                if to.send(event).await.is_err() || is_last {
-                    return;
-                }
-            }
-        });
+        let (client, events, pump) = super::connect(options.clone(), usize::from(WINDOW) * 2);
         let soon = std::iter::once(first).chain(retained.values()).cloned().collect();
         Session {
             client,

@@ -28,6 +28,8 @@ use crate::sensor::Outcome;
 /// Values of a gateway that wait while the broker is away: five minutes of 32 sensors at 1 Hz.
 const BACKLOG: usize = 9_600;
 const TRY_AGAIN: Duration = Duration::from_secs(2);
+/// Messages on their way to the client.
+const ROOM: usize = 64;
 const FAREWELL: Duration = Duration::from_secs(1);
 /// `seq` and `bdSeq` count modulo 256.
 const MODULUS: u64 = 256;
@@ -99,18 +101,7 @@ impl Node {
             QoS::AtLeastOnce,
             false,
         ));
-        let (client, mut eventloop) = AsyncClient::new(options, 64);
-        eventloop.set_network_options(super::network());
-        let (to, mut events) = mpsc::channel(64);
-        let pump = tokio::spawn(async move {
-            loop {
-                let event = eventloop.poll().await.map_err(|why| why.to_string());
-                let is_last = event.is_err();
-                if to.send(event).await.is_err() || is_last {
-                    return;
-                }
-            }
-        });
+        let (client, mut events, pump) = super::connect(options, ROOM);
         let end = self.session(&client, &mut events, over, news).await;
         if end.is_ok() {
             // As the death certificate, but said: the broker drops the will when the client disconnects.
