@@ -9,10 +9,9 @@ use std::time::Duration;
 
 use clap::Args;
 use clino_bus::line::EchoMode;
+use clino_codec::angle::Angle;
 use clino_codec::t7::Axis;
-use clino_fleet::config::{
-    Bus, Config, Endpoint, Make, Modbus, ModbusEndpoint, Name, Parity, Secret, Source,
-};
+use clino_fleet::config::{Bus, Config, Endpoint, Make, Modbus, ModbusEndpoint, Name, Secret, Source};
 use clino_fleet::source::{BusReading, Feed, ReadBus};
 use clino_gateway::Status;
 
@@ -54,9 +53,7 @@ pub struct BridgeArguments {
     config: PathBuf,
 }
 
-/// Address and rate of a gateway's Modbus port as delivered, and how often the page reads it.
-const MODBUS_UNIT: u8 = 1;
-const MODBUS_BAUD: u32 = 19_200;
+/// How often the page reads a Modbus port.
 const MODBUS_EVERY: Duration = Duration::from_millis(500);
 
 fn parsed<T: TryFrom<String, Error = String>>(text: &str) -> Result<T, String> {
@@ -69,13 +66,7 @@ pub fn serve(arguments: ServeArguments) -> Result<DecodeVerdict, Failure> {
     let mut config = match (arguments.port, arguments.modbus, arguments.config) {
         (Some(port), ..) => Config::of_one(Source::Console(port), name()?),
         (_, Some(port), _) => {
-            let modbus = Modbus {
-                port,
-                unit: MODBUS_UNIT,
-                baud: MODBUS_BAUD,
-                parity: Parity::Even,
-                every: MODBUS_EVERY,
-            };
+            let modbus = Modbus { every: MODBUS_EVERY, ..Modbus::at(port) };
             Config::of_one(Source::Modbus(modbus), name()?)
         }
         (.., file) => Config::read(&file.unwrap_or_default()).map_err(Failure::Usage)?,
@@ -134,7 +125,7 @@ fn read(bus: &Bus, feed: &Feed) -> Result<(), String> {
                     slot: u16::try_from(sensor).unwrap_or(u16::MAX),
                     address: one.address,
                     status: result.map_or_else(Status::name, |_| Status::Ok.name()),
-                    angle_mdeg: result.ok().map(|measured| measured.mdeg),
+                    angle: result.ok().and_then(|measured| Angle::from_mdeg(measured.mdeg)),
                     measured: *measured,
                     outcome: *outcome,
                 };

@@ -105,11 +105,10 @@ fn json(
     options.set_last_will(LastWill::new(&gone.topic, gone.payload.clone(), rumqttc::QoS::AtLeastOnce, true));
     let (to_broker, input) = mpsc::unbounded_channel();
     let connection = Connection { options, first: status(true), queue, input, health: health.clone() };
-    let (said_all, all_said) = watch::channel(false);
-    let connected = tokio::spawn(connection.run(Closing { last: gone }, all_said));
+    let connected = tokio::spawn(connection.run(Closing { last: gone }));
     let translator = Translator::new(hub.clone(), mqtt.clone(), run);
     let translating =
-        tokio::spawn(translate(translator, hub.listen(), to_broker, health.clone(), over.clone(), said_all));
+        tokio::spawn(translate(translator, hub.listen(), to_broker, health.clone(), over.clone()));
     Ok([translating, connected])
 }
 
@@ -129,7 +128,6 @@ async fn translate(
     to_broker: mpsc::UnboundedSender<Outgoing>,
     health: Arc<BrokerHealth>,
     mut over: watch::Receiver<bool>,
-    said_all: watch::Sender<bool>,
 ) {
     let mut look = interval(std::time::Duration::from_secs(1));
     let mut dropped = 0;
@@ -157,8 +155,6 @@ async fn translate(
             _ = over.wait_for(|over| *over) => break,
         }
     }
+    // The connection ends when `to_broker` does, after all that was sent before.
     send(translator.rest());
-    // The connection takes what was sent before it looks whether the program ends.
-    tokio::time::sleep(std::time::Duration::from_millis(100)).await;
-    let _ = said_all.send(true);
 }

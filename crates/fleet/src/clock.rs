@@ -29,30 +29,11 @@ impl Wall {
         Wall(self.0.saturating_sub(i64::try_from(ms).unwrap_or(i64::MAX)))
     }
 
-    /// As RFC 3339 writes it.
-    pub fn rfc3339(self) -> String {
-        let (days, ms) = (self.0.div_euclid(MS_PER_DAY), self.0.rem_euclid(MS_PER_DAY));
-        let (year, month, day) = civil(days);
-        let (hour, minute, second) = (ms / 3_600_000, ms / 60_000 % 60, ms / 1_000 % 60);
-        format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{:03}Z", ms % 1_000)
+    /// As RFC 3339 writes it, if it is after 1970.
+    pub fn rfc3339(self) -> Option<String> {
+        let since = Duration::from_millis(u64::try_from(self.0).ok()?);
+        Some(humantime::format_rfc3339_millis(UNIX_EPOCH + since).to_string())
     }
-}
-
-const MS_PER_DAY: i64 = 86_400_000;
-
-/// Year, month and day of a number of days since 1970, by the Gregorian calendar. Years are counted from March, so that the leap
-/// day is their last, in eras of 400 years.
-fn civil(days: i64) -> (i64, i64, i64) {
-    const DAYS_TO_1970_FROM_MARCH_0000: i64 = 719_468;
-    const DAYS_PER_ERA: i64 = 146_097;
-    let days = days + DAYS_TO_1970_FROM_MARCH_0000;
-    let (era, day) = (days.div_euclid(DAYS_PER_ERA), days.rem_euclid(DAYS_PER_ERA));
-    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
-    let day = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * day + 2) / 153;
-    let day = day - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    (era * 400 + year + i64::from(month <= 2), month, day)
 }
 
 /// A jump that is told: larger than what NTP slews and what a loaded machine delays.
@@ -91,10 +72,10 @@ mod tests {
             (1_796_000_000_000, "2026-11-30T00:53:20.000Z"),
             (4_107_542_399_999, "2100-02-28T23:59:59.999Z"),
             (4_107_542_400_000, "2100-03-01T00:00:00.000Z"),
-            (-1, "1969-12-31T23:59:59.999Z"),
         ] {
-            assert_eq!(Wall(ms).rfc3339(), text);
+            assert_eq!(Wall(ms).rfc3339().as_deref(), Some(text));
         }
+        assert_eq!(Wall(-1).rfc3339(), None);
     }
 
     #[test]

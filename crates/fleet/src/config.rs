@@ -134,7 +134,7 @@ struct GatewayTable {
 }
 
 /// Slots of a gateway.
-const SLOTS: u16 = 48;
+const SLOTS: u16 = clino_gateway::MAX_SLOTS as u16;
 /// Factory settings of the gateway's Modbus port (`docs/modbus.md`, *Line*).
 const MODBUS_UNIT: u8 = 1;
 const MODBUS_BAUD: u32 = 19_200;
@@ -146,6 +146,28 @@ const ISU_BAUD: u32 = 9_600;
 const MODBUS_EVERY_MS: u32 = 1_000;
 /// The gateway's own ages reach as far as a u16 of milliseconds: a slower reader could miss that a value is new.
 const MODBUS_EVERY_MOST_MS: u32 = 60_000;
+
+impl Modbus {
+    /// A port as the gateway is delivered.
+    #[must_use]
+    pub fn at(port: ModbusEndpoint) -> Modbus {
+        Modbus {
+            port,
+            unit: MODBUS_UNIT,
+            baud: MODBUS_BAUD,
+            parity: Parity::default(),
+            every: Duration::from_millis(MODBUS_EVERY_MS.into()),
+        }
+    }
+}
+
+impl Gateway {
+    /// The name that was given to a sensor.
+    #[must_use]
+    pub fn sensor(&self, slot: u16) -> Option<&str> {
+        self.sensors.get(&slot).map(String::as_str)
+    }
+}
 
 impl TryFrom<GatewayTable> for Gateway {
     type Error = String;
@@ -180,7 +202,8 @@ impl GatewayTable {
             }
             (None, Some(port), None) => {
                 refuse(&bus_only, "modbus")?;
-                let unit = unit.unwrap_or(MODBUS_UNIT);
+                let usual = Modbus::at(port);
+                let unit = unit.unwrap_or(usual.unit);
                 if !MODBUS_UNITS.contains(&unit) {
                     return Err(format!("`unit` is {unit}, expected 1 to 247"));
                 }
@@ -189,11 +212,11 @@ impl GatewayTable {
                     return Err(format!("`every_ms` is {every_ms}, expected 10 to {MODBUS_EVERY_MOST_MS}"));
                 }
                 Ok(Source::Modbus(Modbus {
-                    port,
                     unit,
-                    baud: baud.unwrap_or(MODBUS_BAUD),
-                    parity: parity.unwrap_or_default(),
+                    baud: baud.unwrap_or(usual.baud),
+                    parity: parity.unwrap_or(usual.parity),
                     every: Duration::from_millis(every_ms.into()),
+                    ..usual
                 }))
             }
             (None, None, Some(make)) => {

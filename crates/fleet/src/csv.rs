@@ -2,7 +2,6 @@
 
 use crate::clock::Wall;
 use crate::history::Span;
-use crate::sensor::degrees;
 
 /// Columns.
 const HEAD: &str = "utc,lowest_deg,highest_deg\r\n";
@@ -13,9 +12,9 @@ pub fn write(span: &Span, now: Wall) -> String {
     let mut text = String::from(HEAD);
     for (number, extent) in (0_u64..).zip(&span.extents) {
         let back = ms(span.back).saturating_sub(number.saturating_mul(ms(span.interval)));
-        text += &now.minus_ms(back).rfc3339();
+        text += &now.minus_ms(back).rfc3339().unwrap_or_default();
         match extent {
-            Some((low, high)) => text += &format!(",{},{}\r\n", degrees(*low), degrees(*high)),
+            Some((low, high)) => text += &format!(",{},{}\r\n", low, high),
             None => text += ",,\r\n",
         }
     }
@@ -25,6 +24,7 @@ pub fn write(span: &Span, now: Wall) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clino_codec::angle::Angle;
     use std::time::Duration;
 
     #[test]
@@ -32,7 +32,7 @@ mod tests {
         let span = Span {
             interval: Duration::from_secs(1),
             back: Duration::from_secs(2),
-            extents: vec![Some((-1, 1_000)), None],
+            extents: vec![Angle::from_mdeg(-1).zip(Angle::from_mdeg(1_000)), None],
         };
         let expected = "utc,lowest_deg,highest_deg\r\n1970-01-01T00:00:08.000Z,-0.001,1.000\r\n1970-01-01T00:00:09.000Z,,\r\n";
         assert_eq!(write(&span, Wall(10_000)), expected);

@@ -7,16 +7,18 @@
 //! | 2 | 1 min | 1440 | a day |
 //!
 //! An interval keeps the lowest and the highest angle in it: a short swing is in the plot of a whole day. An interval in which
-//! there was no value is empty, and so is its place in the plot. 90 kB a sensor; angles are millidegrees.
+//! there was no value is empty, and so is its place in the plot. 90 kB a sensor.
 
 use std::time::{Duration, Instant};
+
+use clino_codec::angle::Angle;
 
 /// Lengths of the intervals, and how many of them there are.
 const RINGS: [(Duration, usize); 3] =
     [(Duration::from_millis(100), 600), (Duration::from_secs(1), 3_600), (Duration::from_secs(60), 1_440)];
 
 /// Lowest and highest angle of an interval.
-pub type Extent = Option<(i32, i32)>;
+pub type Extent = Option<(Angle, Angle)>;
 
 /// The memory of one sensor.
 pub struct History {
@@ -54,7 +56,7 @@ impl Ring {
         self.last = self.last.max(number);
     }
 
-    fn add(&mut self, at: Duration, angle: i32) {
+    fn add(&mut self, at: Duration, angle: Angle) {
         let number = interval_number(at, self.interval);
         let length = self.extents.len() as u64;
         self.advance(number);
@@ -83,7 +85,7 @@ impl History {
     }
 
     /// An angle that was measured at this instant.
-    pub fn add(&mut self, measured: Instant, angle: i32) {
+    pub fn add(&mut self, measured: Instant, angle: Angle) {
         let Some(at) = measured.checked_duration_since(self.since) else { return };
         for ring in &mut self.rings {
             ring.add(at, angle);
@@ -115,6 +117,10 @@ impl History {
 mod tests {
     use super::*;
 
+    fn at(mdeg: i32) -> Angle {
+        Angle::from_mdeg(mdeg).expect("within its range")
+    }
+
     const SECOND: Duration = Duration::from_secs(1);
 
     #[test]
@@ -122,13 +128,13 @@ mod tests {
         let since = Instant::now();
         let mut history = History::new(since);
         for second in 0..7_200_u32 {
-            history.add(since + SECOND * second, 100);
+            history.add(since + SECOND * second, at(100));
         }
-        history.add(since + SECOND * 3_600 + SECOND / 2, 9_000);
+        history.add(since + SECOND * 3_600 + SECOND / 2, at(9_000));
         let day = history.last(SECOND * 86_400, since + SECOND * 7_199);
         assert_eq!(day.extents.len(), 120);
-        assert_eq!(day.extents[60], Some((100, 9_000)));
-        assert_eq!(day.extents[59], Some((100, 100)));
+        assert_eq!(day.extents[60], Some((at(100), at(9_000))));
+        assert_eq!(day.extents[59], Some((at(100), at(100))));
         assert_eq!(day.back, SECOND * 7_199);
     }
 
@@ -136,21 +142,21 @@ mod tests {
     fn where_there_was_no_value_there_is_none() {
         let since = Instant::now();
         let mut history = History::new(since);
-        history.add(since + SECOND * 10, 1);
-        history.add(since + SECOND * 40, -2);
+        history.add(since + SECOND * 10, at(1));
+        history.add(since + SECOND * 40, at(-2));
         let minute = history.last(SECOND * 60, since + SECOND * 50);
         let there: Vec<_> =
             minute.extents.iter().enumerate().filter_map(|(n, extent)| Some((n, (*extent)?))).collect();
-        assert_eq!(there, [(100, (1, 1)), (400, (-2, -2))]);
+        assert_eq!(there, [(100, (at(1), at(1))), (400, (at(-2), at(-2)))]);
     }
 
     #[test]
     fn what_is_older_than_a_ring_is_forgotten_in_it_and_no_value_appears_twice() {
         let since = Instant::now();
         let mut history = History::new(since);
-        history.add(since, 7);
+        history.add(since, at(7));
         assert!(history.last(SECOND * 60, since + SECOND * 61).extents.iter().all(Option::is_none));
-        assert_eq!(history.last(SECOND * 3_600, since + SECOND * 61).extents[0], Some((7, 7)));
+        assert_eq!(history.last(SECOND * 3_600, since + SECOND * 61).extents[0], Some((at(7), at(7))));
         // Long silence: nothing of the old turn of the ring is left.
         assert!(
             history.last(SECOND * 86_400, since + SECOND * 86_400 * 3).extents.iter().all(Option::is_none)
@@ -161,10 +167,10 @@ mod tests {
     fn a_value_that_comes_late_is_put_where_it_was_measured() {
         let since = Instant::now();
         let mut history = History::new(since);
-        history.add(since + SECOND * 30, 1);
-        history.add(since + SECOND * 20, 2);
-        history.add(since + SECOND * 20, 4);
+        history.add(since + SECOND * 30, at(1));
+        history.add(since + SECOND * 20, at(2));
+        history.add(since + SECOND * 20, at(4));
         let minute = history.last(SECOND * 60, since + SECOND * 30);
-        assert_eq!((minute.extents[200], minute.extents[300]), (Some((2, 4)), Some((1, 1))));
+        assert_eq!((minute.extents[200], minute.extents[300]), (Some((at(2), at(4))), Some((at(1), at(1)))));
     }
 }

@@ -122,7 +122,7 @@ pub struct GatewayState {
 }
 
 impl GatewayState {
-    fn apply(&mut self, told: &mut Told) {
+    fn apply(&mut self, told: &Told) {
         match told {
             Told::Speaks => self.gone = None,
             Told::Gone(why) => {
@@ -219,7 +219,7 @@ impl Hub {
     }
 
     /// A source says something.
-    pub fn tell(&self, gateway: usize, mut told: Told) {
+    pub fn tell(&self, gateway: usize, told: Told) {
         let (at, wall) = (Instant::now(), Wall::now());
         let Some(mut state) = self.gateway(gateway) else { return };
         if matches!(&told, Told::Gone(why) if state.gone.as_ref() == Some(why)) {
@@ -228,7 +228,7 @@ impl Hub {
         if matches!(told, Told::Speaks) && state.gone.is_none() {
             return;
         }
-        state.apply(&mut told);
+        state.apply(&told);
         // While the state is locked, so that news of a gateway come in the order of its states.
         let news = Arc::new(News { gateway, at, wall, told });
         locked(&self.listeners).retain(|listener| listener.send(news.clone()).is_ok());

@@ -166,13 +166,13 @@ fn line(news: &News, state: &GatewayState) -> Option<String> {
                 tag(&outcome.bus),
                 outcome.address
             );
-            if let Some(name) = state.config.sensors.get(slot).filter(|name| !name.is_empty()) {
+            if let Some(name) = state.config.sensor(*slot).filter(|name| !name.is_empty()) {
                 _ = write!(tags, ",name={}", tag(name));
             }
-            Some(match outcome.angle().zip(outcome.measured) {
+            Some(match outcome.value().zip(outcome.measured) {
                 Some((angle, measured)) => {
                     let measured = measured.0.saturating_mul(NANOS_PER_MILLI);
-                    format!("clino_angle{tags} deg={} {measured}\n", crate::sensor::degrees(angle))
+                    format!("clino_angle{tags} deg={} {measured}\n", angle)
                 }
                 None => format!("clino_status{tags} status={},ok=false {told}\n", text(&outcome.status)),
             })

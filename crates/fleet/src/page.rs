@@ -29,12 +29,14 @@ use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
+use clino_codec::angle::Angle;
 use serde::Deserialize;
 use serde_json::json;
 
 use crate::clock::Wall;
 use crate::csv;
 use crate::hub::Hub;
+use crate::sensor::degrees;
 use crate::source::Sources;
 
 /// What the handlers share.
@@ -104,8 +106,8 @@ async fn history(State(shared): State<Arc<Shared>>, Query(plot): Query<Plot>) ->
         Err(refusal) => return refusal.into_response(),
     };
     let ms = |time: Duration| i64::try_from(time.as_millis()).unwrap_or(i64::MAX);
-    let of = |pick: fn((i32, i32)) -> i32| -> Vec<Option<f64>> {
-        span.extents.iter().map(|extent| extent.map(|extent| f64::from(pick(extent)) / 1_000.0)).collect()
+    let of = |pick: fn((Angle, Angle)) -> Angle| -> Vec<Option<f64>> {
+        span.extents.iter().map(|extent| extent.map(|extent| degrees(pick(extent)))).collect()
     };
     Json(json!({
         "from": Wall::now().0.saturating_sub(ms(span.back)),

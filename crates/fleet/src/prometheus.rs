@@ -25,7 +25,7 @@ use tokio::task::JoinHandle;
 use crate::config::Prometheus;
 use crate::hub::{GatewayState, Hub};
 use crate::mqtt::BrokerHealth;
-use crate::sensor::{OK, Outcome};
+use crate::sensor::{OK, Outcome, degrees};
 
 /// As the OpenMetrics specification has it.
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
@@ -77,7 +77,7 @@ fn of_sensor(gateway: &GatewayState, slot: u16, outcome: &Outcome) -> Labels {
         ("slot", slot.to_string()),
         ("bus", outcome.bus.to_string()),
         ("address", outcome.address.to_string()),
-        ("name", gateway.config.sensors.get(&slot).cloned().unwrap_or_default()),
+        ("name", gateway.config.sensor(slot).unwrap_or_default().to_owned()),
     ]
 }
 
@@ -172,7 +172,7 @@ impl Collector for State {
         let now = Instant::now();
         let angle = ("clino_angle_degrees", "Angle, only while it is right and fresh");
         self.sensors(&mut encoder, angle, |gateway, slot, outcome| {
-            Some((of_sensor(gateway, slot, outcome), f64::from(outcome.angle()?) / 1_000.0))
+            Some((of_sensor(gateway, slot, outcome), degrees(outcome.value()?)))
         })?;
         let age = ("clino_age_seconds", "Time since the last good value was measured");
         self.sensors(&mut encoder, age, |gateway, slot, outcome| {

@@ -3,8 +3,12 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use clino_codec::angle::Angle;
+
 use crate::clock::Wall;
 
+/// A turn, in millidegrees: the gateway publishes no angle of a whole one, either way.
+pub const TURN_MDEG: i32 = 360_000;
 /// The gateway's word for a value that is right and fresh.
 pub const OK: &str = "ok";
 /// Status of every sensor whose source is away. The gateway's own words are in `docs/console.md`.
@@ -21,8 +25,8 @@ pub struct Outcome {
     pub address: u8,
     /// `ok`, or why there is no angle, in the gateway's words.
     pub status: Arc<str>,
-    /// In millidegrees; only while the status is *ok*.
-    pub angle_mdeg: Option<i32>,
+    /// Only while the status is *ok*.
+    pub angle: Option<Angle>,
     /// When the last good value was measured: reception minus age. Unknown where there was none, or where the gateway no
     /// longer tells its age.
     pub measured: Option<Wall>,
@@ -36,13 +40,13 @@ pub struct Outcome {
 
 impl Outcome {
     /// The angle, if there is one that may be shown as such.
-    pub fn angle(&self) -> Option<i32> {
-        self.angle_mdeg.filter(|_| &*self.status == OK)
+    pub fn value(&self) -> Option<Angle> {
+        self.angle.filter(|_| &*self.status == OK)
     }
 
     /// The same sensor once its source has gone: no value, whatever was there.
     pub fn gone(&self) -> Outcome {
-        Outcome { status: SOURCE_GONE.into(), angle_mdeg: None, ..self.clone() }
+        Outcome { status: SOURCE_GONE.into(), angle: None, ..self.clone() }
     }
 
     /// The age of the last good value, in milliseconds.
@@ -52,24 +56,7 @@ impl Outcome {
     }
 }
 
-/// Degrees with the three decimals that a sensor has, exactly.
-pub fn degrees(mdeg: i32) -> String {
-    let sign = if mdeg < 0 { "-" } else { "" };
-    let magnitude = mdeg.unsigned_abs();
-    format!("{sign}{}.{:03}", magnitude / 1_000, magnitude % 1_000)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn degrees_are_written_exactly() {
-        for (mdeg, text) in
-            [(0, "0.000"), (-1, "-0.001"), (12_345, "12.345"), (-180_000, "-180.000"), (359_999, "359.999")]
-        {
-            assert_eq!(degrees(mdeg), text);
-        }
-        assert_eq!(degrees(i32::MIN), "-2147483.648");
-    }
+/// In degrees, for formats that have floating point. To the millidegree, as the gateway publishes it.
+pub fn degrees(angle: Angle) -> f64 {
+    f64::from(angle.mdeg()) / 1_000.0
 }

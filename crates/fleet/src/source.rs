@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use clino_codec::angle::Angle;
 use tokio::sync::mpsc;
 
 use crate::clock::Wall;
@@ -51,8 +52,8 @@ pub struct BusReading<'a> {
     pub address: u8,
     /// `ok`, or why there is no angle, in the gateway's words.
     pub status: &'a str,
-    /// In millidegrees.
-    pub angle_mdeg: Option<i32>,
+    /// While the status is *ok*.
+    pub angle: Option<Angle>,
     /// When the answer was received, if it was good.
     pub measured: Option<Instant>,
     /// Counter of outcomes of this sensor.
@@ -81,7 +82,7 @@ impl Feed {
             kind,
             address: reading.address,
             status: reading.status.into(),
-            angle_mdeg: reading.angle_mdeg,
+            angle: reading.angle,
             measured: age_ms.map(|ms| Wall::now().minus_ms(ms)),
             measured_at: reading.measured,
             health: Vec::new(),

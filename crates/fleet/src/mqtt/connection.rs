@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use rumqttc::{AsyncClient, Event, MqttOptions, Outgoing as Sent, Packet, QoS};
-use tokio::sync::{mpsc, watch};
+use tokio::sync::mpsc;
 use tokio::task::block_in_place;
 use tokio::time::{MissedTickBehavior, interval, sleep_until, timeout};
 
@@ -78,18 +78,18 @@ enum End {
 }
 
 impl Connection {
-    /// Runs until `over` is true.
-    pub async fn run(mut self, closing: Closing, mut over: watch::Receiver<bool>) {
+    /// Runs until no more is to be sent: until whoever hands it over has ended.
+    pub async fn run(mut self, closing: Closing) {
         let mut retained = BTreeMap::new();
         let mut wait = TRY_AGAIN;
         loop {
             let begun = Instant::now();
             let mut session = Session::new(&self.options, &self.first, &retained);
-            let end = session.run(&mut self, &mut retained, &mut over).await;
+            let end = session.run(&mut self, &mut retained).await;
             self.health.is_connected.store(false, Ordering::Relaxed);
             match end {
                 End::Closed => {
-                    session.farewell(&closing.last).await;
+                    session.farewell(&closing.last, &mut self).await;
                     block_in_place(|| self.queue.close());
                     return;
                 }
@@ -103,7 +103,7 @@ impl Connection {
             if begun.elapsed() > TRY_AGAIN_MOST {
                 wait = TRY_AGAIN;
             }
-            if self.pause(wait, &mut retained, &mut over).await {
+            if self.pause(wait, &mut retained).await {
                 block_in_place(|| self.queue.close());
                 return;
             }
@@ -112,23 +112,18 @@ impl Connection {
     }
 
     /// Takes what comes while there is no connection; returns whether the program ends.
-    async fn pause(
-        &mut self,
-        wait: Duration,
-        retained: &mut BTreeMap<String, Message>,
-        over: &mut watch::Receiver<bool>,
-    ) -> bool {
+    async fn pause(&mut self, wait: Duration, retained: &mut BTreeMap<String, Message>) -> bool {
         let until = Instant::now() + wait;
         let mut tick = interval(TICK);
         loop {
             tokio::select! {
                 () = sleep_until(until.into()) => return false,
-                _ = over.wait_for(|over| *over) => return true,
                 _ = tick.tick() => self.tick(),
-                Some(outgoing) = self.input.recv() => match outgoing {
-                    Outgoing::Kept(message) => self.queue.push(message, Instant::now()),
-                    Outgoing::Retained(message) => _ = retained.insert(message.topic.clone(), message),
-                    Outgoing::Live(_) => {}
+                outgoing = self.input.recv() => match outgoing {
+                    Some(Outgoing::Kept(message)) => self.queue.push(message, Instant::now()),
+                    Some(Outgoing::Retained(message)) => _ = retained.insert(message.topic.clone(), message),
+                    Some(Outgoing::Live(_)) => {}
+                    None => return true,
                 },
             }
         }
@@ -176,12 +171,7 @@ impl Session {
         }
     }
 
-    async fn run(
-        &mut self,
-        connection: &mut Connection,
-        retained: &mut BTreeMap<String, Message>,
-        over: &mut watch::Receiver<bool>,
-    ) -> End {
+    async fn run(&mut self, connection: &mut Connection, retained: &mut BTreeMap<String, Message>) -> End {
         let mut tick = interval(TICK);
         tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
@@ -195,7 +185,6 @@ impl Session {
                     Some(Err(why)) => return End::Lost(why),
                     None => return End::Lost("the client ended".into()),
                 },
-                _ = over.wait_for(|over| *over) => return End::Closed,
                 _ = tick.tick() => connection.tick(),
                 outgoing = connection.input.recv() => match outgoing {
                     Some(Outgoing::Kept(message)) => connection.queue.push(message, Instant::now()),
@@ -251,16 +240,18 @@ impl Session {
         }
     }
 
-    /// Says that the bridge goes, and disconnects.
-    async fn farewell(&mut self, last: &Message) {
+    /// Sends what the window takes, says that the bridge goes, and disconnects. What is not confirmed by then waits on disk.
+    async fn farewell(&mut self, last: &Message, connection: &mut Connection) {
         if !self.is_connected {
             return;
         }
+        self.send(&mut connection.queue);
         let client = self.client.clone();
         let said = async {
             let _ = client.publish(&last.topic, QoS::AtLeastOnce, last.retain, last.payload.clone()).await;
             let _ = client.disconnect().await;
             while let Some(Ok(event)) = self.events.recv().await {
+                self.take(&event, connection);
                 if matches!(event, Event::Outgoing(Sent::Disconnect)) {
                     return;
                 }

@@ -25,7 +25,7 @@ pub fn device(mqtt: &Mqtt, home: &HomeAssistant, state: &GatewayState) -> Messag
     let mut components = Map::new();
     for (slot, outcome) in &state.sensors {
         let usual = format!("{} {}", outcome.bus.to_uppercase(), outcome.address);
-        let label = state.config.sensors.get(slot).cloned().unwrap_or(usual);
+        let label = state.config.sensor(*slot).map_or(usual, str::to_owned);
         let seconds = u64::from(home.every_ms.saturating_mul(PERIODS)).div_ceil(1_000).max(1);
         components.insert(
             format!("angle_{slot}"),

@@ -10,7 +10,7 @@ use serde_json::to_string;
 
 use crate::clock::Wall;
 use crate::hub::{Alarm, GatewayState, Start};
-use crate::sensor::{Outcome, degrees};
+use crate::sensor::Outcome;
 
 /// What stands at the head of every message of a gateway.
 #[derive(Clone, Debug)]
@@ -51,7 +51,7 @@ pub fn value(slot: u16, name: Option<&str>, outcome: &Outcome) -> String {
         quoted(&outcome.bus),
         outcome.address,
         quoted(&outcome.status),
-        or_null(outcome.angle().map(degrees)),
+        or_null(outcome.value()),
         or_null(outcome.measured.map(|wall| wall.0)),
         outcome.outcome,
         outcome.health.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(",")
@@ -124,7 +124,7 @@ pub fn alarm(alarm: &Alarm) -> String {
 pub fn single(outcome: &Outcome) -> Vec<u8> {
     format!(
         "{{\"angle_deg\":{},\"status\":{},\"ts\":{}}}",
-        or_null(outcome.angle().map(degrees)),
+        or_null(outcome.value()),
         quoted(&outcome.status),
         or_null(outcome.measured.map(|wall| wall.0))
     )

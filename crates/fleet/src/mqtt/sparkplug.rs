@@ -23,7 +23,7 @@ use crate::clock::Wall;
 use crate::config::Mqtt;
 use crate::hub::{GatewayState, Hub, News, Told};
 use crate::say::say;
-use crate::sensor::Outcome;
+use crate::sensor::{Outcome, degrees};
 
 /// Values of a gateway that wait while the broker is away: five minutes of 32 sensors at 1 Hz.
 const BACKLOG: usize = 9_600;
@@ -189,7 +189,7 @@ impl Node {
     }
 
     fn sensor_name(&self, slot: u16) -> Option<String> {
-        self.hub.gateway(self.gateway)?.config.sensors.get(&slot).cloned()
+        self.hub.gateway(self.gateway)?.config.sensor(slot).map(str::to_owned)
     }
 
     async fn data(
@@ -287,7 +287,7 @@ fn device_metrics(
     is_historical: bool,
     is_birth: bool,
 ) -> Vec<Metric> {
-    let angle = outcome.angle().map(|mdeg| Value::Double(f64::from(mdeg) / 1_000.0));
+    let angle = outcome.value().map(|angle| Value::Double(degrees(angle)));
     let mut angle = metric("Angle", datatype::DOUBLE, angle);
     if let Some(measured) = outcome.measured {
         angle.timestamp = u64::try_from(measured.0).ok();

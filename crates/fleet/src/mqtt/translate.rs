@@ -94,7 +94,7 @@ impl Translator {
         if let Told::Outcome(slot, outcome) = &news.told {
             let Some(state) = self.hub.gateway(gateway) else { return out };
             let is_new_to_it = !self.singles.contains_key(&(gateway, *slot));
-            let value = payload::value(*slot, state.config.sensors.get(slot).map(String::as_str), outcome);
+            let value = payload::value(*slot, state.config.sensor(*slot), outcome);
             if let Some(home) = &self.mqtt.home_assistant {
                 if is_new_to_it {
                     out.push(Outgoing::Retained(discovery::device(&self.mqtt, home, &state)));
@@ -136,9 +136,7 @@ impl Translator {
             let gone: Vec<_> = state
                 .sensors
                 .iter()
-                .map(|(slot, outcome)| {
-                    payload::value(*slot, state.config.sensors.get(slot).map(String::as_str), &outcome.gone())
-                })
+                .map(|(slot, outcome)| payload::value(*slot, state.config.sensor(*slot), &outcome.gone()))
                 .collect();
             if self.mqtt.home_assistant.is_some() {
                 for (slot, outcome) in &state.sensors {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use clino_codec::angle::Angle;
 use serde_json::{Value, json};
 
 use crate::history::{History, Span};
@@ -29,7 +30,7 @@ impl Memory {
     /// Remembers an angle, if that is what the news is.
     pub fn note(&self, news: &News) {
         let Told::Outcome(slot, outcome) = &news.told else { return };
-        let Some((angle, measured)) = outcome.angle().zip(outcome.measured_at) else { return };
+        let Some((angle, measured)) = outcome.value().zip(outcome.measured_at) else { return };
         let mut sensors = self.sensors.lock().unwrap_or_else(PoisonError::into_inner);
         if sensors.len() < REMEMBERED || sensors.contains_key(&(news.gateway, *slot)) {
             let history = sensors.entry((news.gateway, *slot)).or_insert_with(|| History::new(measured));
@@ -49,7 +50,7 @@ impl Memory {
         let each = span.extents.len().div_ceil(SMALL_POINTS).max(1);
         span.extents
             .chunks(each)
-            .map(|points| points.iter().rev().flatten().next().map(|(_, high)| *high))
+            .map(|points| points.iter().rev().flatten().next().map(|(_, high)| high.mdeg()))
             .collect()
     }
 }
@@ -64,12 +65,12 @@ pub fn sensor(gateway: &GatewayState, slot: u16, outcome: &Outcome, now: Instant
         .collect();
     json!({
         "slot": slot,
-        "name": gateway.config.sensors.get(&slot),
+        "name": gateway.config.sensor(slot),
         "kind": &*outcome.kind,
         "bus": &*outcome.bus,
         "address": outcome.address,
         "status": &*outcome.status,
-        "angle_mdeg": outcome.angle(),
+        "angle_mdeg": outcome.value().map(Angle::mdeg),
         "age_ms": outcome.age_ms(now),
         "health": outcome.health.iter().map(|word| &**word).collect::<Vec<_>>(),
         "alarms": alarms,

@@ -28,10 +28,15 @@ const SILENCE: Duration = Duration::from_secs(5);
 const ASK_AFTER: Duration = Duration::from_millis(2_500);
 /// Lines that are no gateway's, in a row, until the source says so. A gateway's answer to a person has fewer.
 const FOREIGN: u32 = 40;
-/// Characters of a line: the console's longest has 4 kB less than this.
+/// What it says then.
+const NO_STREAM: &str =
+    "what is received is not a clino gateway's stream: is this its console, at 115200 bit/s?";
+/// Characters of a line: several times the longest of the console, so that noise without a line end stays bounded.
 const LONGEST: usize = 8_192;
-/// What asks who the gateway is.
+/// What asks who the gateway is, and how often in a connection: a console that refuses it, because it wants line checks, is read
+/// without.
 const WHO: &str = "version";
+const WHO_TRIES: u8 = 3;
 /// How long the console may take to answer; a scan takes seconds, and shows progress each second.
 const ANSWER: Duration = Duration::from_secs(10);
 
@@ -67,6 +72,8 @@ struct Session<'h> {
     start: Option<(Start, Instant)>,
     /// What is to be sent.
     questions: VecDeque<&'static str>,
+    /// How often [`WHO`] was asked.
+    tries: u8,
 }
 
 /// A command that was sent.
@@ -88,6 +95,7 @@ impl<'h> Session<'h> {
             waiting: VecDeque::new(),
             start: None,
             questions: VecDeque::new(),
+            tries: 0,
         }
     }
 
@@ -131,7 +139,7 @@ impl<'h> Session<'h> {
                         heard = Instant::now();
                         asked = false;
                         if !std::mem::replace(&mut identified, true) {
-                            self.questions.push_back(WHO);
+                            self.ask_who();
                         }
                     }
                 }
@@ -174,7 +182,7 @@ impl<'h> Session<'h> {
                 Some(Some(answer)) => {
                     _ = answer.send(Err(format!("no answer within {} s", ANSWER.as_secs())))
                 }
-                Some(None) => self.questions.push_back(WHO),
+                Some(None) => self.ask_who(),
                 None => {}
             }
         }
@@ -197,52 +205,50 @@ impl<'h> Session<'h> {
             if std::mem::replace(&mut self.skips, false) || line.is_empty() {
                 continue;
             }
-            match lines::read(&String::from_utf8_lossy(&line), at, wall) {
-                Line::Told(told) => {
-                    whole = true;
-                    self.foreign = 0;
-                    self.hub.tell(self.gateway, Told::Speaks);
-                    self.hub.tell(self.gateway, told);
+            let said = lines::read(&String::from_utf8_lossy(&line), at, wall);
+            if matches!(said, Line::Foreign) {
+                self.foreign += 1;
+                if self.foreign > FOREIGN {
+                    return Err(NO_STREAM.into());
                 }
+                continue;
+            }
+            (whole, self.foreign) = (true, 0);
+            self.hub.tell(self.gateway, Told::Speaks);
+            match said {
+                Line::Told(told) => self.hub.tell(self.gateway, told),
                 Line::Start(start) => {
-                    whole = true;
-                    self.foreign = 0;
-                    self.hub.tell(self.gateway, Told::Speaks);
                     self.start = Some((start, at));
                     self.questions.push_back("reset-cause");
+                    // As the first line of a stream it answers nothing.
                     if line.starts_with(b"{\"what\"") {
                         self.answered(Value::Null);
                     }
                 }
                 Line::Cause(cause, crashes) => {
-                    whole = true;
                     self.tell_start(&cause, crashes);
                     self.answered(Value::Null);
                 }
-                Line::Answer(object) => {
-                    whole = true;
-                    self.foreign = 0;
-                    self.answered(object);
-                }
-                Line::Foreign => {
-                    self.foreign += 1;
-                    if self.foreign > FOREIGN {
-                        return Err("what is received is not a clino gateway's stream: is this its console, at 115200 bit/s?".into());
-                    }
-                }
+                Line::Answer(object) => self.answered(object),
+                Line::Foreign => {}
             }
         }
         if self.received.len() >= LONGEST && !whole {
             self.received.clear();
             self.foreign += 1;
             if self.foreign > FOREIGN {
-                return Err(
-                    "what is received has no lines: is this a clino gateway's console, at 115200 bit/s?"
-                        .into(),
-                );
+                return Err(NO_STREAM.into());
             }
         }
         Ok(whole)
+    }
+
+    /// Asks who the gateway is, unless that was asked too often.
+    fn ask_who(&mut self) {
+        if self.tries < WHO_TRIES {
+            self.tries += 1;
+            self.questions.push_back(WHO);
+        }
     }
 
     /// Tells the start, with its cause if that is known.
@@ -268,7 +274,7 @@ impl<'h> Session<'h> {
             Some(Waiting { objects, answer: None, .. })
                 if objects.iter().any(|object| object.get("error").is_some()) =>
             {
-                self.questions.push_back(WHO);
+                self.ask_who();
             }
             _ => {}
         }

@@ -6,11 +6,12 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use clino_codec::angle::Angle;
 use serde_json::{Map, Value};
 
 use crate::clock::Wall;
 use crate::hub::{Alarm, BusLine, Start, Told};
-use crate::sensor::{OK, Outcome};
+use crate::sensor::{OK, Outcome, TURN_MDEG};
 
 /// What a line says.
 #[derive(Debug)]
@@ -75,12 +76,12 @@ fn nullable<T: TryFrom<u64>>(object: &Map<String, Value>, key: &str) -> Option<O
 fn outcome(object: &Map<String, Value>, at: Instant, wall: Wall) -> Option<Told> {
     let status = text_of(object, "status")?;
     let age_ms: Option<u64> = nullable(object, "age_ms")?;
-    let angle_mdeg = match object.get("angle_deg")? {
+    let angle = match object.get("angle_deg")? {
         Value::Null => None,
-        value => Some(mdeg(&value.to_string())?),
+        value => Some(angle_of(&value.to_string())?),
     };
     // The gateway never sends one without the other; a line that does is damaged.
-    if angle_mdeg.is_some() != (status == OK) || (angle_mdeg.is_some() && age_ms.is_none()) {
+    if angle.is_some() != (status == OK) || (angle.is_some() && age_ms.is_none()) {
         return None;
     }
     let outcome = Outcome {
@@ -88,7 +89,7 @@ fn outcome(object: &Map<String, Value>, at: Instant, wall: Wall) -> Option<Told>
         bus: text_of(object, "bus")?.into(),
         address: number(object, "address")?,
         status: status.into(),
-        angle_mdeg,
+        angle,
         measured: age_ms.map(|ms| wall.minus_ms(ms)),
         measured_at: age_ms.and_then(|ms| at.checked_sub(std::time::Duration::from_millis(ms))),
         health: words(object, "health")?,
@@ -97,9 +98,9 @@ fn outcome(object: &Map<String, Value>, at: Instant, wall: Wall) -> Option<Told>
     Some(Told::Outcome(number(object, "slot")?, outcome))
 }
 
-/// Millidegrees of a number with up to three decimals, as the gateway writes it. Without floating point, so that nothing is
+/// The angle of a number with up to three decimals, as the gateway writes it. Without floating point, so that nothing is
 /// rounded.
-pub fn mdeg(text: &str) -> Option<i32> {
+fn angle_of(text: &str) -> Option<Angle> {
     let (sign, magnitude) = text.strip_prefix('-').map_or((1, text), |rest| (-1, rest));
     let (whole, decimals) = magnitude.split_once('.').unwrap_or((magnitude, ""));
     let is_number = |digits: &str| digits.bytes().all(|digit| digit.is_ascii_digit());
@@ -109,7 +110,7 @@ pub fn mdeg(text: &str) -> Option<i32> {
     }
     let thousandths: i32 = format!("{decimals:0<3}").parse().ok()?;
     let mdeg = whole.parse::<i32>().ok()? * 1_000 + thousandths;
-    (mdeg < 360_000).then_some(sign * mdeg)
+    (mdeg < TURN_MDEG).then_some(sign * mdeg).and_then(Angle::from_mdeg)
 }
 
 fn alarm(object: &Map<String, Value>, wall: Wall) -> Option<Told> {
@@ -160,11 +161,11 @@ mod tests {
     fn a_reading_is_measured_before_it_is_received() {
         let line = r#"{"slot":0,"kind":"t7","bus":"t7","address":1,"status":"ok","angle_deg":-12.345,"age_ms":2000,"health":[],"seq":1}"#;
         let Some(Told::Outcome(0, outcome)) = told(line) else { panic!("{line}") };
-        assert_eq!(outcome.angle(), Some(-12_345));
+        assert_eq!(outcome.value(), Angle::from_mdeg(-12_345));
         assert_eq!(outcome.measured, Some(Wall(998_000)));
         let line = r#"{"slot":1,"kind":"t7","bus":"t7","address":2,"status":"no_answer","angle_deg":null,"age_ms":null,"health":[],"seq":1}"#;
         let Some(Told::Outcome(1, outcome)) = told(line) else { panic!("{line}") };
-        assert_eq!((outcome.angle(), outcome.measured), (None, None));
+        assert_eq!((outcome.value(), outcome.measured), (None, None));
     }
 
     #[test]
@@ -197,12 +198,13 @@ mod tests {
 
     #[test]
     fn every_angle_of_a_gateway_is_read_exactly() {
-        for mdeg_expected in (-359_999..360_000).step_by(7).chain([0, -1, 1, 999, 1_000, -180_000]) {
-            let text = crate::sensor::degrees(mdeg_expected);
-            assert_eq!(mdeg(&text), Some(mdeg_expected), "{text}");
+        for mdeg_expected in (-359_999_i32..360_000).step_by(7).chain([0, -1, 1, 999, 1_000, -180_000]) {
+            let (sign, magnitude) = (if mdeg_expected < 0 { "-" } else { "" }, mdeg_expected.unsigned_abs());
+            let text = format!("{sign}{}.{:03}", magnitude / 1_000, magnitude % 1_000);
+            assert_eq!(angle_of(&text), Angle::from_mdeg(mdeg_expected), "{text}");
         }
         for text in ["", "-", ".5", "1.", "--1", "1.2.3", "+1", "1 ", "０"] {
-            assert!(mdeg(text).is_none_or(|_| text == "1."), "{text}");
+            assert!(angle_of(text).is_none_or(|_| text == "1."), "{text}");
         }
     }
 

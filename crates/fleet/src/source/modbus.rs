@@ -11,7 +11,11 @@ use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 use tokio_modbus::client::{Context, Reader as _, rtu, tcp};
 use tokio_modbus::slave::Slave;
 
-use super::registers::{self, FAST, FAST2, GATEWAY, Identity, SLOTS, START};
+use clino_codec::angle::Angle;
+use clino_gateway::MAX_SLOTS;
+use clino_modbus::map::{SLOT_BASE, SLOT_STRIDE};
+
+use super::registers::{self, FAST, FAST2, GATEWAY, Identity, START};
 use super::{TRY_AGAIN, bytes};
 use crate::clock::Wall;
 use crate::config::{Endpoint, Modbus, ModbusEndpoint, Parity};
@@ -22,9 +26,8 @@ use crate::sensor::{OK, Outcome};
 const ANSWER: Duration = Duration::from_secs(2);
 /// Requests in a row that may fail before the gateway counts as gone.
 const FAILURES: u32 = 3;
-/// Kind and address of a slot: the last two registers of its block.
-const SLOT_IDENTITY: u16 = 0x011E;
-const SLOT_STRIDE: u16 = 0x20;
+/// Kind and address of slot 0: the last two registers of its block.
+const SLOT_IDENTITY: u16 = SLOT_BASE + SLOT_STRIDE - 2;
 
 /// Runs the source until the program ends.
 pub async fn run(config: Modbus, hub: Arc<Hub>, gateway: usize) {
@@ -69,7 +72,7 @@ struct Known {
     kind: Arc<str>,
     address: u8,
     status: Arc<str>,
-    angle_mdeg: Option<i32>,
+    angle: Option<Angle>,
     measured: Option<(Wall, Instant)>,
     outcome: u32,
 }
@@ -128,7 +131,7 @@ impl<'a> Poll<'a> {
                 continue;
             }
             // An angle is there if and only if it is right: the code may be of a later state.
-            let status = match (value.angle_mdeg, &*told) {
+            let status = match (value.angle, &*told) {
                 (Some(_), _) => OK.into(),
                 (None, OK) => "stale".into(),
                 (None, _) => told,
@@ -139,7 +142,7 @@ impl<'a> Poll<'a> {
                 let kind = registers::kind(kind);
                 let address = u8::try_from(address).unwrap_or_default();
                 let known =
-                    Known { kind, address, status: "".into(), angle_mdeg: None, measured: None, outcome: 0 };
+                    Known { kind, address, status: "".into(), angle: None, measured: None, outcome: 0 };
                 self.known.insert(slot, known);
             }
             let Some(known) = self.known.get_mut(&slot) else { continue };
@@ -148,7 +151,7 @@ impl<'a> Poll<'a> {
                 // The age says the same instant again until a new value comes; its reading wavers by milliseconds.
                 known.measured = then.map(|then| (wall.minus_ms(ms), then));
             }
-            (known.status, known.angle_mdeg) = (status, value.angle_mdeg);
+            (known.status, known.angle) = (status, value.angle);
             known.outcome = known.outcome.wrapping_add(1);
             let outcome = known.outcome();
             self.hub.tell(self.gateway, Told::Outcome(slot, outcome));
@@ -178,7 +181,7 @@ impl<'a> Poll<'a> {
 
     /// Over this door the bridge reads whether a slot has an alarm, not which.
     fn note_alarms(&mut self, now: u64) {
-        for slot in 0..SLOTS as u16 {
+        for slot in 0..MAX_SLOTS as u16 {
             let (was, is) = (self.alarms >> slot & 1, now >> slot & 1);
             if was != is {
                 let state = if is != 0 { "active" } else { "quiet" };
@@ -201,7 +204,7 @@ impl<'a> Poll<'a> {
             kind: "off".into(),
             address: 0,
             status: "disabled".into(),
-            angle_mdeg: None,
+            angle: None,
             measured: None,
             outcome: 0,
         };
@@ -222,7 +225,7 @@ impl Known {
             kind: self.kind.clone(),
             address,
             status: self.status.clone(),
-            angle_mdeg: self.angle_mdeg,
+            angle: self.angle,
             measured: self.measured.map(|(wall, _)| wall),
             measured_at: self.measured.map(|(_, at)| at),
             health: Vec::new(),
