@@ -2,8 +2,9 @@
 //! record of who sent what.
 
 use std::io::{BufRead as _, BufReader};
-use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use clino_pty::Terminal;
 use clino_testkit::programs::skipped;
@@ -93,6 +94,20 @@ fn sigroks_export_is_read() {
     );
 }
 
+/// Until it has the port open and set up, what is handed over is lost.
+fn wait_until_open(child: &Child, port: impl AsRef<Path>) {
+    let began = Instant::now();
+    let has_it = || {
+        let open = std::fs::read_dir(format!("/proc/{}/fd", child.id())).unwrap();
+        open.flatten().any(|file| std::fs::read_link(file.path()).is_ok_and(|path| path == port.as_ref()))
+    };
+    while !has_it() {
+        assert!(began.elapsed() < Duration::from_secs(60), "it does not open the port");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+}
+
 #[test]
 fn a_listener_at_a_port_sends_nothing_and_hears_both() {
     let mut terminal = Terminal::open(115_200).unwrap();
@@ -105,8 +120,7 @@ fn a_listener_at_a_port_sends_nothing_and_hears_both() {
         .spawn()
         .unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-    // Until it has the port open, what is handed over is lost.
-    std::thread::sleep(Duration::from_millis(1_000));
+    wait_until_open(&child, terminal.path());
     for piece in [&[0x05, 0x01, 0x83][..], &[0x05, 0x06, 0x83, 0x00], &[0x00, 0x30, 0x39, 0x09]] {
         terminal.deliver(piece).unwrap();
         std::thread::sleep(Duration::from_millis(3));
@@ -136,7 +150,7 @@ fn a_listener_that_hears_nothing_sensible_is_told_the_cause() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(Duration::from_millis(1_000));
+    wait_until_open(&child, terminal.path());
     for _ in 0..20 {
         terminal.deliver(&[0xF5, 0x7F, 0x9F, 0xFD]).unwrap();
         std::thread::sleep(Duration::from_millis(60));
