@@ -18,6 +18,7 @@ mod alarms;
 mod campaign;
 mod checks;
 mod dead;
+mod deaf;
 mod faulty_bus;
 mod identity;
 mod refresh;

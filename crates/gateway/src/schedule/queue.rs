@@ -339,6 +339,7 @@ impl Queue {
                 polled.turn.pause_ms.saturating_add(polled.turn.pause_ms / PAUSE_GROWS).saturating_add(1);
             polled.turn.pause_ms = grown.min(LONGEST_PAUSE_MS);
             polled.turn.due = polled.turn.due.max(at + Duration::from_millis(polled.turn.pause_ms.into()));
+            self.silence.stays_dead(at);
         } else {
             self.silence.died(at);
         }
