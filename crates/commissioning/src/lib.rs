@@ -21,7 +21,8 @@
 //!   goes on to its next consistent point first.
 //! - A zero is written only while the sensor stands still: readings before it detect motion.
 //! - The address that every sensor answers to (T7: 126, ISU: 0) is used only with a [`SingleDevice`], the caller's statement
-//!   that one sensor is attached; or by [`AskAll`](t7::AskAll), which reports every answer and every suspected collision.
+//!   that one sensor is attached; or by [`AskAll`](t7::AskAll), which reports every answer and every suspected collision; or by
+//!   a [`Sweep`](t7::Sweep), which looks only whether anything is heard.
 //!
 //! # Limits
 //!

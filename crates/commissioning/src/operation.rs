@@ -20,7 +20,7 @@ pub enum Step<A, Q> {
         address: A,
         /// What is asked.
         request: Q,
-        /// How long answers may begin after the request's last stop bit.
+        /// How long answers may begin after the request's last stop bit; at least what one node may take to answer.
         window: Duration,
     },
     /// Nothing before that instant.

@@ -10,6 +10,7 @@ use clino_commissioning::t7::{AskAll, Cause, Found, Heard, Rates, Sweep, Swept};
 use clino_segment::{Noise, Probability};
 use clino_sim::latency::Latency;
 use clino_sim::t7 as sim;
+use common::spoil::Fault::{Byte, Cut, Late, Lost, Twice};
 use common::spoil::Spoil;
 use common::t7::{Shared, address, at, at_rate, bench, on_line, station, three_axes};
 use common::{run, run_and};
@@ -72,7 +73,8 @@ fn a_line_at_home_elsewhere_is_swept_there_first() {
 
 #[test]
 fn a_cancel_at_any_time_brings_the_line_home() {
-    for after in [0, 1, 50, 101, 102, 150, 250] {
+    // Each address at home, a call, each address at the second rate, and calls at the others.
+    for after in [0, 1, 50, 101, 102, 103, 150, 203] {
         let sensors = [at_rate(3, 0), at_rate(4, 1)];
         let mut bench = bench(&sensors.each_ref());
         let sweep = Sweep::new(Serial::T7_DEFAULT, Rates::ALL);
@@ -86,6 +88,52 @@ fn a_cancel_at_any_time_brings_the_line_home() {
         assert!(run.rates.last().is_none_or(|&rate| rate == 115_200), "{:?}", run.rates);
         assert!(bench.ask(address(3), &Request::GetDamping).result.is_ok(), "after {after}");
     }
+}
+
+#[test]
+fn a_rate_at_which_no_device_answers_costs_three_calls() {
+    let sensors = [at_rate(3, 0)];
+    let mut bench = bench(&sensors.each_ref());
+    let run = run(&mut bench, Sweep::new(Serial::T7_DEFAULT, Rates::ALL));
+    let swept = run.result.unwrap();
+    assert_eq!((swept.devices, swept.asked, swept.complete), (1, 505, true));
+    assert_eq!(run.requests, 101 + 4 * 3);
+    // 0.26 s for the addresses, five silences of 0.55 s, and 12 calls of 2 ms and their characters.
+    assert!(run.took < Duration::from_millis(3_300), "{:?}", run.took);
+}
+
+#[test]
+fn devices_that_answer_a_call_on_top_of_each_other_are_found_one_by_one() {
+    for count in [2, 8, 32] {
+        let sensors: Vec<Shared> = (1..=count).map(|address| at_rate(address, 3)).collect();
+        let stations = sensors.iter().map(|sensor| station(sensor, Spoil::Nothing, Vec::new())).collect();
+        let mut bench = on_line(common::quiet(), stations);
+        let run = run(&mut bench, Sweep::new(Serial::T7_DEFAULT, Rates::ALL));
+        let found: Vec<u8> = devices(&run.events).iter().map(|&(address, ..)| address).collect();
+        assert_eq!(found, (1..=count).collect::<Vec<u8>>());
+        assert_eq!(run.requests, 101 + 3 * 3 + 1 + 101, "one call where they are");
+    }
+}
+
+#[test]
+fn a_call_whose_answer_is_spoilt_leaves_nothing_out() {
+    for fault in [Lost, Cut(1), Byte { index: 3, mask: 0x10 }, Late(5_000_000), Late(30_000_000), Twice] {
+        let sensor = at_rate(9, 4);
+        let mut bench = on_line(common::quiet(), vec![station(&sensor, Spoil::Answer(0, fault), Vec::new())]);
+        let run = run(&mut bench, Sweep::new(Serial::T7_DEFAULT, Rates::ALL));
+        assert_eq!(devices(&run.events), [(9, 9_600, 1009)], "{fault:?}");
+    }
+}
+
+#[test]
+fn a_sweep_in_several_passes_asks_every_address_without_a_call() {
+    let sensors = [at_rate(3, 0), at_rate(9, 4)];
+    let mut bench = bench(&sensors.each_ref());
+    let run = run(&mut bench, Sweep::new(Serial::T7_DEFAULT, Rates::ALL).passes(2));
+    assert_eq!(devices(&run.events), [(3, 115_200, 1003), (9, 9_600, 1009)]);
+    let swept = run.result.unwrap();
+    assert_eq!((swept.asked, swept.complete), (1_010, true));
+    assert_eq!(run.requests, 5 * 101 * 2 - 2);
 }
 
 #[test]

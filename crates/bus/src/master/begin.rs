@@ -57,8 +57,8 @@ impl<P: Protocol> Master<P> {
     }
 
     /// As [`Master::begin`], for a request that any number of nodes may answer: until `window` after our last stop
-    /// bit, every good answer and every bad frame is an outcome of its own. What begins in the window is heard to its
-    /// end. The last outcome, and only that, is [`Fault::Over`](super::Fault::Over); or, when the request did not get
+    /// bit, and at least for as long as one node may take to answer, every good answer and every bad frame is an outcome of
+    /// its own. What begins in the window is heard to its end. The last outcome, and only that, is [`Fault::Over`](super::Fault::Over); or, when the request did not get
     /// out, the only outcome says so.
     ///
     /// # Errors

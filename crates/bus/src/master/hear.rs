@@ -12,10 +12,8 @@ impl<P: Protocol> Master<P> {
     pub(super) fn released(&mut self, at: Instant) {
         let (State::Sending { .. }, Some(exchange)) = (self.state, &mut self.exchange) else { return };
         self.counters.discarded = self.counters.discarded.wrapping_add(exchange.release(at));
-        let wait = match &exchange.collecting {
-            Some(collecting) => collecting.window(),
-            None => self.timing.first_character(exchange.latency) + self.adaptive.extension(),
-        };
+        let one = self.timing.first_character(exchange.latency) + self.adaptive.extension();
+        let wait = exchange.collecting.as_ref().map_or(one, |collecting| collecting.window().longer(one));
         let deadline = at + wait;
         let give_up = deadline + exchange.longest_wait(&self.timing);
         self.state = State::Waiting { deadline, give_up };

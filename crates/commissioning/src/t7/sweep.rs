@@ -4,23 +4,33 @@
 //! 1–100 and 127 in turn. The line's own rate comes first. Every change of rate is followed by [`RESYNC`]: devices at
 //! the new rate have taken the traffic at the old one for beginnings of commands.
 //!
+//! At the other rates all devices are [called](CALLS) first: they answer at once, on top of each other, and if nothing at
+//! all is heard, none is there and the addresses are left out. The rate of the line, where the other devices are at work, is
+//! swept without a call.
+//!
 //! A device that noise has put out of step is deaf for half a second and would be missed: on a bad line ask
-//! [more than once](Sweep::passes).
+//! [more than once](Sweep::passes); then nothing is left out.
 //!
 //! Whatever happens, the line ends at its own rate, and not before devices there hear again.
 //!
-//! Source: T7 guide sections 1, 1.1, 2.7.1.
+//! Source: T7 guide sections 1, 1.1, 1.4, 2.7.1.
 
 use core::convert::Infallible;
 
-use clino_bus::{ExchangeOutcome, Instant, Serial, T7};
-use clino_codec::t7::{Address, BaudRate, DeviceInformation, Request, Response};
+use clino_bus::{Duration, ExchangeOutcome, Instant, Serial, T7};
+use clino_codec::t7::{Address, Axis, BaudRate, DeviceInformation, Request, Response};
 
 use super::{Fault, RESYNC};
 use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress};
 
 /// Addresses at each rate: 1–100 and 127.
 const ADDRESSES: u8 = 101;
+
+/// How often all devices at a rate are called before none is taken to be there: what keeps one from hearing a call is
+/// unlikely to keep it from the next two.
+const CALLS: u8 = 3;
+/// What all devices can answer together: its length value is 6 (section 1.4).
+const CALL: Request = Request::GetAngle(Axis::Two);
 
 /// A set of bit rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,6 +145,8 @@ pub struct Sweep {
 #[derive(Clone, Copy, Debug)]
 struct Asking {
     rate: BaudRate,
+    /// Calls to all devices still to come, before the first address is asked.
+    calls: u8,
     /// Passes still to come.
     passes: u8,
     /// Which of the addresses.
@@ -161,13 +173,15 @@ impl Sweep {
         sweep
     }
 
-    /// Asks each silent address this many times, at least once. Call it before the sweep begins.
+    /// Asks each silent address this many times, at least once; more than once also where no device has answered to a call.
+    /// To be said before the sweep begins.
     #[must_use]
     pub fn passes(mut self, passes: u8) -> Sweep {
         self.passes = passes.max(1);
         self.of = self.of.saturating_mul(u16::from(self.passes));
         if let Some(asking) = &mut self.asking {
             asking.passes = self.passes.saturating_sub(1);
+            asking.calls = calls(asking.rate, self.home, self.passes);
         }
         self
     }
@@ -177,8 +191,26 @@ impl Sweep {
         self.answered = 0;
         self.asking = rate.map(|rate| {
             self.rates = self.rates.without(rate);
-            Asking { rate, passes: self.passes.saturating_sub(1), index: 0, bad: 0 }
+            let calls = calls(rate, self.home, self.passes);
+            Asking { rate, calls, passes: self.passes.saturating_sub(1), index: 0, bad: 0 }
         });
+    }
+
+    /// The outcome of a call to all devices.
+    fn called(&mut self, mut asking: Asking, fault: Option<Fault>) {
+        match fault {
+            Some(Fault::Over { answers: 0, garbled: 0 }) => asking.calls = asking.calls.saturating_sub(1),
+            // Something is there, or it cannot be told whether.
+            Some(Fault::Over { .. } | Fault::LineBusy | Fault::NotSent) => asking.calls = 0,
+            // One of the answers: the end is still to come.
+            _ => return,
+        }
+        let is_silent = matches!(fault, Some(Fault::Over { answers: 0, garbled: 0 })) && asking.calls == 0;
+        self.asking = Some(asking);
+        if is_silent {
+            self.swept.asked = self.swept.asked.saturating_add(ADDRESSES.into());
+            self.next_rate();
+        }
     }
 
     /// The next address that has not answered yet.
@@ -191,7 +223,7 @@ impl Sweep {
                 (passes, index) = (left, 0);
             }
             if self.answered & bit(index) == 0 {
-                self.asking = Some(Asking { rate, passes, index, bad: 0 });
+                self.asking = Some(Asking { rate, calls: 0, passes, index, bad: 0 });
                 return;
             }
         }
@@ -240,6 +272,9 @@ impl Operation for Sweep {
             return Step::Wait { until: self.deaf_until };
         }
         match self.asking {
+            Some(Asking { calls: 1.., .. }) => {
+                Step::Collect { address: Address::ALL, request: CALL, window: Duration::ZERO }
+            }
             Some(Asking { index, .. }) => {
                 Step::Ask { address: address(index), request: Request::GetDeviceInformation, tries: 1 }
             }
@@ -254,6 +289,10 @@ impl Operation for Sweep {
 
     fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Found> {
         let asking = self.asking?;
+        if asking.calls > 0 {
+            self.called(asking, outcome.result.err());
+            return None;
+        }
         match outcome.result {
             Ok(answer) => match answer.response {
                 Response::GetDeviceInformation(information) => Some(self.found(asking, information)),
@@ -275,6 +314,12 @@ impl Operation for Sweep {
     fn is_exclusive(&self) -> bool {
         self.line != self.home || (self.asking.is_none() && self.deaf_until > Instant::ZERO)
     }
+}
+
+/// How often all devices at this rate are called first.
+fn calls(rate: BaudRate, home: Serial, passes: u8) -> u8 {
+    let is_home = rate.bits_per_second() == home.baud;
+    if is_home || passes > 1 { 0 } else { CALLS }
 }
 
 /// The address of that number.
