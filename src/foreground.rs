@@ -21,7 +21,7 @@ use rtic::Mutex;
 use crate::app::idle::{LocalResources, SharedResources};
 use crate::config_store::ConfigStore;
 use crate::main_loop::{self, Common};
-use crate::{board, bus, clock, params, shared, watchdog};
+use crate::{bus, clock, params, quiet, shared, watchdog};
 
 /// Runs for ever. The console is on its stack for good: 1.4 KB.
 pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
@@ -197,7 +197,7 @@ impl Host for Gateway<'_> {
 
     fn reboot(&mut self) {
         self.common.drain();
-        board::reset()
+        quiet::restart(&mut { self.common })
     }
 
     fn console(&self) -> ConsoleSettings {

@@ -14,7 +14,7 @@ use rtic::Mutex;
 use crate::app::idle::SharedResources;
 use crate::config_store::ConfigStore;
 use crate::quiet::{self, Kept, Quiet, Work};
-use crate::{board, clock, console, params, ports, shared, start};
+use crate::{clock, console, params, ports, shared, start};
 
 /// Resources that the main loop shares with the levels.
 pub struct Common<'a> {
@@ -96,8 +96,7 @@ pub fn carry_out_deferred(common: &Common<'_>, store: &mut ConfigStore) -> bool 
         DeferredRequest::Save => store.save(&mut quiet).is_ok(),
         DeferredRequest::FactoryReset => store.factory_reset(&mut quiet).is_ok(),
         // The answer to the master comes first.
-        DeferredRequest::Reboot if quiet::await_silence(&mut quiet) => board::reset(),
-        DeferredRequest::Reboot => false,
+        DeferredRequest::Reboot => quiet::restart(&mut quiet),
     };
     common.with(|shared| shared.done.lock(|done| *done = Some(well)));
     shared::wake_modbus();

@@ -6,7 +6,7 @@ use clino_gateway::Gateway;
 use clino_modbus::Settings;
 use clino_recovery::MonitoredTask;
 
-use crate::{clock, watchdog};
+use crate::{board, clock, watchdog};
 
 /// How long a driver that is on is waited for: the longest answer on the Modbus port, 256 characters of 11 bits at
 /// 2400 bit/s, lasts 1.17 s.
@@ -50,9 +50,11 @@ pub trait Quiet {
     fn note(&mut self, kept: Kept);
 }
 
-/// Waits until all lines have sent their frames; `false` if a line does not fall silent.
-pub fn await_silence(shared: &mut dyn Quiet) -> bool {
-    silently(shared, &mut |_, _| ()).is_ok()
+/// Restarts the board when all lines have sent their frames, or do not fall silent.
+pub fn restart(shared: &mut dyn Quiet) -> ! {
+    // A line that is driven all the time is one more reason to restart.
+    let _ = silently(shared, &mut |_, _| board::reset());
+    board::reset()
 }
 
 /// Waits until all lines are silent, and does this with the gateway, once.

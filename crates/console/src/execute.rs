@@ -78,7 +78,13 @@ const fn action(verb: Verb) -> fn(&mut Job<'_, '_>) -> Outcome {
 fn json(job: &mut Job<'_, '_>) -> Outcome {
     let programs = job.one_of("mode")?;
     job.end()?;
-    *job.next = Next::Speak(if programs { Audience::Programs } else { Audience::People });
+    let audience = if programs { Audience::Programs } else { Audience::People };
+    // A program that begins or ends is told so in its own form.
+    if programs {
+        job.reply.audience = audience;
+    }
+    job.reply.done();
+    *job.next = Next::Speak(audience);
     Ok(())
 }
 

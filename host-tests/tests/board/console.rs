@@ -161,3 +161,22 @@ fn a_reboot_waits_until_what_was_said_is_out() {
     let starts = ran.log.iter().filter(|line| line.starts_with("clino ")).count();
     assert_eq!(starts, 2, "{:?}", ran.log);
 }
+
+#[test]
+fn a_reboot_cuts_no_frame_on_a_bus() {
+    // At 9600 bit/s, as often as the bus can: a request is on the line for a quarter of the time. The console is looked at every
+    // 10 ms.
+    for offset in (0..12).map(|turn| 11 * turn) {
+        let lines = [
+            (100, "bus t7 -b 9600"),
+            (200, "set 0 period 0"),
+            (300, "set 1 period 0"),
+            (1_000 + offset, "reboot --yes"),
+        ];
+        let ran = typed("1300ms", &lines);
+        assert_eq!(ran.log.iter().filter(|line| line.starts_with("clino ")).count(), 2, "{:?}", ran.log);
+        let t7 = &ran.t7;
+        assert_eq!((t7.broken_characters, t7.idle_de, t7.malformed_requests), (0, 0, 0), "{offset} ms");
+        assert!(t7.polls.iter().filter(|poll| poll.bit_ps > 100_000_000).count() > 30);
+    }
+}

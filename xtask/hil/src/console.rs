@@ -52,7 +52,7 @@ impl Console {
     /// # Errors
     /// The console does not say that it has.
     pub fn for_programs(&mut self) -> Result<(), String> {
-        // What is on the line is dropped; `json on` itself is not answered.
+        // What is on the line is dropped.
         self.port.send(b"\x03json on\rversion\r")?;
         self.wait_for("what", patience::ANSWER).map(|_| ())
     }

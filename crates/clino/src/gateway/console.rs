@@ -1,7 +1,7 @@
 //! The gateway's console as a program uses it: one line out, JSON objects back.
 //!
-//! `json on` ends prompt, echo and stream, and says nothing; `version` behind it shows that it is in force: what came before
-//! belongs to the stream, or to a person. A command that changes something answers with one object, `export` with one for each
+//! `json on` ends prompt, echo and stream; the answer of `version` behind it shows that it is in force: what came before belongs to
+//! the stream, or to a person. A command that changes something answers with one object, `export` with one for each
 //! line, and a `version` behind it shows its end.
 
 use std::time::{Duration, Instant};

@@ -268,6 +268,22 @@ fn ctrl_c_of_a_program_stops_tasks_and_drops_the_line() {
     assert_eq!(desk.rest.orders[1..], [Order::Cancel(Bus::T7), Order::Cancel(Bus::Isu)]);
 }
 
+/// Every line of a program has an answer, the first and the last one, too.
+#[test]
+fn a_program_that_begins_and_ends_is_told_so() {
+    let mut desk = Desk::new();
+    desk.stream();
+    assert_eq!(desk.type_in("json on\r"), "{\"done\":true}\r\n");
+    assert_eq!(desk.type_in("json on\r"), "{\"done\":true}\r\n");
+    assert_eq!(desk.type_in("json on off\r").matches("\"error\"").count(), 1);
+    let said = desk.type_in("json off\r");
+    assert!(said.starts_with("{\"done\":true}\r\n") && said.contains("clino> "), "{said}");
+    // A person is answered as a person, and asks for the other form.
+    assert!(desk.type_in("json off\r").contains("done\r\n"));
+    let said = desk.type_in("json on\r");
+    assert!(said.ends_with("{\"done\":true}\r\n"), "{said}");
+}
+
 /// In a stream, too, Ctrl-C drops what was sent of a line.
 #[test]
 fn ctrl_c_in_a_stream_drops_the_line() {
