@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use crate::command::{self, Failure, Outcome};
-use crate::steps::{Step, Steps};
+use crate::steps::{self, Step, Steps};
 
 /// A script that shows something, prints its figure, and fails when the figure is not good enough.
 struct Check {
@@ -58,7 +58,7 @@ const CHECKS: &[Check] = &[
         "instructions of one angle, under callgrind",
     ),
     Check {
-        // Named, it builds all four example programs; so does `cargo xtask campaign examples`.
+        // Named, it builds all example programs; so does `cargo xtask campaign examples`.
         among_all: &["f411-nb", "linux-serial"],
         ..script(
             "package",
@@ -66,6 +66,21 @@ const CHECKS: &[Check] = &[
             "the crates that others use can be published, and example programs build from the packages",
         )
     },
+    script(
+        "docs",
+        "crates/drivers/checks/docs.sh",
+        "the documentation of the crates that others use, as docs.rs builds it",
+    ),
+    script(
+        "deny",
+        "crates/drivers/checks/deny.sh",
+        "licences and origins of what the crates that others use depend on",
+    ),
+    script(
+        "semver",
+        "crates/drivers/checks/semver.sh",
+        "the public interface of the crates that others use, against the last version",
+    ),
     script(
         "msrv",
         "crates/codec/checks/msrv.sh",
@@ -113,7 +128,7 @@ pub fn run(names: &[String]) -> Outcome {
     let wanted = |check: &&Check| all || names.iter().any(|name| name == check.name);
     let step = |check: &Check| {
         let arguments = if all { check.among_all } else { &[] };
-        Step::new(check.name, command::script(check.script, arguments))
+        Step::new(check.name, steps::script(check.script, arguments))
     };
     let (alone, beside): (Vec<&Check>, Vec<&Check>) =
         CHECKS.iter().filter(wanted).partition(|check| check.alone);
