@@ -69,7 +69,7 @@ const CAMPAIGNS: &[Campaign] = &[
     },
     Campaign {
         name: "published",
-        shows: "licences, origins and public interface of the crates that others use; installs what that takes (MINUTES min)",
+        shows: "licences, origins and public interface of the crates that others use; installs what that takes (the first time 10 min)",
         runs: &[
             Script("crates/drivers/checks/deny.sh", &["--install"]),
             Script("crates/drivers/checks/semver.sh", &["--install"]),

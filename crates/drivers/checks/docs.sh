@@ -28,6 +28,5 @@ clino_drivers/trait.AsyncPort.html async
 clino_drivers/uart/struct.Nb.html nb
 clino_drivers/uart/struct.Io.html embedded-io
 clino_drivers/uart/struct.Io06.html embedded-io-06
-clino_codec/t7/enum.Axis.html serde
 PAGES
 echo "docs: as docs.rs builds it, $badges badges of features"

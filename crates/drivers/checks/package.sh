@@ -47,10 +47,15 @@ done
 case " $* " in
 *" linux-serial "*)
     cd "$root"
-    cargo build --quiet --package clino
+    # `cargo xtask check` has built it.
+    tool=${CLINO_TOOL:-}
+    if [ -z "$tool" ]; then
+        cargo build --quiet --package clino
+        tool=$CARGO_TARGET_DIR/debug/clino
+    fi
     # A fifo is read as soon as there is a line.
     mkfifo "$outside/path"
-    "$CARGO_TARGET_DIR/debug/clino" sim --t7 5,angle=12.345 --pty >"$outside/path" 2>/dev/null &
+    "$tool" sim --t7 5,angle=12.345 --pty >"$outside/path" 2>/dev/null &
     sensor=$!
     read -r path <"$outside/path"
     angle=$("$CARGO_TARGET_DIR/examples/release/linux-serial" "$path" 5)
