@@ -3,10 +3,10 @@
 use std::ops::RangeInclusive;
 
 use crate::boards::{self, Board};
-use crate::command::{self, Failure, Outcome};
+use crate::command::{Failure, Outcome};
 use crate::firmware::{self, SHIPPED, Variant};
 use crate::programs::{self, Programs};
-use crate::steps::Steps;
+use crate::steps::{self, Steps};
 use crate::witness;
 
 const HOW_TO_ADD: &str = "\
@@ -65,6 +65,14 @@ const CAMPAIGNS: &[Campaign] = &[
             Script("crates/drivers/checks/examples.sh", &[]),
             Script("crates/drivers/checks/package.sh", &[]),
             Tests("clino-drivers::run", "an_eeprom_survives", &[("CLINO_EVERY_WAIT", "1")]),
+        ],
+    },
+    Campaign {
+        name: "published",
+        shows: "licences, origins and public interface of the crates that others use; installs what that takes (the first time 10 min)",
+        runs: &[
+            Script("crates/drivers/checks/deny.sh", &["--install"]),
+            Script("crates/drivers/checks/semver.sh", &["--install"]),
         ],
     },
     Campaign {
@@ -213,7 +221,7 @@ impl Run {
             Ok::<_, Failure>(command)
         };
         match self {
-            Script(path, arguments) => steps.run(name, command::script(path, arguments)),
+            Script(path, arguments) => steps.run(name, steps::script(path, arguments)),
             Cores(numbers) => steps.run(name, witness::cpu(numbers)),
             Tests(program, test, environment) => {
                 steps.run(&format!("{name} {test}"), tests(program, test, environment)?);

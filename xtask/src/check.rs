@@ -3,7 +3,8 @@
 use std::process::Command;
 
 use crate::command::{self, Failure, Outcome};
-use crate::steps::{Step, Steps};
+use crate::programs;
+use crate::steps::{self, Step, Steps};
 
 /// A script that shows something, prints its figure, and fails when the figure is not good enough.
 struct Check {
@@ -13,11 +14,14 @@ struct Check {
     among_all: &'static [&'static str],
     /// It uses all cores, or measures time: it runs after the others, which run side by side.
     alone: bool,
+    /// It needs the PC tool, which is built as the tests build it: on its own, what it depends on has other features, and most
+    /// of it is compiled anew.
+    tool: bool,
     shows: &'static str,
 }
 
 const fn script(name: &'static str, script: &'static str, shows: &'static str) -> Check {
-    Check { name, script, among_all: &[], alone: false, shows }
+    Check { name, script, among_all: &[], alone: false, tool: false, shows }
 }
 
 const CHECKS: &[Check] = &[
@@ -58,14 +62,30 @@ const CHECKS: &[Check] = &[
         "instructions of one angle, under callgrind",
     ),
     Check {
-        // Named, it builds all four example programs; so does `cargo xtask campaign examples`.
+        // Named, it builds all example programs; so does `cargo xtask campaign examples`.
         among_all: &["f411-nb", "linux-serial"],
+        tool: true,
         ..script(
             "package",
             "crates/drivers/checks/package.sh",
             "the crates that others use can be published, and example programs build from the packages",
         )
     },
+    script(
+        "docs",
+        "crates/drivers/checks/docs.sh",
+        "the documentation of the crates that others use, as docs.rs builds it",
+    ),
+    script(
+        "deny",
+        "crates/drivers/checks/deny.sh",
+        "licences and origins of what the crates that others use depend on",
+    ),
+    script(
+        "semver",
+        "crates/drivers/checks/semver.sh",
+        "the public interface of the crates that others use, against the last version",
+    ),
     script(
         "msrv",
         "crates/codec/checks/msrv.sh",
@@ -111,9 +131,18 @@ pub fn run(names: &[String]) -> Outcome {
         return steps.end(Err(failure));
     }
     let wanted = |check: &&Check| all || names.iter().any(|name| name == check.name);
+    if CHECKS.iter().filter(wanted).any(|check| check.tool)
+        && let Err(failure) = steps.need("clino", programs::cargo(["build", "--bin", "clino"]))
+    {
+        return steps.end(Err(failure));
+    }
     let step = |check: &Check| {
         let arguments = if all { check.among_all } else { &[] };
-        Step::new(check.name, command::script(check.script, arguments))
+        let mut script = steps::script(check.script, arguments);
+        if check.tool {
+            script.env("CLINO_TOOL", command::target_dir().join("debug").join("clino"));
+        }
+        Step::new(check.name, script)
     };
     let (alone, beside): (Vec<&Check>, Vec<&Check>) =
         CHECKS.iter().filter(wanted).partition(|check| check.alone);

@@ -53,6 +53,13 @@ pub fn skipped() -> PathBuf {
     folder().join("skipped")
 }
 
+/// A script of the repository, which notes there what it does not check.
+pub fn script(path: &str, arguments: &[&str]) -> Command {
+    let mut script = command::script(path, arguments);
+    script.env("CLINO_SKIPPED", skipped());
+    script
+}
+
 impl Steps {
     /// Nothing has run yet.
     pub fn new(command: &'static str) -> Steps {

@@ -7,14 +7,15 @@
 #
 # A target that cannot be had (no rustup, no network) is skipped, loudly; a target that is there and does not build fails.
 set -eu
-cd "$(dirname "$0")/../../.."
+. "$(dirname "$0")/../../codec/checks/common.sh"
+cd "$root"
 built=0
 for target in x86_64-pc-windows-gnu aarch64-apple-darwin; do
     if ! rustup target list --installed 2>/dev/null | grep -qx "$target" && ! rustup target add "$target" >/dev/null 2>&1; then
-        echo "SKIPPED $target: it is not installed, and rustup cannot have it; clino is not checked for it" >&2
+        skipped "systems: $target is not installed, and rustup cannot have it; clino is not checked for it"
         continue
     fi
-    RUSTFLAGS="-D warnings" cargo check --quiet -p clino --bins --no-default-features --target "$target" --target-dir target/systems
+    RUSTFLAGS="-D warnings" cargo check --quiet -p clino --bins --no-default-features --target "$target" --target-dir "$CARGO_TARGET_DIR/systems"
     built=$((built + 1))
 done
 echo "clino builds for $built of 2 other systems"

@@ -6,6 +6,27 @@ root=$(cd "$crate/../.." && pwd)
 CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$root/target}
 export CARGO_TARGET_DIR
 
+# The crates that others use, each after what it depends on, and where they are.
+published="clino-codec clino-bus clino-commissioning clino-drivers clino-sim clino-segment"
+published_folders="crates/codec crates/bus crates/commissioning crates/drivers sim/sensors sim/segment"
+
+# Says loudly that something was not checked: here, and at the end of `cargo xtask check`.
+skipped() {
+    echo "SKIPPED: $1" >&2
+    [ -z "${CLINO_SKIPPED:-}" ] || echo "SKIPPED: $1" >>"$CLINO_SKIPPED"
+}
+
+# Whether cargo has this subcommand. With $2 = --install it is installed first if it is missing.
+has_subcommand() {
+    cargo "$1" --version >/dev/null 2>&1 && return
+    [ "${2:-}" = --install ] || return
+    begun=$(date +%s)
+    # Its own target directory: it has nothing in common with ours.
+    CARGO_TARGET_DIR="$CARGO_TARGET_DIR/installing" cargo install --quiet --locked "cargo-$1"
+    rm -rf "$CARGO_TARGET_DIR/installing"
+    echo "cargo-$1: installed, $(($(date +%s) - begun)) s"
+}
+
 # The workspace's linker arguments are for the firmware; the probe programs here have none.
 bare_metal_build() {
     rustup target add "$1" >/dev/null 2>&1 || true

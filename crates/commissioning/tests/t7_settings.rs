@@ -8,6 +8,7 @@ use clino_commissioning::t7::{Cause, Device, DeviceSetting, Fault, Identify, Set
 use clino_commissioning::{SettingChange, SingleDevice};
 use clino_sim::fault::AnswerFault as SimFault;
 use clino_sim::t7 as sim;
+use clino_sim::t7::Flash;
 use common::t7::{at, bench, device, store, three_axes};
 use common::{run, run_and};
 
@@ -107,15 +108,77 @@ fn an_offset_outside_the_output_range_is_refused_before_it_is_written() {
 
 #[test]
 fn a_refusal_of_the_device_is_an_error_with_its_status() {
-    // Axis 0 of a single-axis device.
     let sensor = at(5);
+    sensor.lock().unwrap().flash = Flash::ProgramFails;
     let mut bench = bench(&[&sensor]);
-    let setting = DeviceSetting::Direction { axis: Axis::Zero, direction: Direction::Reversed };
+    let setting = DeviceSetting::Direction { axis: Axis::Two, direction: Direction::Reversed };
     let before = store(&sensor);
     let failure = run(&mut bench, Set::new(device(5), setting).unwrap()).result.unwrap_err();
-    let (opcode, status) = (Opcode::SetDirection, Status::InvalidParameter);
+    let (opcode, status) = (Opcode::SetDirection, Status::FlashProgramError);
     assert_eq!((failure.cause, failure.writes), (Cause::Status { opcode, status }, 1));
     assert_eq!(store(&sensor), before);
+}
+
+/// Settings of an axis, the values that a single-axis device answers for the axes that it does not have among them.
+fn of_axis(axis: Axis) -> [DeviceSetting; 4] {
+    [
+        DeviceSetting::Offset { axis, offset: Millidegrees(0) },
+        DeviceSetting::Offset { axis, offset: Millidegrees(1_000) },
+        DeviceSetting::Direction { axis, direction: Direction::Normal },
+        DeviceSetting::Direction { axis, direction: Direction::Reversed },
+    ]
+}
+
+#[test]
+fn an_axis_that_a_single_axis_device_does_not_have_is_refused() {
+    for axis in [Axis::Zero, Axis::One] {
+        let sensor = at(5);
+        let mut bench = bench(&[&sensor]);
+        let before = store(&sensor);
+        let zero = run(&mut bench, SetZero::new(device(5), axis)).result.unwrap_err();
+        let text = format!(
+            "a single-axis T7 has axis 2 only: its zero for axis {} is no angle (writes sent: 0)",
+            axis.get()
+        );
+        assert_eq!((zero.cause, zero.to_string()), (Cause::NoSuchAxis { axis }, text));
+        for wanted in of_axis(axis) {
+            let failure = run(&mut bench, Set::new(device(5), wanted).unwrap()).result.unwrap_err();
+            assert_eq!((failure.cause, failure.writes), (Cause::NoSuchAxis { axis }, 0), "{wanted:?}");
+        }
+        // One question for each of the five.
+        assert_eq!(bench.master.counters().requests, 5);
+        assert_eq!(store(&sensor), before);
+    }
+}
+
+#[test]
+fn every_axis_of_a_three_axis_device_can_be_set() {
+    for axis in Axis::ALL {
+        let sensor = three_axes(9);
+        let mut bench = bench(&[&sensor]);
+        for wanted in of_axis(axis) {
+            run(&mut bench, Set::new(device(9), wanted).unwrap()).result.unwrap();
+        }
+        let zeroed = run(&mut bench, SetZero::new(device(9), axis)).result.unwrap();
+        assert_eq!((zeroed.after, zeroed.writes), (Millidegrees(0), 1), "{axis:?}");
+    }
+}
+
+/// A lone device whose address is not known cannot say what it is: the answer is too long.
+#[test]
+fn an_axis_of_a_lone_device_is_refused_before_anything_is_sent() {
+    let sensor = three_axes(9);
+    let mut bench = bench(&[&sensor]);
+    let single = Device::single(SingleDevice::i_have_attached_one_sensor_only());
+    for axis in [Axis::Zero, Axis::One] {
+        for wanted in of_axis(axis) {
+            assert!(matches!(Set::new(single, wanted), Err(EncodeError::NotForAll { .. })), "{wanted:?}");
+        }
+        let run = run(&mut bench, SetZero::new(single, axis));
+        let failure = run.result.unwrap_err();
+        assert!(matches!(failure.cause, Cause::Refused(EncodeError::NotForAll { .. })), "{failure}");
+        assert_eq!((run.requests, failure.writes), (0, 0));
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ pub const fn after_t7(cause: &t7::Cause) -> Option<&'static str> {
         Cause::NoAnswer { .. } | Cause::Lost { .. } => {
             "t7 scan all finds every T7 that answers, at every bit rate; if none does, check supply, A and B, ground"
         }
-        Cause::Status { .. } | Cause::OutOfRange { .. } => {
+        Cause::Status { .. } | Cause::OutOfRange { .. } | Cause::NoSuchAxis { .. } => {
             "t7 info shows product, firmware and settings of the sensor"
         }
         Cause::NotTaken { .. } | Cause::StillAt { .. } | Cause::StillAtRate { .. } => {

@@ -21,7 +21,8 @@ pub use error::Error;
 /// Addresses are parameters: up to 14 ISUs can share a line. An ISU has a new angle every 8/15 s: asked more often, it
 /// repeats itself.
 ///
-/// Changing what the EEPROM keeps takes more than a command: a plan, a checksum, a reset. That is not done here.
+/// Changing what the EEPROM keeps takes more than a command: a plan, a checksum, a reset. [`run`](Self::run) carries out the
+/// operations that do that.
 ///
 /// ```
 /// # use clino_drivers::{Port, SttIsu, isu};

@@ -89,10 +89,12 @@ impl<P: Port> UsDigitalT7<P> {
 
     /// The angle of one axis; axis 2 for a single-axis T7, which answers zero for the axes that it does not have.
     ///
-    /// So an axis 0 or 1 that reads exactly zero is not believed before the device has said what it is: one exchange more.
+    /// So an axis 0 or 1 that reads exactly zero is not believed before the device has said what it is: one exchange more,
+    /// which [`Address::ALL`] does not allow.
     ///
     /// # Errors
-    /// [`Error`]; [`Error::NoSuchAxis`] instead of the zero of a single-axis T7.
+    /// [`Error`]; [`Error::NoSuchAxis`] instead of the zero of a single-axis T7; [`Error::Request`] instead of such a zero
+    /// from [`Address::ALL`].
     pub fn angle(&mut self, address: Address, axis: Axis) -> Result<Angle, Error<P::Error>> {
         let angle = question::angle(address, self.transact(address, &Request::GetAngle(axis))?)?;
         if question::is_doubtful(axis, angle) {
@@ -125,7 +127,7 @@ impl<P: Port> UsDigitalT7<P> {
         question::information(address, self.transact(address, &Request::GetDeviceInformation)?)
     }
 
-    /// What the device adds to its absolute angles, by axis.
+    /// What the device adds to its absolute angles, by axis; zero for the axes that a single-axis T7 does not have.
     ///
     /// # Errors
     /// [`Error`].
@@ -133,7 +135,7 @@ impl<P: Port> UsDigitalT7<P> {
         question::offsets(address, self.transact(address, &Request::GetAllAngleOffsets)?)
     }
 
-    /// The counting directions, by axis.
+    /// The counting directions, by axis; normal for the axes that a single-axis T7 does not have.
     ///
     /// # Errors
     /// [`Error`].
@@ -161,10 +163,10 @@ impl<P: Port> UsDigitalT7<P> {
     /// the device narrows to its output range. Whole turns make no difference, and are not written.
     ///
     /// As all `set_…`: reads, compares, writes only a difference, reads back. When this fails half-way, call it
-    /// again: what was done is not done twice.
+    /// again: what was done is not done twice. Before an axis 0 or 1 the device says what it is.
     ///
     /// # Errors
-    /// [`Error`]; [`Error::Request`] before anything is sent.
+    /// [`Error`]; [`Error::Request`] before anything is sent; [`Error::NoSuchAxis`] before anything is written.
     pub fn set_offset(
         &mut self,
         address: Address,
@@ -177,7 +179,7 @@ impl<P: Port> UsDigitalT7<P> {
     /// Sets the counting direction of an axis, as [`set_offset`](Self::set_offset).
     ///
     /// # Errors
-    /// [`Error`].
+    /// [`Error`]; [`Error::NoSuchAxis`] before anything is written.
     pub fn set_direction(
         &mut self,
         address: Address,
@@ -207,7 +209,8 @@ impl<P: Port> UsDigitalT7<P> {
         self.set(address, Setting::Range(range))
     }
 
-    /// Asks anything. Set commands go out as they are, without a look at what the device has.
+    /// Asks anything. Set commands go out as they are, without a look at what the device has; answers come as they are, the
+    /// zeros of axes that a single-axis T7 does not have among them.
     ///
     /// # Errors
     /// [`Error`]; [`Error::Refused`] when the device says that it did not carry out the command.
@@ -218,7 +221,8 @@ impl<P: Port> UsDigitalT7<P> {
 
     /// Makes an axis read zero from now on: waits until the damping has settled, refuses while it moves, writes, reads back.
     ///
-    /// It takes the damping time and a quarter of a second, and writes flash unless the axis reads zero already.
+    /// It takes the damping time and a quarter of a second, and writes flash unless the axis reads zero already. An axis
+    /// that a single-axis T7 does not have is refused, though it reads zero.
     ///
     /// # Errors
     /// [`RunError`].
@@ -286,6 +290,9 @@ impl<P: Port> UsDigitalT7<P> {
 
     fn set(&mut self, address: Address, setting: Setting) -> Result<FlashWrite, Error<P::Error>> {
         setting.check(address)?;
+        if let Some(axis) = setting.axis_in_question() {
+            question::has_axis(axis, &self.information(address)?)?;
+        }
         if setting.is_in(address, self.transact(address, &setting.read())?)? {
             return Ok(FlashWrite::Unneeded);
         }

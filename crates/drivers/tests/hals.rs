@@ -1,26 +1,26 @@
-//! Models of the UARTs of all HALs in the README's table, with the settings that the table gives: every operation,
-//! nothing wrong, nothing lost, blocking and async. And without these settings, what the error says.
+//! Models of the UARTs of all HALs in the README's table, with the settings that the table gives: every method and every
+//! operation, nothing wrong, nothing lost, blocking and async; and futures dropped at every wait. And without these settings,
+//! what the error says.
 #![cfg(all(feature = "embedded-io", feature = "nb", feature = "commissioning", feature = "async"))]
 
 #[path = "../examples/common/mod.rs"]
 mod common;
+#[path = "hals/dropped.rs"]
+mod dropped;
+#[path = "hals/isu.rs"]
+mod isu;
 mod support;
+#[path = "hals/t7.rs"]
+mod t7;
 
-use clino_drivers::codec::isu::Address as Module;
-use clino_drivers::codec::isu::eeprom::Change;
-use clino_drivers::codec::t7::Axis;
-use clino_drivers::commissioning::isu;
-use clino_drivers::commissioning::t7::{ChangeAddress, Device, Identify};
+use clino_drivers::codec::angle::Angle;
 use clino_drivers::rs485::{Echo, Release};
-use clino_drivers::t7::FlashWrite;
-use clino_drivers::uart::{Io, Nb};
-use clino_drivers::{
-    Duration, PortSettings, Rs485, Serial, SttIsu, Suspect, Timing, UsDigitalT7, asynch, t7,
-};
-use common::executor::block_on;
+use clino_drivers::t7::Error;
+use clino_drivers::uart::Io;
+use clino_drivers::{Duration, PortSettings, Rs485, Serial, Suspect, Timing, UsDigitalT7};
 use common::uart::{Flush, Handover};
 use common::{Board, Model, sensors};
-use support::{MS, SERIAL, address, turns};
+use support::{MS, SERIAL, address};
 
 /// How a HAL is used.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -30,8 +30,19 @@ enum Use {
     Async,
 }
 
+impl Use {
+    /// The adapter's name.
+    const fn adapter(self) -> &'static str {
+        match self {
+            Use::Nb => "uart::Nb",
+            Use::Io | Use::Async => "uart::Io",
+        }
+    }
+}
+
 /// A row of the README's table.
 struct Row {
+    /// The HAL, and its UART if it has several.
     name: &'static str,
     uses: &'static [Use],
     model: Model,
@@ -42,7 +53,7 @@ struct Row {
 
 /// Registers and FIFOs as the reference manuals have them; when `flush` returns and what the receiver waits for as the
 /// sources of the HALs have it.
-const ROWS: [Row; 7] = [
+const ROWS: [Row; 8] = [
     // One register each way.
     Row {
         name: "stm32f4xx-hal",
@@ -79,6 +90,14 @@ const ROWS: [Row; 7] = [
         },
         release: Release::Flushed,
         handed_over_within: (36, 0),
+    },
+    // The same, whose reader is woken by each character: `eager_reads: Some(1)`.
+    Row {
+        name: "embassy-stm32 BufferedUart, eager",
+        uses: &[Use::Io, Use::Async],
+        model: Model { transmit_buffer: 128, receive_buffer: 128, ..Model::BARE },
+        release: Release::Flushed,
+        handed_over_within: (0, 0),
     },
     // `flush` waits for the FIFO to be empty: the last character has just begun.
     Row {
@@ -137,6 +156,10 @@ impl Row {
     fn t7_timing(&self, serial: Serial) -> Timing {
         Timing::t7(serial).handed_over_within(self.handover(serial))
     }
+
+    fn isu_timing(&self) -> Timing {
+        Timing::isu().handed_over_within(self.handover(Serial::ISU))
+    }
 }
 
 fn board(row: &Row, baud: u32, echo: bool, stations: Vec<clino_segment::Station>) -> Board {
@@ -144,131 +167,20 @@ fn board(row: &Row, baud: u32, echo: bool, stations: Vec<clino_segment::Station>
     Board::new(baud, row.model, settings, stations)
 }
 
-fn is_true(board: &Board, angle: clino_drivers::codec::angle::Angle, row: &Row) -> bool {
+fn is_true(board: &Board, angle: Angle, row: &Row) -> bool {
     // Its age: 2° a second, and what the receiver has kept it. The row's handover at 9600 bit/s is 37 ms.
     let age = sensors::TURNING.at(board.now()) - i64::from(angle.udeg());
     (0..10_000 + 2 * i64::from(row.handover(SERIAL).as_micros())).contains(&age.abs())
 }
 
-/// Everything that a T7's driver does.
-macro_rules! t7_does_everything {
-    ($t7:ident, $row:ident, $board:ident, $wait:ident) => {{
-        let five = address(5);
-        for _ in 0..TIMES {
-            let angle = $wait!($t7.angle(five, Axis::Two)).unwrap();
-            assert!(is_true(&$board, angle, $row), "{}: {angle}", $row.name);
-            let angle = $wait!($t7.all_data(five)).unwrap().angles[2];
-            assert!(is_true(&$board, angle, $row), "{}: {angle}", $row.name);
-            assert_eq!($wait!($t7.information(five)).unwrap().serial, 25_033);
-        }
-        assert_eq!($wait!($t7.set_damping_ms(five, 250)), Ok(FlashWrite::Written));
-        assert_eq!(
-            $wait!($t7.run(Identify::new(Device::at(five).unwrap()).unwrap())).unwrap().damping_ms,
-            250
-        );
-        $wait!($t7.run(ChangeAddress::new(five, address(6)).unwrap())).unwrap();
-        assert!($wait!($t7.angle(five, Axis::Two)).is_err());
-        assert!(is_true(&$board, $wait!($t7.angle(address(6), Axis::Two)).unwrap(), $row));
-        let counters = *$t7.counters();
-        assert_eq!((counters.late, counters.bad_answer, counters.retries), (0, 0, 0), "{}", $row.name);
-    }};
-}
-
-macro_rules! directly {
-    ($call:expr) => {
-        $call
-    };
-}
-
-#[test]
-fn a_t7_on_every_hal() {
-    for row in &ROWS {
-        for echo in [false, true] {
-            for how in row.uses {
-                let board = board(row, 115_200, echo, vec![sensors::station("t7", sensors::t7(5))]);
-                let settings = row.settings(SERIAL, if echo { Echo::Expected } else { Echo::Off });
-                let (timing, uart) = (row.t7_timing(SERIAL), board.uart());
-                match how {
-                    Use::Nb => {
-                        let line = Rs485::new(Nb::new(uart), board.de(), board.delay(), settings);
-                        let mut t7 = UsDigitalT7::new(line, timing);
-                        t7_does_everything!(t7, row, board, directly);
-                    }
-                    Use::Io => {
-                        let line = Rs485::new(Io::new(uart), board.de(), board.delay(), settings);
-                        let mut t7 = UsDigitalT7::new(line, timing);
-                        t7_does_everything!(t7, row, board, directly);
-                    }
-                    Use::Async => {
-                        let line = Rs485::new(Io::new(uart), board.de(), board.delay(), settings);
-                        let mut t7 = asynch::UsDigitalT7::new(line, timing);
-                        macro_rules! wait {
-                            ($call:expr) => {
-                                block_on(&board, $call)
-                            };
-                        }
-                        t7_does_everything!(t7, row, board, wait);
-                    }
-                }
-                let turns = turns(&board);
-                assert!(turns.all_clean() && !turns.high, "{}", row.name);
-            }
-        }
-    }
-}
-
-/// Everything that an ISU's driver does.
-macro_rules! isu_does_everything {
-    ($isu:ident, $row:ident, $board:ident, $wait:ident) => {{
-        let three = Module::new(3).unwrap();
-        for _ in 0..TIMES {
-            assert_eq!($wait!($isu.angle(three)).unwrap().mdeg(), 90_000, "{}", $row.name);
-            assert_eq!($wait!($isu.read_eeprom(three, 0x48, 16)).unwrap().iter().count(), 16);
-        }
-        assert_eq!($wait!($isu.read_ram(three, 0x58, 2)).unwrap().as_slice(), [0x40, 0x00]);
-        $wait!($isu.zero(three)).unwrap();
-        assert_eq!($wait!($isu.angle(three)).unwrap().mdeg(), 0, "{}", $row.name);
-        let module = |number| isu::Module::at(Module::new(number).unwrap()).unwrap();
-        let address = Change::ModuleAddress(Module::new(7).unwrap());
-        $wait!($isu.run(isu::Program::new(module(3), address).unwrap())).unwrap();
-        assert_eq!($wait!($isu.run(isu::Identify::new(module(7)))).unwrap().address.get(), 7);
-        let counters = *$isu.counters();
-        assert_eq!((counters.late, counters.bad_answer), (0, 0), "{}", $row.name);
-    }};
-}
-
-#[test]
-fn an_isu_on_every_hal() {
-    for row in &ROWS {
-        for how in row.uses {
-            let board = board(row, 9_600, false, vec![sensors::station("isu", sensors::isu(3, 90_000_000))]);
-            let (settings, uart) = (row.settings(Serial::ISU, Echo::Off), board.uart());
-            let timing = Timing::isu().handed_over_within(row.handover(Serial::ISU));
-            match how {
-                Use::Nb => {
-                    let line = Rs485::new(Nb::new(uart), board.de(), board.delay(), settings);
-                    let mut isu = SttIsu::new(line, timing);
-                    isu_does_everything!(isu, row, board, directly);
-                }
-                Use::Io => {
-                    let line = Rs485::new(Io::new(uart), board.de(), board.delay(), settings);
-                    let mut isu = SttIsu::new(line, timing);
-                    isu_does_everything!(isu, row, board, directly);
-                }
-                Use::Async => {
-                    let line = Rs485::new(Io::new(uart), board.de(), board.delay(), settings);
-                    let mut isu = asynch::SttIsu::new(line, timing);
-                    macro_rules! wait {
-                        ($call:expr) => {
-                            block_on(&board, $call)
-                        };
-                    }
-                    isu_does_everything!(isu, row, board, wait);
-                }
-            }
-            let turns = turns(&board);
-            assert!(turns.all_clean() && !turns.high, "{}", row.name);
-        }
+/// That the methods of a driver, which are in `source`, are all called in `calls`, on what is named `driver` there.
+fn every_method_is_called(source: &str, calls: &str, driver: &str) {
+    // What makes a driver is called differently.
+    let methods = source.split("\n    pub fn ").skip(1).filter_map(|rest| rest.split(['(', '<']).next());
+    let methods: Vec<&str> = methods.filter(|name| !["new", "single"].contains(name)).collect();
+    assert!(methods.len() > 8, "{methods:?}");
+    for method in methods {
+        assert!(calls.contains(&format!("${driver}.{method}(")), "{method}");
     }
 }
 
@@ -277,11 +189,7 @@ fn row(name: &str) -> &'static Row {
 }
 
 /// A T7 on a HAL, asked with these settings: how often it answers, and the last error.
-fn asked(
-    row: &Row,
-    settings: PortSettings,
-    timing: Timing,
-) -> (usize, Option<t7::Error<impl std::fmt::Debug>>) {
+fn asked(row: &Row, settings: PortSettings, timing: Timing) -> (usize, Option<Error<impl std::fmt::Debug>>) {
     let baud = settings.serial.baud;
     let baud_index = clino_sim::t7::BAUD_RATES.iter().position(|&rate| rate == baud).expect("a T7 has it");
     let options =
@@ -309,7 +217,7 @@ fn a_line_that_is_released_early_is_suspected() {
         let settings = PortSettings { release, ..row.settings(SERIAL, Echo::Off) };
         let (good, error) = asked(row, settings, row.t7_timing(SERIAL));
         assert_eq!(good, 0);
-        let Some(t7::Error::NoAnswer { suspect, .. }) = error else { panic!("{error:?}") };
+        let Some(Error::NoAnswer { suspect, .. }) = error else { panic!("{error:?}") };
         assert_eq!(suspect, Suspect::NeverAnswered);
         assert!(suspect.to_string().contains("`flush` of some UARTs returns early, see `Release`"));
     }
@@ -331,13 +239,60 @@ fn late_hand_over_is_advised_against() {
         assert_eq!(good, 0, "{name} at {baud}");
         let text = match error {
             Some(
-                t7::Error::NoAnswer { suspect, .. }
-                | t7::Error::Garbled { suspect, .. }
-                | t7::Error::Bad { suspect, .. },
+                Error::NoAnswer { suspect, .. } | Error::Garbled { suspect, .. } | Error::Bad { suspect, .. },
             ) => suspect.to_string(),
             other => panic!("{name} at {baud}: {other:?}"),
         };
         assert!(text.contains("Timing::handed_over_within"), "{name} at {baud}: {text}");
         assert_eq!(asked(row, settings, row.t7_timing(serial)).0, TIMES, "{name} at {baud}");
+    }
+}
+
+/// The README's table says of each HAL what is tested here, and names no other.
+#[test]
+fn the_readme_has_the_rows_that_are_tested() {
+    let readme = include_str!("../README.md");
+    let table =
+        readme.split("\n| HAL | UART |").nth(1).expect("the table").split("\n\n").next().expect("its end");
+    let lines: Vec<Vec<&str>> = table
+        .lines()
+        .skip(2)
+        .map(|line| line.trim_matches('|').split('|').map(|cell| cell.trim().trim_matches('`')).collect())
+        .collect();
+    // HAL with its version, UART, name of the row here.
+    let expected = [
+        ("stm32f4xx-hal` 0.23", "Serial", "stm32f4xx-hal"),
+        ("rp2040-hal` 0.12", "UartPeripheral", "rp2040-hal"),
+        ("esp-hal` 1.2", "Uart`, blocking or async", "esp-hal"),
+        ("embassy-stm32` 0.6", "BufferedUart", "embassy-stm32 BufferedUart"),
+        ("embassy-stm32` 0.6", "BufferedUart`, `eager_reads: Some(1)", "embassy-stm32 BufferedUart, eager"),
+        ("embassy-rp` 0.10", "Uart`, blocking", "embassy-rp Uart"),
+        ("embassy-rp` 0.10", "BufferedUart", "embassy-rp BufferedUart"),
+        ("Linux", "/dev/tty…", "USB adapter"),
+    ];
+    assert_eq!(lines.len(), expected.len());
+    for (line, (hal, uart, name)) in lines.iter().zip(expected) {
+        let [said_hal, said_uart, adapter, release, handed_over, _program] = line[..] else {
+            panic!("{line:?}")
+        };
+        let row = row(name);
+        assert_eq!((said_hal, said_uart), (hal, uart));
+        // What has no HAL has no adapter and keeps DE by itself.
+        if name != "USB adapter" {
+            assert!(row.uses.iter().all(|how| how.adapter() == adapter), "{name}: {adapter}");
+            let expected = match row.release {
+                Release::Flushed => "Flushed",
+                Release::TRANSMIT_REGISTER_EMPTY => "TRANSMIT_REGISTER_EMPTY",
+                Release::WHOLE_FRAME => "WHOLE_FRAME",
+                other => panic!("{other:?}"),
+            };
+            assert_eq!(release, expected, "{name}");
+        }
+        let expected = match row.handed_over_within {
+            (0, 0) => "none".to_owned(),
+            (characters, 0) => format!("{characters} characters"),
+            (_, micros) => format!("{} ms for most USB adapters", micros / 1_000),
+        };
+        assert_eq!(handed_over, expected, "{name}");
     }
 }

@@ -14,6 +14,11 @@ mod segment;
 pub mod trace;
 pub mod wire;
 
+/// Its example is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub use segment::{
     Babble, Faults, LineFaults, Noise, Probability, Segment, SegmentSettings, Station, StuckLine, chance,
 };

@@ -12,6 +12,7 @@ mod links;
 mod names;
 mod page;
 mod peripherals;
+mod published;
 mod walks;
 
 use std::collections::BTreeSet;

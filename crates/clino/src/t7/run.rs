@@ -1,7 +1,7 @@
 //! T7s on a bus: the console's operations, and two readings.
 
 use clino_bus::{Serial, T7, Timing};
-use clino_codec::t7::{Address, BaudRate, Millidegrees, Request, Response};
+use clino_codec::t7::{Address, Axis, BaudRate, Millidegrees, Request, Response};
 use clino_commissioning::t7::{
     Cause, ChangeAddress, ChangeBaud, Device, DeviceSetting, Failure, Identify, RESYNC, Rates, Set, SetZero,
     Sweep, Swept,
@@ -35,9 +35,7 @@ pub fn run(verb: Verb) -> Outcome {
             let operation = Identify::new(device(address)?).map_err(refused)?;
             Bench::open(bus)?.finish(operation)
         }
-        Verb::Angle(OneAxis { one: One { address, bus }, axis }) => {
-            Bench::open(bus)?.read(address, Request::GetAngle(axis))
-        }
+        Verb::Angle(angle) => self::angle(angle),
         Verb::All(One { address, bus }) => Bench::open(bus)?.read(address, Request::GetAllData),
         Verb::Zero(zero) => self::zero(zero),
         Verb::Offset(Offset { sensor: OneAxis { one, axis }, offset, consent }) => {
@@ -53,6 +51,21 @@ pub fn run(verb: Verb) -> Outcome {
         Verb::Baud(baud) => self::baud(baud),
         Verb::Address(address) => self::address(address),
     }
+}
+
+/// A single-axis T7 answers zero for the axes that it does not have: it is asked what it is before one of them.
+fn angle(OneAxis { one: One { address, bus }, axis }: OneAxis) -> Outcome {
+    let mut bench = Bench::open(bus)?;
+    if axis != Axis::Two {
+        match bench.ask(address, Request::GetDeviceInformation)? {
+            Ok(Response::GetDeviceInformation(information)) if !information.has_axis(axis) => {
+                return bench.failed(&Failure { cause: Cause::NoSuchAxis { axis }, writes: 0 });
+            }
+            Ok(_) => {}
+            Err(failure) => return bench.failed(&failure),
+        }
+    }
+    bench.read(address, Request::GetAngle(axis))
 }
 
 fn scan(Scan { all, bus }: Scan) -> Outcome {

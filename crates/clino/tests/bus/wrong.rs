@@ -34,6 +34,20 @@ fn a_port_that_cannot_be_used() {
     assert_eq!(on(&port, "t7 angle 5").status, 0);
 }
 
+/// A single-axis T7 answers zero for the axes that it does not have: that is neither an angle nor a setting.
+#[test]
+fn an_axis_that_a_t7_does_not_have() {
+    let server = Server::start("--t7 5 --pty");
+    let port = server.path();
+    for axis in [0, 1] {
+        for command in ["angle 5", "zero 5 --yes", "offset 5 0 --yes", "direction 5 normal --yes"] {
+            let (status, objects) = json(&port, &format!("t7 {command} -a {axis}"));
+            let text = format!("{objects:?}");
+            assert!(status == 1 && text.contains("no_such_axis"), "{command} -a {axis}: {status}, {text}");
+        }
+    }
+}
+
 #[test]
 fn a_port_that_another_program_has() {
     let server = Server::start("--t7 5 --pty");

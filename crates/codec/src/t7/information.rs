@@ -1,5 +1,7 @@
 //! Factory-defined properties of a device. Source: T7 guide §2.7.1.
 
+use super::Axis;
+
 /// What a device says about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -13,6 +15,34 @@ pub struct DeviceInformation {
     pub product: Text,
     /// Reserved by the manufacturer.
     pub calibration_state: u16,
+}
+
+impl DeviceInformation {
+    /// Whether it is a single-axis T7, which has [axis 2](Axis::Two) only and answers zero for the others.
+    ///
+    /// Its product type ends in `-1`, whatever it begins with. Behind it are blanks, says the guide; zeros are no text, either.
+    ///
+    /// ```
+    /// use clino_codec::t7::{DeviceInformation, Text};
+    ///
+    /// let product = |product| DeviceInformation {
+    ///     serial: 25_033,
+    ///     firmware: Text::new(*b"0.32  "),
+    ///     product: Text::new(product),
+    ///     calibration_state: 0,
+    /// };
+    /// assert!(product(*b"T7-1  ").is_single_axis() && product(*b"X4-1\0\0").is_single_axis());
+    /// assert!(!product(*b"T7-3  ").is_single_axis());
+    /// ```
+    pub fn is_single_axis(&self) -> bool {
+        let mut backwards = self.product.0.iter().rev().skip_while(|&&byte| matches!(byte, b' ' | 0));
+        backwards.next() == Some(&b'1') && backwards.next() == Some(&b'-')
+    }
+
+    /// Whether it measures this axis: a single-axis T7 has axis 2 only.
+    pub fn has_axis(&self, axis: Axis) -> bool {
+        axis == Axis::Two || !self.is_single_axis()
+    }
 }
 
 /// Six ASCII characters, padded with blanks.

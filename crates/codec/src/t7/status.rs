@@ -1,5 +1,7 @@
 //! Outcome of a Set command. Source: T7 guide §1.3.
 
+use core::fmt;
+
 /// The status byte of an answer to a Set command.
 ///
 /// Every one of the 256 codes survives decoding and encoding, the reserved ones (2 and 6) included.
@@ -70,6 +72,23 @@ impl Status {
             Self::AddressOutOfRange => 9,
             Self::Unknown(UnknownStatus(code)) => code,
         }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let meaning = match self {
+            Self::Success => "success",
+            Self::InvalidCommand => "invalid command",
+            Self::InvalidParameter => "invalid parameter",
+            Self::ChecksumError => "the command arrived damaged",
+            Self::CommandFailed => "the command failed",
+            Self::FlashEraseError => "its memory could not be erased",
+            Self::FlashProgramError => "its memory could not be written",
+            Self::AddressOutOfRange => "address out of range",
+            Self::Unknown(_) => "no documented meaning",
+        };
+        write!(f, "status {}, {meaning}", self.get())
     }
 }
 

@@ -2,7 +2,9 @@
 
 use core::fmt;
 
-use clino_codec::t7::{Address, BaudRate, DecodeError, EncodeError, Millidegrees, Opcode, Status, Text};
+use clino_codec::t7::{
+    Address, Axis, BaudRate, DecodeError, EncodeError, Millidegrees, Opcode, Status, Text,
+};
 
 use super::DeviceSetting;
 
@@ -73,6 +75,11 @@ pub enum Cause {
         /// How fast, in 0.001° a second.
         mdeg_per_s: u32,
     },
+    /// A single-axis device does not have the axis, and answers zero for it. Nothing was written.
+    NoSuchAxis {
+        /// Which one.
+        axis: Axis,
+    },
     /// The product type tells neither a T7-1 nor a T7-3; the caller has to say which.
     UnknownProduct {
         /// What it says.
@@ -136,6 +143,9 @@ impl fmt::Display for Cause {
             Self::NotZero { seen } => write!(f, "the axis reads {} (0.001 degrees), not 0", seen.0),
             Self::Moving { mdeg_per_s } => {
                 write!(f, "the axis moves at {mdeg_per_s} (0.001 degrees a second)")
+            }
+            Self::NoSuchAxis { axis } => {
+                write!(f, "a single-axis T7 has axis 2 only: its zero for axis {} is no angle", axis.get())
             }
             Self::UnknownProduct { product } => {
                 write!(f, "product type {:?} tells no device type", product.as_str().unwrap_or("?"))

@@ -2,6 +2,7 @@
 
 mod address;
 mod all;
+mod axis;
 mod baud;
 mod device;
 mod error;

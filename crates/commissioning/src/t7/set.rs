@@ -1,11 +1,13 @@
 //! Offset, direction, damping, output range: read, compare, write only a difference, read back.
 //!
 //! ```text
-//!  (Range ──▶) Read ── as wished, twice in a row ──▶ done
-//!                │ ▲
-//!   differs      ▼ │ after any answer
-//!              Write
+//!  (Axis ──▶) (Range ──▶) Read ── as wished, twice in a row ──▶ done
+//!                           │ ▲
+//!              differs      ▼ │ after any answer
+//!                         Write
 //! ```
+//! An axis that not every T7 has is [asked about](super::axis) first.
+//!
 //! Two errors in one answer can cancel in its 8-bit sum; the same two in the next answer are another matter. So it takes
 //! two readings to believe that a setting is as wished.
 //!
@@ -15,7 +17,7 @@ use clino_bus::{ExchangeOutcome, Instant, Protocol, T7};
 use clino_codec::angle::Range;
 use clino_codec::t7::{EncodeError, Millidegrees, Opcode, Request, Response, Status};
 
-use super::{Cause, Device, DeviceSetting, Failure, Fault};
+use super::{Cause, Device, DeviceSetting, Failure, Fault, axis};
 use crate::{Operation, READ_TRIES, Report, Step, StepOf, TaskProgress, WRITE_TRIES};
 
 /// Gives a setting a value.
@@ -36,6 +38,8 @@ pub struct Set {
 
 #[derive(Clone, Copy, Debug)]
 enum State {
+    /// Whether the device has the axis.
+    Axis,
     /// Offsets have to be within the output range, so that is read first.
     Range,
     Read,
@@ -47,22 +51,34 @@ impl Set {
     /// Begins with reading.
     ///
     /// # Errors
-    /// [`EncodeError::OutOfRange`] with the limits; [`EncodeError::NotForAll`] for an offset of a
+    /// [`EncodeError::OutOfRange`] with the limits; [`EncodeError::NotForAll`] for an offset, and for an axis other than 2, of a
     /// [single device](Device::single), whose address must be known.
     pub fn new(device: Device, wanted: DeviceSetting) -> Result<Set, EncodeError> {
         T7::encode(device.address(), &wanted.set())?;
         T7::encode(device.address(), &wanted.get())?;
-        let state = if matches!(wanted, DeviceSetting::Offset { .. }) { State::Range } else { State::Read };
-        Ok(Set {
+        let mut set = Set {
             device,
             wanted,
-            state,
+            state: State::Axis,
             before: None,
             as_wished: false,
             refused: None,
             writes: 0,
             cancelled: false,
-        })
+        };
+        match wanted.axis() {
+            Some(axis) if axis::is_in_question(axis) => {
+                T7::encode(device.address(), &axis::QUESTION).map(|_| ())?
+            }
+            _ => set.begin(),
+        }
+        Ok(set)
+    }
+
+    /// The device has the axis, or there is none.
+    const fn begin(&mut self) {
+        let is_offset = matches!(self.wanted, DeviceSetting::Offset { .. });
+        self.state = if is_offset { State::Range } else { State::Read };
     }
 
     fn fail(&mut self, cause: Cause) {
@@ -118,6 +134,7 @@ impl Operation for Set {
         }
         let address = self.device.address();
         match self.state {
+            State::Axis => Step::Ask { address, request: axis::QUESTION, tries: READ_TRIES },
             State::Range => Step::Ask { address, request: Request::GetAngleOutputRange, tries: READ_TRIES },
             State::Read => Step::Ask { address, request: self.wanted.get(), tries: READ_TRIES },
             State::Write => Step::Ask { address, request: self.wanted.set(), tries: 1 },
@@ -134,6 +151,14 @@ impl Operation for Set {
 
     fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         match (&self.state, &outcome.result) {
+            (State::Axis, Ok(answer)) => {
+                match self.wanted.axis().and_then(|axis| axis::answered(axis, &answer.response)) {
+                    Some(Ok(())) => self.begin(),
+                    Some(Err(cause)) => self.fail(cause),
+                    None => {}
+                }
+            }
+            (State::Axis, &Err(fault)) => self.no_answer(axis::QUESTION.opcode(), fault),
             (State::Range, Ok(answer)) => {
                 if let Response::GetAngleOutputRange(range) = answer.response {
                     self.on_range(range);
@@ -158,7 +183,7 @@ impl Operation for Set {
 
     fn progress(&self) -> TaskProgress {
         match self.state {
-            State::Range => TaskProgress::new(0, 4),
+            State::Axis | State::Range => TaskProgress::new(0, 4),
             State::Read if self.writes == 0 => TaskProgress::new(1, 4),
             State::Write => TaskProgress::new(2, 4),
             State::Read => TaskProgress::new(3, 4),

@@ -28,6 +28,14 @@ pub enum DeviceSetting {
 }
 
 impl DeviceSetting {
+    /// The axis that it is about, if it is about one.
+    pub const fn axis(&self) -> Option<Axis> {
+        match *self {
+            Self::Offset { axis, .. } | Self::Direction { axis, .. } => Some(axis),
+            Self::Damping(_) | Self::Range(_) => None,
+        }
+    }
+
     /// The request that reads it.
     pub const fn get(&self) -> Request {
         match self {

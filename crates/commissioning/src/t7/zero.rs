@@ -1,23 +1,24 @@
 //! Set zero: waits for the damping, then sets an axis to zero at its present angle.
 //!
 //! ```text
-//!  Damping ──▶ Settle ──▶ Watch ── zero ──▶ done
-//!                          │ ▲ │                  ▲
-//!                   moves  ▼ │ │ stands still     │ zero, twice in a row
-//!                      refused │ ▼                │
-//!                            │ Write ──────────▶ Read
-//!                            │ not zero           │
-//!                            └────────────────────┘
+//!  (Axis ──▶) Damping ──▶ Settle ──▶ Watch ── zero ──▶ done
+//!                                     │ ▲ │             ▲
+//!                              moves  ▼ │ │ stands      │ zero, twice in a row
+//!                                refused│ ▼ still       │
+//!                                       │ Write ──────▶ Read
+//!                                       │ not zero       │
+//!                                       └────────────────┘
 //! ```
 //! The reported angle is an average over the damping time (section 2.5), so that it is right only when the axis has
-//! stood still for that long. Whether it does is [watched](WATCH) before each write. Source: T7 guide sections 2.1.5, 2.5.1.
+//! stood still for that long. Whether it does is [watched](WATCH) before each write. An axis that not every T7 has is
+//! [asked about](super::axis) first. Source: T7 guide sections 2.1.5, 2.5.1.
 
-use clino_bus::{Duration, ExchangeOutcome, Instant, T7};
+use clino_bus::{Duration, ExchangeOutcome, Instant, Protocol, T7};
 use clino_codec::angle::{Angle, Range};
 use clino_codec::t7::{Axis, MAX_DAMPING_MS, Millidegrees, Opcode, Request, Response, Status};
 
 use super::set::refusal;
-use super::{Cause, Device, Failure, Fault};
+use super::{Cause, Device, Failure, Fault, axis};
 use crate::motion::Motion;
 use crate::{Operation, READ_TRIES, Step, StepOf, TaskProgress, WRITE_TRIES};
 
@@ -75,21 +76,29 @@ pub struct Zeroed {
 
 #[derive(Clone, Copy, Debug)]
 enum State {
+    /// Whether the device has the axis.
+    Axis,
     Damping,
-    Settle { until: Instant },
-    Watch { from: Instant },
+    Settle {
+        until: Instant,
+    },
+    Watch {
+        from: Instant,
+    },
     Read,
     Write,
     Ended(Result<Zeroed, Failure>),
 }
 
 impl SetZero {
-    /// Begins with reading the damping time. An axis that moves is refused.
+    /// Begins with reading the damping time. An axis that moves is refused, and one that the device does not have: before
+    /// an axis other than 2 a [single device](Device::single) is refused, too, as it cannot be asked what it is.
     pub const fn new(device: Device, axis: Axis) -> SetZero {
+        let state = if axis::is_in_question(axis) { State::Axis } else { State::Damping };
         SetZero {
             device,
             axis,
-            state: State::Damping,
+            state,
             before: None,
             motion: Motion::new(),
             was_zero: false,
@@ -174,13 +183,17 @@ impl Operation for SetZero {
         if self.cancelled && self.writes == 0 && !matches!(self.state, State::Ended(_)) {
             self.fail(Cause::Cancelled);
         }
+        let address = self.device.address();
+        if let (State::Axis, Err(error)) = (self.state, T7::encode(address, &axis::QUESTION)) {
+            self.fail(Cause::Refused(error));
+        }
         if let State::Settle { until } = self.state
             && now >= until
         {
             self.state = State::Watch { from: until };
         }
-        let address = self.device.address();
         match self.state {
+            State::Axis => Step::Ask { address, request: axis::QUESTION, tries: READ_TRIES },
             State::Damping => Step::Ask { address, request: Request::GetDamping, tries: READ_TRIES },
             State::Settle { until } => Step::Wait { until },
             State::Watch { from } if now < from => Step::Wait { until: from },
@@ -201,6 +214,12 @@ impl Operation for SetZero {
 
     fn on(&mut self, outcome: &ExchangeOutcome<T7>) -> Option<Self::Event> {
         match (&self.state, &outcome.result) {
+            (State::Axis, Ok(answer)) => match axis::answered(self.axis, &answer.response) {
+                Some(Ok(())) => self.state = State::Damping,
+                Some(Err(cause)) => self.fail(cause),
+                None => {}
+            },
+            (State::Axis, &Err(fault)) => self.no_answer(axis::QUESTION.opcode(), fault),
             (State::Damping, Ok(answer)) => {
                 if let Response::GetDamping { damping_ms } = answer.response {
                     let damping = Duration::from_millis(u32::from(damping_ms.min(MAX_DAMPING_MS)));
@@ -228,7 +247,7 @@ impl Operation for SetZero {
 
     fn progress(&self) -> TaskProgress {
         match self.state {
-            State::Damping => TaskProgress::new(0, 5),
+            State::Axis | State::Damping => TaskProgress::new(0, 5),
             State::Settle { .. } => TaskProgress::new(1, 5),
             State::Watch { .. } => TaskProgress::new(2, 5),
             State::Write => TaskProgress::new(3, 5),

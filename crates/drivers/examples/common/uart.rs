@@ -215,7 +215,10 @@ impl Uart {
             if let Some(done) = self.0.call(&mut attempt) {
                 return done;
             }
-            self.0.pass(CALL);
+            // It spins until something happens.
+            let mut world = self.0.0.borrow_mut();
+            let next = world.next_event().unwrap_or(0).max(world.now + CALL);
+            world.advance(next);
         }
     }
 }

@@ -223,6 +223,9 @@ impl<P: AsyncPort> UsDigitalT7<P> {
 
     async fn set(&mut self, address: Address, setting: Setting) -> Result<FlashWrite, Error<P::Error>> {
         setting.check(address)?;
+        if let Some(axis) = setting.axis_in_question() {
+            question::has_axis(axis, &self.information(address).await?)?;
+        }
         if setting.is_in(address, self.transact(address, &setting.read()).await?)? {
             return Ok(FlashWrite::Unneeded);
         }

@@ -120,7 +120,7 @@ impl<E: Display> Display for Error<E> {
                 write!(f, "no frame in {characters} characters: {suspect}")
             }
             Self::Bad { error, suspect } => write!(f, "bad answer: {error}: {suspect}"),
-            Self::Refused(status) => write!(f, "refused by the device: {status:?}"),
+            Self::Refused(status) => write!(f, "refused: {status}"),
             Self::NoSuchAxis(axis) => {
                 write!(f, "a single-axis T7 has axis 2 only: its zero for axis {} is no angle", axis.get())
             }

@@ -81,14 +81,9 @@ pub(crate) fn is_doubtful(axis: Axis, angle: Angle) -> bool {
     axis != Axis::Two && angle == Angle::ZERO
 }
 
-/// That a device has this axis. The product type of a single-axis T7 ends in `-1`, whatever it begins with: `T7-1` in
-/// the guide's text, `X4-1` in its bytes (section 2.7.1).
-#[inline(never)]
+/// That a device has this axis.
 pub(crate) fn has_axis<E>(axis: Axis, information: &DeviceInformation) -> Result<(), Error<E>> {
-    match information.product.as_str() {
-        Some(product) if axis != Axis::Two && product.ends_with("-1") => Err(Error::NoSuchAxis(axis)),
-        _ => Ok(()),
-    }
+    if information.has_axis(axis) { Ok(()) } else { Err(Error::NoSuchAxis(axis)) }
 }
 
 /// The one device that an operation is about.

@@ -23,6 +23,14 @@ impl Setting {
         self.write().encode(address).map(|_| ())
     }
 
+    /// The axis that it is about, if not every T7 has it. A single-axis T7 answers zero for it, which may be the value wanted.
+    pub(crate) fn axis_in_question(self) -> Option<Axis> {
+        match self {
+            Self::Offset(axis, _) | Self::Direction(axis, _) => Some(axis).filter(|&axis| axis != Axis::Two),
+            Self::Damping(_) | Self::Range(_) => None,
+        }
+    }
+
     /// The command that reads it.
     pub(crate) const fn read(self) -> Request {
         match self {

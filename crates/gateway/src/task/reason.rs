@@ -81,6 +81,8 @@ reasons! {
     NotFound = 25, "not_found";
     /// the gateway cannot store the change
     NotStored = 26, "not_stored";
+    /// a single-axis T7 does not have the axis
+    NoSuchAxis = 27, "no_such_axis";
 }
 
 impl From<&t7::Cause> for Reason {
@@ -95,6 +97,7 @@ impl From<&t7::Cause> for Reason {
             Cause::NotTaken { .. } => Reason::NotTaken,
             Cause::NotZero { .. } => Reason::NotZero,
             Cause::Moving { .. } => Reason::Moving,
+            Cause::NoSuchAxis { .. } => Reason::NoSuchAxis,
             Cause::UnknownProduct { .. } => Reason::UnknownProduct,
             Cause::WrongSerial { .. } => Reason::WrongSerial,
             Cause::AddressTaken { .. } => Reason::AddressTaken,

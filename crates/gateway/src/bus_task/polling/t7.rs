@@ -16,9 +16,6 @@ use crate::schedule::queue::Asked;
 use crate::slot::{Identity, Sample, Slot, is_one_g};
 use crate::{Bus, SlotConfig, Source, Status};
 
-/// End of the product type of a single-axis device: `T7-1`, and `X4-1` in the guide's example (section 2.7.1).
-const SINGLE: [u8; 2] = *b"-1";
-
 impl Poll for T7 {
     const BUS: Bus = Bus::T7;
     /// 4.8 %. On a bus that is never idle a dead T7, 2.5 ms a probe, is probed every 52 ms if it is alone, every 1.6 s if
@@ -51,12 +48,7 @@ impl Poll for T7 {
 
     fn identity(answer: &Answer) -> Option<Identity> {
         let Response::GetDeviceInformation(information) = &answer.response else { return None };
-        // Padded with blanks, says the guide; zeros are no text, either.
-        let mut backwards =
-            information.product.as_bytes().iter().rev().skip_while(|&&byte| matches!(byte, b' ' | 0));
-        let [last, before] = [backwards.next(), backwards.next()];
-        let is_single = before.zip(last).is_some_and(|(&before, &last)| [before, last] == SINGLE);
-        Some(if is_single { Identity::SingleAxis } else { Identity::MultiAxis })
+        Some(if information.is_single_axis() { Identity::SingleAxis } else { Identity::MultiAxis })
     }
 
     fn sample(answer: &Answer, config: &SlotConfig) -> Result<Sample, Status> {
