@@ -51,6 +51,19 @@ pub enum Blame {
 }
 
 impl<E: FailedCheck> Fault<E> {
+    /// The same, with nothing but the check that failed.
+    pub fn by_check(&self) -> Fault<Check> {
+        match *self {
+            Fault::NoAnswer { waited } => Fault::NoAnswer { waited },
+            Fault::Garbled { characters } => Fault::Garbled { characters },
+            Fault::Bad(ref error) => Fault::Bad(error.failed_check()),
+            Fault::Contention => Fault::Contention,
+            Fault::LineBusy => Fault::LineBusy,
+            Fault::NotSent => Fault::NotSent,
+            Fault::Over { answers, garbled } => Fault::Over { answers, garbled },
+        }
+    }
+
     /// Where to look for the cause.
     pub fn blame(&self) -> Blame {
         match self {

@@ -271,6 +271,6 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     /// When to try again after what came out.
     fn again_at(&self) -> Option<Instant> {
         let Phase::Over(ExchangeOutcome { result: Err(fault), at }) = &self.phase else { return None };
-        self.all.retry.after::<S>(self.tried.saturating_add(1), self.request, fault, *at)
+        self.all.retry.after(self.tried.saturating_add(1), S::writes(self.request), fault, *at)
     }
 }

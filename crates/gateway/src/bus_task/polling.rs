@@ -147,7 +147,7 @@ impl<P: Poll> Polling<P> {
         if purpose == Purpose::Retry {
             bump32(&mut slot.counters.retries);
         }
-        let rest = (P::size(&P::expected(address, &request)) as u32).saturating_sub(1);
+        let rest = u32::from(P::reply(&P::expected(address, &request)).characters).saturating_sub(1);
         self.queue.begin(Asked { slot: index, since: now, purpose, released: now, rest_characters: rest });
         Some((frame, purpose))
     }
@@ -266,7 +266,7 @@ fn is_retried<P: Poll>(
     let retry = if turn.dead { Retry::NEVER } else { Retry::times(slot.config.retries) };
     turn.tried = turn.tried.saturating_add(1);
     let again = P::request(slot).and_then(|(address, request)| {
-        let after = retry.after::<P>(turn.tried, &request, fault, at)?;
+        let after = retry.after(turn.tried, P::writes(&request), fault, at)?;
         Some(master.ask_at(address, &request)?.max(after))
     });
     // A retry that would be late for half of the next reading's period is left to that reading. A slot without a period
