@@ -198,7 +198,7 @@ impl<P: Protocol> Master<P> {
             writes: P::writes(request),
             characters: frame.as_ref().len(),
         };
-        let rest = self.finish();
+        let rest = if self.engine.is_quiet() { self.finish() } else { Rest::default() };
         self.engine.begin(&opening, rest, now);
         match &mut self.listener {
             Some(listener) => {
@@ -302,6 +302,8 @@ impl<P: Protocol> Master<P> {
     }
 
     /// The deadline has passed.
+    #[cold]
+    #[inline(never)]
     fn miss(&mut self, now: Instant) -> Option<ExchangeOutcome<P>> {
         // What the decoder has held back until now; each report takes at least a character, so this ends.
         while self.engine.is_waiting() {

@@ -5,7 +5,7 @@
 
 use super::Fault;
 use crate::counters::{BusCounters, bump};
-use crate::{Duration, Instant, Timing};
+use crate::{Duration, ExpectedReply, Instant, Timing};
 
 mod adaptive;
 mod begin;
@@ -115,6 +115,11 @@ impl Engine {
         matches!(self.state, State::Sending { .. })
     }
 
+    /// Whether the quiet time after a failure is not over.
+    pub(crate) fn is_quiet(&self) -> bool {
+        matches!(self.state, State::Quiet { .. })
+    }
+
     /// Whether the answer is awaited.
     pub(crate) fn is_waiting(&self) -> bool {
         matches!(self.state, State::Waiting { .. })
@@ -137,6 +142,11 @@ impl Engine {
     pub(crate) fn set_timing(&mut self, timing: Timing) {
         self.timing = timing;
         self.character = timing.serial.characters(1);
+    }
+
+    /// The answer that the exchange in hand, or the last one, calls for.
+    pub fn expected(&self) -> &ExpectedReply {
+        &self.exchange.expected
     }
 
     /// When the last character of the exchange in hand was heard, if one was.
@@ -162,7 +172,6 @@ impl Engine {
     }
 
     /// Lets time pass.
-    #[inline(never)]
     pub(crate) fn poll(&mut self, now: Instant) -> Due {
         match self.state {
             State::Sending { give_up } if now >= give_up => {

@@ -3,7 +3,9 @@
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::checks::{Check, Checks};
-use clino_codec::t7::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Opcode, Request};
+use clino_codec::t7::{
+    Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Opcode, Request,
+};
 
 use crate::{ExpectedReply, FailedCheck, Protocol, ReplyHeader};
 

@@ -51,7 +51,6 @@ impl Engine {
     }
 
     /// A character came. Returns whether the decoder is to have it.
-    #[inline(never)]
     pub(crate) fn heard(&mut self, character: Character, at: Instant) -> bool {
         self.counters.character(character);
         let gap = self.timing.gap + self.character;
