@@ -311,8 +311,10 @@ impl<P: Protocol> Master<P> {
             let progress = P::idle(&mut listener.decoder);
             if matches!(progress, DecodeProgress::More) {
                 let discarded = P::discarded(&listener.decoder);
-                let missed = self.engine.missed(listener.bad.take(), discarded, now);
-                return missed.map(|(fault, at)| ExchangeOutcome { result: Err(fault), at });
+                let bad = listener.bad.take();
+                let check = bad.as_ref().map(FailedCheck::failed_check);
+                let (fault, at) = self.engine.missed(check, discarded, now)?;
+                return Some(ExchangeOutcome { result: Err(fault.with(bad)), at });
             }
             let outcome = self.progressed(progress, self.engine.last_heard());
             if outcome.is_some() {

@@ -103,9 +103,8 @@ impl Gateway {
     }
 
     fn note(&mut self, ended: Option<Ended>) {
-        for bus in Bus::ALL {
-            self.changed = self.changed.or(self.traffic_mut(bus).take_restarted());
-        }
+        let restarted = self.t7.traffic_mut().take_restarted().or(self.isu.traffic_mut().take_restarted());
+        self.changed = self.changed.or(restarted);
         let Some(Ended { entry, slot }) = ended else { return };
         self.trace.push(entry);
         if let Some(slot) = slot {

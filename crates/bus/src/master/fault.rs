@@ -78,6 +78,22 @@ impl<E: FailedCheck> Fault<E> {
     }
 }
 
+impl Fault<Check> {
+    /// The same with the error of the check that failed, which there is if one has.
+    pub(super) fn with<E>(self, bad: Option<E>) -> Fault<E> {
+        match (self, bad) {
+            (Fault::Bad(_), Some(error)) => Fault::Bad(error),
+            (Fault::Bad(_), None) => Fault::Garbled { characters: 0 },
+            (Fault::Contention, _) => Fault::Contention,
+            (Fault::NoAnswer { waited }, _) => Fault::NoAnswer { waited },
+            (Fault::Garbled { characters }, _) => Fault::Garbled { characters },
+            (Fault::LineBusy, _) => Fault::LineBusy,
+            (Fault::NotSent, _) => Fault::NotSent,
+            (Fault::Over { answers, garbled }, _) => Fault::Over { answers, garbled },
+        }
+    }
+}
+
 impl<E> Fault<E> {
     /// Whether the node has certainly not received the request, so that it can be repeated even if it writes.
     pub fn request_unheard(&self) -> bool {

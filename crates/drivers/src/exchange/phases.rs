@@ -86,7 +86,6 @@ impl Phases {
     }
 
     /// What to do next.
-    #[inline(never)]
     pub fn next(&mut self, link: &mut Link, engine: &Engine) -> Todo {
         if let Phase::Settling { .. } = self.phase {
             match self.settled_at(link, engine) {
@@ -127,7 +126,6 @@ impl Phases {
     }
 
     /// A character came, which proves that this time has passed; `has_outcome` if it has ended an exchange.
-    #[inline(never)]
     pub fn heard(&mut self, link: &mut Link, engine: &Engine, has_outcome: bool, proven: Instant) -> Means {
         let means = match &mut self.phase {
             Phase::Settling { .. } => {
@@ -150,7 +148,6 @@ impl Phases {
     }
 
     /// The span that was listened to has passed.
-    #[inline(never)]
     pub fn passed(&mut self, now: Instant) -> Means {
         match &mut self.phase {
             Phase::Settling { .. } | Phase::Partly | Phase::Over => Means::Nothing,
@@ -181,7 +178,6 @@ impl Phases {
     }
 
     /// The exchange has ended with this fault: returns whether it begins again.
-    #[inline(never)]
     pub fn begins_again(&mut self, link: &Link, fault: &Fault<Check>, at: Instant) -> bool {
         let tried = self.tried.saturating_add(1);
         let Some(next) = link.retry.after(tried, self.writes, fault, at) else { return false };

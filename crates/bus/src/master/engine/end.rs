@@ -6,21 +6,23 @@ use super::super::Fault;
 use super::late::OutstandingReply;
 use super::{Engine, Rest, State};
 use crate::counters::bump;
-use crate::{Duration, FailedCheck, Instant};
+use crate::{Duration, Instant};
 
 impl Engine {
     /// The deadline of the exchange in hand has passed, and the decoder holds nothing more: why there is no answer, and
-    /// when that was certain. `bad` is why the last frame was refused, `discarded` how many characters belong to no frame.
-    pub(crate) fn missed<E: FailedCheck>(
+    /// when that was certain. `bad` is the check that refused the last frame, `discarded` how many characters belong to no
+    /// frame.
+    #[inline(never)]
+    pub(crate) fn missed(
         &mut self,
-        bad: Option<E>,
+        bad: Option<Check>,
         discarded: u32,
         now: Instant,
-    ) -> Option<(Fault<E>, Instant)> {
+    ) -> Option<(Fault<Check>, Instant)> {
         let State::Waiting { deadline, .. } = self.state else { return None };
         let fault = match &mut self.exchange.collecting {
             None => match bad {
-                Some(error) if !self.exchange.contended => Fault::Bad(error),
+                Some(check) if !self.exchange.contended => Fault::Bad(check),
                 _ => self.exchange.fault(deadline),
             },
             // What belongs to no frame is reported once, then the sum.
@@ -31,7 +33,7 @@ impl Engine {
             }
             Some(collecting) => Fault::Over { answers: collecting.answers, garbled: collecting.garbled },
         };
-        self.fail(&fault.by_check(), now);
+        self.fail(&fault, now);
         Some((fault, now))
     }
 

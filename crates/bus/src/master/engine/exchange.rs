@@ -1,5 +1,7 @@
 //! One request and when what was heard of its answer came.
 
+use clino_codec::checks::Check;
+
 use super::super::Fault;
 use super::late::OutstandingReply;
 use crate::{Duration, ExpectedReply, Instant, Timing};
@@ -84,7 +86,7 @@ impl Exchange {
     }
 
     /// Why there is no answer at `deadline`, where no frame was refused.
-    pub fn fault<E>(&self, deadline: Instant) -> Fault<E> {
+    pub fn fault(&self, deadline: Instant) -> Fault<Check> {
         match self.characters {
             _ if self.contended => Fault::Contention,
             0 => Fault::NoAnswer { waited: deadline.since(self.released) },
