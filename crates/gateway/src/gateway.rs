@@ -215,6 +215,7 @@ impl Gateway {
     }
 
     /// What a task that has ended has changed, the slots take over.
+    #[inline(never)]
     fn conclude(&mut self, bus: Bus) {
         let Some((claim, news)) = self.traffic_mut(bus).ended() else { return };
         for index in 0..self.slots.len() {
@@ -270,15 +271,18 @@ impl Gateway {
     pub fn poll(&mut self, bus: Bus, now: Instant, port: impl FnMut(Action<'_>)) {
         let ended = on!(mut self, bus, task => task.poll(now, &mut self.slots, port));
         self.note(ended);
-        self.conclude(bus);
-        self.watch(now);
+        // Both are rare, and what comes with each call of them is not free: this runs with each character on a bus.
+        if self.traffic(bus).has_ended() {
+            self.conclude(bus);
+        }
+        if !self.watched.is_empty() && now >= self.watch_at {
+            self.watch(now);
+        }
     }
 
     /// Looks whether a slot has had no value for too long.
+    #[inline(never)]
     fn watch(&mut self, now: Instant) {
-        if self.watched.is_empty() || now < self.watch_at {
-            return;
-        }
         self.watch_at = now + WATCH_EVERY;
         for index in self.watched.iter() {
             if self.slots.get_mut(index).is_some_and(|polled| polled.slot.watch(now)) {

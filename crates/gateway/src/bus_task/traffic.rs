@@ -120,6 +120,11 @@ impl Traffic {
         self.claim.unwrap_or(Claim::Nothing)
     }
 
+    /// Whether a task has just ended.
+    pub fn has_ended(&self) -> bool {
+        self.claim.is_some() && self.news.as_ref().is_some_and(TaskEvent::is_end)
+    }
+
     /// The claim of a task that has just ended, and how it has ended; once.
     pub fn ended(&mut self) -> Option<(Claim, TaskEvent)> {
         let news = self.news.as_ref().filter(|news| news.is_end())?;
