@@ -35,8 +35,8 @@ mod timing;
 
 pub use counters::{BusCounters, DriverEnable};
 pub use line::Line;
-pub use master::{Blame, Event, ExchangeOutcome, Fault, Master};
-pub use protocol::{FailedCheck, Isu, Protocol, T7};
+pub use master::{Blame, Engine, Event, ExchangeOutcome, Fault, Master};
+pub use protocol::{ExpectedReply, FailedCheck, Isu, Protocol, ReplyHeader, T7};
 pub use retry::Retry;
 pub use serial::Serial;
 pub use time::{Duration, Instant, earliest};

@@ -12,39 +12,28 @@
 //! only ends the wait. However long a node babbles, a wait ends after the longest answer twice over.
 //!
 //! *Quiet.* After a failure the master sends nothing for [`Timing::quiet`], and for longer if the node usually answers
-//! (`master/history.rs`). After that the master may be asked what cannot be confused with the request that failed
+//! (`engine/history.rs`). After that the master may be asked what cannot be confused with the request that failed
 //! ([`Master::may_ask`]): another node, another command. For the same again it is idle only when no late answer can come
-//! any more, [`Timing::late`] after the deadline (`master/late.rs`). So dead nodes are cheap, and a late answer to one
+//! any more, [`Timing::late`] after the deadline (`engine/late.rs`). So dead nodes are cheap, and a late answer to one
 //! request is never the answer to the next, be it the same request to the same node. A caller that does not need this
 //! efficiency waits for [`Master::is_idle`].
 //!
-//! *Slow nodes.* Answers seen to be late prolong the waits, up to [`Timing::extension`] (`master/adaptive.rs`).
+//! *Slow nodes.* Answers seen to be late prolong the waits, up to [`Timing::extension`] (`engine/adaptive.rs`).
 
 use clino_codec::DecodeProgress;
+use clino_codec::character::Character;
 
-use crate::counters::{BusCounters, bump};
+use crate::counters::BusCounters;
 pub use crate::line::Event;
-use crate::protocol::Protocol;
+use crate::protocol::{FailedCheck, Protocol};
 use crate::{Duration, Instant, Timing};
 
-mod adaptive;
-mod begin;
-mod end;
-mod exchange;
+mod engine;
 mod fault;
-mod hear;
-mod history;
-mod late;
 
-use adaptive::AdaptiveTimeout;
-use exchange::Exchange;
+pub use engine::Engine;
+use engine::{Due, Framed, Kind, Opening, Refused, Rest};
 pub use fault::{Blame, Fault};
-use history::NodeHistory;
-use late::OutstandingReplies;
-
-/// No wait is stretched by more than this many characters, or by twice the answer, if that is more. It is twice the
-/// T7's 34-byte answer, so that a frame still arrives whole after as many stray characters.
-pub const LONGEST_ANSWER: u32 = 68;
 
 /// How an exchange ended.
 #[derive(Debug)]
@@ -55,153 +44,294 @@ pub struct ExchangeOutcome<P: Protocol> {
     pub at: Instant,
 }
 
-/// Where the exchange in hand is.
-#[derive(Clone, Copy)]
-enum State {
-    Idle,
-    Sending {
-        give_up: Instant,
-    },
-    Waiting {
-        deadline: Instant,
-        give_up: Instant,
-    },
-    Quiet {
-        /// No request before this.
-        clear: Instant,
-        give_up: Instant,
-        /// A late answer may begin until then; `None` when there is none to come.
-        outstanding: Option<Instant>,
-    },
+/// Master of one bus that speaks `P`. Frames go out through a [`Line`](crate::Line), whose events come in here.
+///
+/// What is the same for all protocols is in its [`Engine`]; here is the rest, what passes through the decoder.
+pub struct Master<P: Protocol> {
+    engine: Engine,
+    /// Of the exchange in hand, or the last one: it is taken up again for the next, which is cheaper than a new one.
+    listener: Option<Listener<P>>,
 }
 
-/// Master of one bus that speaks `P`. Frames go out through a [`Line`](crate::Line), whose events come in here.
-pub struct Master<P: Protocol> {
-    timing: Timing,
-    /// One character: a division that is not done for each one that comes in.
-    character: Duration,
-    state: State,
-    /// The exchange in hand, or the last one: it is taken up again for the next, which is cheaper than a new one.
-    exchange: Option<Exchange<P>>,
-    outstanding: OutstandingReplies<P>,
-    history: NodeHistory,
-    adaptive: AdaptiveTimeout,
-    counters: BusCounters,
-    /// The node of the last late answer, until [`Master::take_late`].
-    late_node: Option<u8>,
+/// Listens for the answer to one request.
+struct Listener<P: Protocol> {
+    expected: P::Expected,
+    decoder: P::Decoder,
+    /// Why the last frame was refused.
+    bad: Option<P::DecodeError>,
+}
+
+impl<P: Protocol> Listener<P> {
+    /// No more characters come: lets the decoder decide about those it holds.
+    fn finish(&mut self) -> Rest {
+        let mut rest = Rest::default();
+        // Each report takes at least one character out of the decoder, so this ends.
+        loop {
+            match P::idle(&mut self.decoder) {
+                DecodeProgress::More => break,
+                DecodeProgress::Bad(_) => {}
+                DecodeProgress::Frame(_) => rest.frames = rest.frames.saturating_add(1),
+            }
+        }
+        rest.discarded = P::discarded(&self.decoder);
+        rest
+    }
 }
 
 impl<P: Protocol> Master<P> {
     /// A master with nothing in hand. Inlined, for it is large: so it is made where it is to stay.
     #[inline(always)]
     pub fn new(timing: Timing) -> Self {
-        Master {
-            timing,
-            character: timing.serial.characters(1),
-            state: State::Idle,
-            exchange: None,
-            outstanding: OutstandingReplies::new(),
-            history: NodeHistory::default(),
-            adaptive: AdaptiveTimeout::default(),
-            counters: BusCounters::default(),
-            late_node: None,
-        }
+        Master { engine: Engine::new(timing), listener: None }
+    }
+
+    /// The part that is the same for all protocols.
+    pub fn engine(&self) -> &Engine {
+        &self.engine
     }
 
     /// The node whose answer came late, once for each. To be called at least once for each request.
     pub fn take_late(&mut self) -> Option<u8> {
-        self.late_node.take()
+        self.engine.take_late()
     }
 
     /// Whether nothing is in hand, and no late answer to the last request can come any more.
     pub fn is_idle(&self) -> bool {
-        matches!(self.state, State::Idle)
+        self.engine.is_idle()
     }
 
     /// Whether an exchange is in hand.
     pub fn is_asking(&self) -> bool {
-        matches!(self.state, State::Sending { .. } | State::Waiting { .. })
+        self.engine.is_asking()
     }
 
     /// What happened since reset.
     pub fn counters(&self) -> &BusCounters {
-        &self.counters
+        self.engine.counters()
     }
 
     /// Sets what was counted to zero.
     pub fn clear_counters(&mut self) {
-        self.counters = BusCounters::default();
+        self.engine.clear_counters();
     }
 
     /// The waits in force.
     pub fn timing(&self) -> &Timing {
-        &self.timing
+        self.engine.timing()
     }
 
     /// Changes the waits, for a bus whose bit rate has changed. Takes effect with the next exchange; not to be called
     /// during one.
     pub fn set_timing(&mut self, timing: Timing) {
-        self.timing = timing;
-        self.character = timing.serial.characters(1);
+        self.engine.set_timing(timing);
+    }
+
+    /// From when on this request may be asked so that its answer can be told from late ones: [`Instant::ZERO`] for at
+    /// once, `None` while an exchange is in hand.
+    pub fn ask_at(&self, address: P::Address, request: &P::Request) -> Option<Instant> {
+        self.engine.ask_at(&P::reply(&P::expected(address, request)))
+    }
+
+    /// Whether this request may be asked at `now`. That may be before [`Master::is_idle`], after a request that failed
+    /// and cannot be confused with this one.
+    pub fn may_ask(&self, address: P::Address, request: &P::Request, now: Instant) -> bool {
+        self.ask_at(address, request).is_some_and(|at| at <= now)
+    }
+
+    /// Opens an exchange and returns the frame to submit to the line. An exchange in hand is given up. Of a request
+    /// that is asked before it [may be](Master::may_ask), answers are counted as late and not used.
+    ///
+    /// # Errors
+    /// The request cannot be put into a frame; nothing has begun then.
+    pub fn begin(
+        &mut self,
+        address: P::Address,
+        request: &P::Request,
+        now: Instant,
+    ) -> Result<P::Frame, P::EncodeError> {
+        self.open(address, request, Kind::First, now)
+    }
+
+    /// As [`Master::begin`], for a repetition of a request that failed: it is counted as such.
+    ///
+    /// # Errors
+    /// As [`Master::begin`].
+    pub fn begin_retry(
+        &mut self,
+        address: P::Address,
+        request: &P::Request,
+        now: Instant,
+    ) -> Result<P::Frame, P::EncodeError> {
+        self.open(address, request, Kind::Retry, now)
+    }
+
+    /// As [`Master::begin`], for a request that any number of nodes may answer: until `window` after our last stop
+    /// bit, and at least for as long as one node may take to answer, every good answer and every bad frame is an outcome of
+    /// its own. What begins in the window is heard to its end. The last outcome, and only that, is [`Fault::Over`]; or, when the
+    /// request did not get out, the only outcome says so.
+    ///
+    /// # Errors
+    /// As [`Master::begin`].
+    pub fn begin_collecting(
+        &mut self,
+        address: P::Address,
+        request: &P::Request,
+        window: Duration,
+        now: Instant,
+    ) -> Result<P::Frame, P::EncodeError> {
+        self.open(address, request, Kind::Collecting(window), now)
+    }
+
+    #[inline(never)]
+    fn open(
+        &mut self,
+        address: P::Address,
+        request: &P::Request,
+        kind: Kind,
+        now: Instant,
+    ) -> Result<P::Frame, P::EncodeError> {
+        let frame = P::encode(address, request)?;
+        let expected = P::expected(address, request);
+        let opening = Opening {
+            expected: P::reply(&expected),
+            kind,
+            writes: P::writes(request),
+            characters: frame.as_ref().len(),
+        };
+        let rest = if self.engine.is_quiet() { self.finish() } else { Rest::default() };
+        self.engine.begin(&opening, rest, now);
+        match &mut self.listener {
+            Some(listener) => {
+                P::restart(&mut listener.decoder, expected);
+                (listener.expected, listener.bad) = (expected, None);
+            }
+            None => self.open_first(expected),
+        }
+        Ok(frame)
+    }
+
+    /// The first exchange of all. A function of its own, for what is made in it is large and the others are begun without.
+    #[inline(never)]
+    fn open_first(&mut self, expected: P::Expected) {
+        self.listener = Some(Listener { expected, decoder: P::decoder(expected), bad: None });
+    }
+
+    /// The node that was just asked may take so long to begin its answer, whatever its document says. To be called
+    /// before its request is out.
+    pub fn allow(&mut self, latency: Duration) {
+        self.engine.allow(latency);
     }
 
     /// Takes an event of the line. A collecting exchange has more than one outcome.
     pub fn on(&mut self, event: Event) -> Option<ExchangeOutcome<P>> {
+        let failed = |fault, at| ExchangeOutcome { result: Err(fault), at };
         match event {
-            Event::Released { at } => self.released(at),
-            Event::Forced { at } => {
-                bump(&mut self.counters.forced);
-                return self.not_sent(Fault::NotSent, at);
-            }
-            Event::GivenUp { at } => {
-                bump(&mut self.counters.line_busy);
-                return self.not_sent(Fault::LineBusy, at);
-            }
             Event::Heard { character, at } => return self.heard(character, at),
-            Event::Echo { .. } => bump(&mut self.counters.echo),
-            Event::Contention { .. } => self.contended(),
+            Event::Released { at } => self.released(at),
+            Event::Forced { at } => return self.engine.forced(at).then(|| failed(Fault::NotSent, at)),
+            Event::GivenUp { at } => return self.engine.given_up(at).then(|| failed(Fault::LineBusy, at)),
+            Event::Echo { .. } => self.engine.echoed(),
+            Event::Contention { .. } => self.engine.contended(),
         }
         None
     }
 
-    /// Lets time pass. To be called again while it returns an outcome.
-    pub fn poll(&mut self, now: Instant) -> Option<ExchangeOutcome<P>> {
-        match self.state {
-            State::Sending { give_up } if now >= give_up => self.fail(Fault::NotSent, now),
-            State::Waiting { deadline, .. } if now >= deadline => {
-                // What the decoder has held back until now; each report takes at least a character, so this ends.
-                while let (State::Waiting { .. }, Some(exchange)) = (self.state, &mut self.exchange) {
-                    let (progress, last) = (P::idle(&mut exchange.decoder), exchange.last);
-                    if matches!(progress, DecodeProgress::More) {
-                        return self.missed(deadline, now);
+    fn released(&mut self, at: Instant) {
+        if let Some(listener) = self.listener.as_mut().filter(|_| self.engine.is_sending()) {
+            // What was heard before is no part of the answer.
+            let rest = listener.finish();
+            P::restart(&mut listener.decoder, listener.expected);
+            self.engine.released(rest, at);
+        }
+    }
+
+    fn heard(&mut self, character: Character, at: Instant) -> Option<ExchangeOutcome<P>> {
+        if !self.engine.heard(character, at) {
+            return None;
+        }
+        let progress = P::push(&mut self.listener.as_mut()?.decoder, character);
+        self.progressed(progress, at)
+    }
+
+    /// What a decoder's progress means in the state at hand.
+    fn progressed(
+        &mut self,
+        progress: DecodeProgress<P::Answer, P::DecodeError>,
+        at: Instant,
+    ) -> Option<ExchangeOutcome<P>> {
+        match progress {
+            DecodeProgress::More => None,
+            DecodeProgress::Bad(error) => {
+                match self.engine.refused(error.failed_check(), P::refused_header(&error), at) {
+                    Refused::Unused => None,
+                    Refused::Kept => {
+                        self.listener.as_mut()?.bad = Some(error);
+                        None
                     }
-                    let outcome = self.progressed(progress, last);
-                    if outcome.is_some() {
-                        return outcome;
+                    Refused::Reported => Some(ExchangeOutcome { result: Err(Fault::Bad(error)), at }),
+                }
+            }
+            DecodeProgress::Frame(answer) => {
+                let Listener { decoder, bad, .. } = self.listener.as_ref()?;
+                let alone = P::discarded(decoder) == 0 && bad.is_none();
+                match self.engine.framed(P::header(&answer), alone, at) {
+                    Framed::Unused => return None,
+                    Framed::Reported => {}
+                    Framed::Answer => {
+                        let rest = self.finish();
+                        self.engine.discard(rest);
                     }
                 }
-                None
+                Some(ExchangeOutcome { result: Ok(answer), at })
             }
-            State::Quiet { clear, outstanding, .. }
-                if now >= outstanding.map_or(clear, |until| until.max(clear)) =>
-            {
-                self.leave_quiet(now);
-                None
-            }
-            _ => None,
         }
+    }
+
+    /// Lets time pass. To be called again while it returns an outcome.
+    pub fn poll(&mut self, now: Instant) -> Option<ExchangeOutcome<P>> {
+        match self.engine.poll(now) {
+            Due::Nothing => None,
+            Due::NotSent => Some(ExchangeOutcome { result: Err(Fault::NotSent), at: now }),
+            Due::Answer => self.miss(now),
+            Due::Clear => {
+                let rest = self.finish();
+                self.engine.leave_quiet(rest, now);
+                None
+            }
+        }
+    }
+
+    /// The deadline has passed.
+    #[cold]
+    #[inline(never)]
+    fn miss(&mut self, now: Instant) -> Option<ExchangeOutcome<P>> {
+        // What the decoder has held back until now; each report takes at least a character, so this ends.
+        while self.engine.is_waiting() {
+            let listener = self.listener.as_mut()?;
+            let progress = P::idle(&mut listener.decoder);
+            if matches!(progress, DecodeProgress::More) {
+                let discarded = P::discarded(&listener.decoder);
+                let bad = listener.bad.take();
+                let check = bad.as_ref().map(FailedCheck::failed_check);
+                let (fault, at) = self.engine.missed(check, discarded, now)?;
+                return Some(ExchangeOutcome { result: Err(fault.with(bad)), at });
+            }
+            let outcome = self.progressed(progress, self.engine.last_heard());
+            if outcome.is_some() {
+                return outcome;
+            }
+        }
+        None
     }
 
     /// When [`Master::poll`] has something to do, if ever.
     pub fn poll_at(&self) -> Option<Instant> {
-        match self.state {
-            State::Idle => None,
-            State::Sending { give_up } => Some(give_up),
-            State::Waiting { deadline, .. } => Some(deadline),
-            State::Quiet { clear, outstanding, .. } => {
-                Some(outstanding.map_or(clear, |until| until.max(clear)))
-            }
-        }
+        self.engine.poll_at()
+    }
+
+    /// Lets the decoder decide about the characters that it holds.
+    fn finish(&mut self) -> Rest {
+        self.listener.as_mut().map(Listener::finish).unwrap_or_default()
     }
 }
 

@@ -4,12 +4,12 @@ use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::checks::Check;
 
-use crate::{Duration, Timing};
-
 mod isu;
+mod reply;
 mod t7;
 
 pub use isu::Isu;
+pub use reply::{ExpectedReply, ReplyHeader};
 pub use t7::T7;
 
 /// A request/response protocol with one master.
@@ -34,17 +34,11 @@ pub trait Protocol {
     /// The frame to send.
     fn encode(address: Self::Address, request: &Self::Request) -> Result<Self::Frame, Self::EncodeError>;
 
-    /// A different number for every node, below 128.
-    fn node(expected: &Self::Expected) -> u8;
-
     /// What the answer has to be.
     fn expected(address: Self::Address, request: &Self::Request) -> Self::Expected;
 
-    /// Characters of that answer.
-    fn size(expected: &Self::Expected) -> usize;
-
-    /// Longest time from our last stop bit to the answer's first start bit.
-    fn latency(request: &Self::Request, timing: &Timing) -> Duration;
+    /// The same, as far as it tells one answer from another.
+    fn reply(expected: &Self::Expected) -> ExpectedReply;
 
     /// Whether the request changes the sensor's non-volatile memory.
     fn writes(request: &Self::Request) -> bool;
@@ -67,18 +61,21 @@ pub trait Protocol {
     /// Characters the decoder passed over because they belong to no frame, since it was made.
     fn discarded(decoder: &Self::Decoder) -> u32;
 
-    /// Whether this answer may be the one that `earlier` called for.
-    fn answers(answer: &Self::Answer, earlier: &Self::Expected) -> bool;
+    /// Which request this answers.
+    fn header(answer: &Self::Answer) -> ReplyHeader;
 
-    /// Whether what was refused is intact and may be the answer that `earlier` called for.
-    fn answers_refused(error: &Self::DecodeError, earlier: &Self::Expected) -> bool;
-
-    /// Whether a node's answer that `earlier` called for would pass for the one that `later` calls for.
-    fn confusable(later: &Self::Expected, earlier: &Self::Expected) -> bool;
+    /// Which request that answers which was refused, if it is intact.
+    fn refused_header(error: &Self::DecodeError) -> Option<ReplyHeader>;
 }
 
 /// Why a frame was refused, for any protocol.
 pub trait FailedCheck {
     /// The check that refused it.
     fn failed_check(&self) -> Check;
+}
+
+impl FailedCheck for Check {
+    fn failed_check(&self) -> Check {
+        *self
+    }
 }

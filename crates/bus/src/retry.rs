@@ -5,7 +5,7 @@
 //! only if it certainly was not heard. Anything more (reading back, then writing what differs) is for callers that know
 //! what they want to write.
 
-use crate::{Duration, Fault, Instant, Protocol};
+use crate::{Duration, Fault, Instant};
 
 /// How often and how soon to repeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,16 +27,10 @@ impl Retry {
         Retry { times, pause: Duration::ZERO }
     }
 
-    /// The last of `tried` tries failed with `fault` at `at`: from when on to
-    /// [try again](crate::Master::begin_retry), or `None` for never.
-    pub fn after<P: Protocol>(
-        &self,
-        tried: u8,
-        request: &P::Request,
-        fault: &Fault<P::DecodeError>,
-        at: Instant,
-    ) -> Option<Instant> {
-        let harmless = !P::writes(request) || fault.request_unheard();
+    /// The last of `tried` tries failed with `fault` at `at`, of a request that `writes` to non-volatile memory or not: from
+    /// when on to [try again](crate::Master::begin_retry), or `None` for never.
+    pub fn after<E>(&self, tried: u8, writes: bool, fault: &Fault<E>, at: Instant) -> Option<Instant> {
+        let harmless = !writes || fault.request_unheard();
         let again = harmless && tried <= self.times && !matches!(fault, Fault::Over { .. });
         again.then(|| at + self.pause)
     }

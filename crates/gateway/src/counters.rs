@@ -1,6 +1,6 @@
 //! What happened to one slot since reset. Counters wrap; readers take differences.
 
-use clino_bus::{Duration, FailedCheck, Fault};
+use clino_bus::{Duration, Fault};
 use clino_codec::checks::Check;
 
 /// Microseconds of a count of response time.
@@ -67,11 +67,11 @@ impl SlotCounters {
         self.response = [steps, min, max.max(steps)];
     }
 
-    pub(crate) fn failed<E: FailedCheck>(&mut self, fault: &Fault<E>) {
+    pub(crate) fn failed(&mut self, fault: &Fault<Check>) {
         let counter = match fault {
             Fault::NoAnswer { .. } => return bump32(&mut self.no_answer),
             Fault::Garbled { .. } | Fault::Contention => &mut self.garbled,
-            Fault::Bad(error) => match error.failed_check() {
+            Fault::Bad(check) => match check {
                 Check::LineErrors => &mut self.garbled,
                 Check::Checksum => &mut self.checksum,
                 Check::Length => &mut self.length,

@@ -1,13 +1,13 @@
 //! The façade: the slots, the two polled buses and the PWM inputs, behind one `poll`. It only forwards; what happens to
 //! an event is decided in `bus_task.rs`, `pwm.rs`, `schedule.rs` and `slot.rs`.
 
-use clino_bus::{BusCounters, Duration, Event, Instant, Isu, T7, Timing, earliest};
+use clino_bus::{BusCounters, Duration, Engine, Event, Instant, Isu, T7, Timing, earliest};
 use clino_commissioning::TaskProgress;
 use heapless::Vec;
 
 use crate::alarm::{Alarm, AlarmDetail};
 use crate::bits::Bits;
-use crate::bus_task::{BusTask, Ended};
+use crate::bus_task::{BusTask, Ended, Traffic};
 use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 use crate::counters::SlotCounters;
 use crate::degraded::DegradedMode;
@@ -18,6 +18,7 @@ use crate::schedule::outage::BusHealth;
 use crate::schedule::{Detail, Polled};
 use crate::settings::console::ConsoleSettings;
 use crate::settings::{self, BusSettings, Tabled};
+use crate::slot::Slot;
 use crate::snapshot::Publisher;
 use crate::summary::BusPart;
 use crate::task::{self, TaskEvent};
@@ -53,7 +54,8 @@ const WATCH_EVERY: Duration = Duration::from_millis(100);
 const SLOT_SEED: u8 = 2;
 const CONSOLE_SEED: u8 = u8::MAX;
 
-/// The only place that selects the task of a bus.
+/// The only place that selects the task of a bus, for what depends on its protocol; what does not is in its
+/// [`Traffic`].
 macro_rules! on {
     ($gateway:ident, $bus:expr, $task:ident => $does:expr) => {
         match $bus {
@@ -82,6 +84,18 @@ macro_rules! on {
 }
 
 impl Gateway {
+    fn traffic(&self, bus: Bus) -> &Traffic {
+        on!(self, bus, task => task.traffic())
+    }
+
+    fn traffic_mut(&mut self, bus: Bus) -> &mut Traffic {
+        on!(mut self, bus, task => task.traffic_mut())
+    }
+
+    fn engine(&self, bus: Bus) -> &Engine {
+        on!(self, bus, task => task.master().engine())
+    }
+
     /// Takes an event of a bus's line.
     pub fn line(&mut self, bus: Bus, event: Event) {
         let ended = on!(mut self, bus, task => task.on(event, &mut self.slots));
@@ -89,7 +103,8 @@ impl Gateway {
     }
 
     fn note(&mut self, ended: Option<Ended>) {
-        self.changed = self.changed.or(self.t7.take_restarted()).or(self.isu.take_restarted());
+        let restarted = self.t7.traffic_mut().take_restarted().or(self.isu.traffic_mut().take_restarted());
+        self.changed = self.changed.or(restarted);
         let Some(Ended { entry, slot }) = ended else { return };
         self.trace.push(entry);
         if let Some(slot) = slot {
@@ -99,7 +114,7 @@ impl Gateway {
 
     /// Takes what a timer input saw at `now`.
     pub fn pwm(&mut self, input: PwmInput, capture: Capture, now: Instant) {
-        let (t7, isu) = (&self.t7, &self.isu);
+        let (t7, isu) = (self.t7.traffic(), self.isu.traffic());
         let is_settling = |bus, address| match bus {
             Bus::T7 => t7.is_settling(address, now),
             Bus::Isu => isu.is_settling(address, now),
@@ -123,7 +138,7 @@ impl Gateway {
         order.check_in(self.degraded)?;
         let accepted = match order {
             Order::Slot { slot, config } => self.change_slot(slot.into(), config),
-            Order::Bus { bus, change } => on!(mut self, bus, task => task.change(&change)),
+            Order::Bus { bus, change } => self.traffic_mut(bus).change(&change),
             Order::Console(console) => {
                 self.console = console;
                 true
@@ -189,7 +204,7 @@ impl Gateway {
 
     /// Sets a slot. Returns whether it was set: a task may have a claim on what would change.
     fn change_slot(&mut self, index: usize, config: SlotConfig) -> bool {
-        let claims = [self.t7.claim(), self.isu.claim()];
+        let claims = Bus::ALL.map(|bus| self.traffic(bus).claim());
         // What changes nothing interrupts nothing.
         let Some(now) = self.config(index).filter(|now| **now != config) else { return true };
         if !claims.iter().all(|claim| claim.allows(now, &config)) {
@@ -200,9 +215,9 @@ impl Gateway {
     }
 
     /// What a task that has ended has changed, the slots take over.
+    #[inline(never)]
     fn conclude(&mut self, bus: Bus) {
-        let ended = on!(mut self, bus, task => task.ended());
-        let Some((claim, news)) = ended else { return };
+        let Some((claim, news)) = self.traffic_mut(bus).ended() else { return };
         for index in 0..self.slots.len() {
             if let Some(config) = self.config(index).and_then(|config| task::followed(config, claim, &news)) {
                 self.configure(index, config);
@@ -212,17 +227,17 @@ impl Gateway {
 
     /// What a task of this requester has found, or how it ended. A task waits until this has been fetched.
     pub fn task_event(&mut self, requester: Requester) -> Option<TaskEvent> {
-        Bus::ALL.into_iter().find_map(|bus| on!(mut self, bus, task => task.task_event(requester)))
+        Bus::ALL.into_iter().find_map(|bus| self.traffic_mut(bus).task_event(requester))
     }
 
     /// Whether [`Gateway::task_event`] has something for this requester.
     pub fn has_task_event(&self, requester: Requester) -> bool {
-        Bus::ALL.into_iter().any(|bus| on!(self, bus, task => task.has_task_event(requester)))
+        Bus::ALL.into_iter().any(|bus| self.traffic(bus).has_task_event(requester))
     }
 
     /// Whether a task on this bus has said something that was not fetched yet.
     pub(crate) fn holds_task_event(&self, bus: Bus) -> bool {
-        on!(self, bus, task => [Requester::Console, Requester::Modbus].into_iter().any(|requester| task.has_task_event(requester)))
+        self.traffic(bus).holds_task_event()
     }
 
     /// From now on the slot reads this.
@@ -237,11 +252,10 @@ impl Gateway {
 
     /// A slot means something else now.
     fn reset(&mut self, index: usize) {
-        let Some(polled) = self.slots.get(index) else { return };
-        for bus in Bus::ALL {
-            on!(mut self, bus, task => task.forget(index, &polled.slot.config));
+        let Some(Polled { slot: Slot { config, .. }, .. }) = self.slots.get(index) else { return };
+        for traffic in [self.t7.traffic_mut(), self.isu.traffic_mut()] {
+            traffic.forget(index, config);
         }
-        let config = &polled.slot.config;
         self.watched.set(index, config.enabled && config.source != Source::Off && config.alarm.no_value > 0);
         self.changed.set(index, true);
         let changed = self.pwm.forget(index, &mut self.slots);
@@ -257,15 +271,18 @@ impl Gateway {
     pub fn poll(&mut self, bus: Bus, now: Instant, port: impl FnMut(Action<'_>)) {
         let ended = on!(mut self, bus, task => task.poll(now, &mut self.slots, port));
         self.note(ended);
-        self.conclude(bus);
-        self.watch(now);
+        // Both are rare, and what comes with each call of them is not free: this runs with each character on a bus.
+        if self.traffic(bus).has_ended() {
+            self.conclude(bus);
+        }
+        if !self.watched.is_empty() && now >= self.watch_at {
+            self.watch(now);
+        }
     }
 
     /// Looks whether a slot has had no value for too long.
+    #[inline(never)]
     fn watch(&mut self, now: Instant) {
-        if self.watched.is_empty() || now < self.watch_at {
-            return;
-        }
         self.watch_at = now + WATCH_EVERY;
         for index in self.watched.iter() {
             if self.slots.get_mut(index).is_some_and(|polled| polled.slot.watch(now)) {
@@ -326,12 +343,12 @@ impl Gateway {
 
     /// How a bus is set. In force, or before its next exchange.
     pub fn bus_settings(&self, bus: Bus) -> &BusSettings {
-        on!(self, bus, task => task.settings())
+        self.traffic(bus).settings()
     }
 
     /// Whether the bus runs as it is set. A bit rate that a task has chosen for a while does not count.
     pub fn is_in_force(&self, bus: Bus) -> bool {
-        on!(self, bus, task => task.is_in_force())
+        self.traffic(bus).is_in_force()
     }
 
     /// How the console behaves.
@@ -376,12 +393,12 @@ impl Gateway {
 
     /// What happened on a bus since reset.
     pub fn counters(&self, bus: Bus) -> &BusCounters {
-        on!(self, bus, task => task.master().counters())
+        self.engine(bus).counters()
     }
 
     /// How a bus as a whole is doing.
     pub fn health(&self, bus: Bus) -> BusHealth {
-        on!(self, bus, task => task.health())
+        self.traffic(bus).health()
     }
 
     /// What a bus declares.
@@ -392,7 +409,7 @@ impl Gateway {
 
     /// How a bus runs now.
     pub fn timing(&self, bus: Bus) -> &Timing {
-        on!(self, bus, task => task.master().timing())
+        self.engine(bus).timing()
     }
 
     /// PWM cycles that were dropped because an edge was lost, both inputs together.

@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | the exchange under way | until its answer, or its deadline | `clino_bus`, `master.rs` |
 //! | the gap between two frames of a protocol, a line that is not idle | as the documents say | `clino_bus`, `timing.rs`, `line.rs` |
-//! | a late answer that is still awaited | until it cannot come any more | `clino_bus`, `master/late.rs` |
+//! | a late answer that is still awaited | until it cannot come any more | `clino_bus`, `master/engine/late.rs` |
 //! | the period of the slot | one period after it was due | `schedule/turn.rs` |
 //! | the refresh of an ISU | until it has a new angle | `schedule/refresh.rs` |
 //! | a value that has to be confirmed | [`CONFIRM_AFTER`](queue::CONFIRM_AFTER) | `schedule/queue.rs` |

@@ -2,7 +2,7 @@
 //!
 //! Written where a transaction ends; read newest first. 16 bytes an entry.
 
-use clino_bus::{Duration, FailedCheck, Fault, Instant};
+use clino_bus::{Duration, Fault, Instant};
 use clino_codec::checks::Check;
 use heapless::Vec;
 
@@ -60,15 +60,11 @@ impl Verdict {
         }
     }
 
-    pub(crate) fn of<A, E: FailedCheck>(result: &Result<A, Fault<E>>) -> Verdict {
-        result.as_ref().map_or_else(Verdict::of_fault, |_| Verdict::Good)
-    }
-
-    pub(crate) fn of_fault<E: FailedCheck>(fault: &Fault<E>) -> Verdict {
+    pub(crate) fn of_fault(fault: &Fault<Check>) -> Verdict {
         match fault {
             Fault::NoAnswer { .. } => Verdict::NoAnswer,
             Fault::Garbled { .. } => Verdict::Garbled,
-            Fault::Bad(error) => match error.failed_check() {
+            Fault::Bad(check) => match check {
                 Check::LineErrors => Verdict::LineErrors,
                 Check::Checksum => Verdict::Checksum,
                 Check::Length => Verdict::Length,

@@ -51,6 +51,19 @@ pub enum Blame {
 }
 
 impl<E: FailedCheck> Fault<E> {
+    /// The same, with nothing but the check that failed.
+    pub fn by_check(&self) -> Fault<Check> {
+        match *self {
+            Fault::NoAnswer { waited } => Fault::NoAnswer { waited },
+            Fault::Garbled { characters } => Fault::Garbled { characters },
+            Fault::Bad(ref error) => Fault::Bad(error.failed_check()),
+            Fault::Contention => Fault::Contention,
+            Fault::LineBusy => Fault::LineBusy,
+            Fault::NotSent => Fault::NotSent,
+            Fault::Over { answers, garbled } => Fault::Over { answers, garbled },
+        }
+    }
+
     /// Where to look for the cause.
     pub fn blame(&self) -> Blame {
         match self {
@@ -61,6 +74,22 @@ impl<E: FailedCheck> Fault<E> {
                 Check::LineErrors | Check::Checksum => Blame::Line,
                 Check::Address | Check::Command | Check::Length | Check::Value => Blame::Node,
             },
+        }
+    }
+}
+
+impl Fault<Check> {
+    /// The same with the error of the check that failed, which there is if one has.
+    pub(super) fn with<E>(self, bad: Option<E>) -> Fault<E> {
+        match (self, bad) {
+            (Fault::Bad(_), Some(error)) => Fault::Bad(error),
+            (Fault::Bad(_), None) => Fault::Garbled { characters: 0 },
+            (Fault::Contention, _) => Fault::Contention,
+            (Fault::NoAnswer { waited }, _) => Fault::NoAnswer { waited },
+            (Fault::Garbled { characters }, _) => Fault::Garbled { characters },
+            (Fault::LineBusy, _) => Fault::LineBusy,
+            (Fault::NotSent, _) => Fault::NotSent,
+            (Fault::Over { answers, garbled }, _) => Fault::Over { answers, garbled },
         }
     }
 }

@@ -3,9 +3,11 @@
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::checks::{Check, Checks};
-use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
+use clino_codec::isu::{
+    Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Function, Request,
+};
 
-use crate::{Duration, FailedCheck, Protocol, Timing};
+use crate::{ExpectedReply, FailedCheck, Protocol, ReplyHeader};
 
 /// STT ISU, binary mode. An error answer names no module and counts as one of the module that was asked.
 #[derive(Debug)]
@@ -25,20 +27,17 @@ impl Protocol for Isu {
         request.encode(address)
     }
 
-    fn node(expected: &Expected) -> u8 {
-        expected.address().get()
-    }
-
     fn expected(address: Address, request: &Request) -> Expected {
         request.expected(address)
     }
 
-    fn size(expected: &Expected) -> usize {
-        expected.size()
-    }
-
-    fn latency(request: &Request, timing: &Timing) -> Duration {
-        if Self::writes(request) { timing.set_latency } else { timing.get_latency }
+    fn reply(expected: &Expected) -> ExpectedReply {
+        ExpectedReply {
+            node: expected.address().get(),
+            from_any: expected.address().is_any(),
+            command: expected.function() as u8,
+            characters: expected.size() as u16,
+        }
     }
 
     fn writes(request: &Request) -> bool {
@@ -66,32 +65,23 @@ impl Protocol for Isu {
     }
 
     /// An error answer names no module: it may come from any.
-    fn answers(answer: &Answer, earlier: &Expected) -> bool {
-        answer.response.function().is_none_or(|function| {
-            function == earlier.function() && may_be(answer.address, earlier.address())
-        })
+    fn header(answer: &Answer) -> ReplyHeader {
+        let function = answer.response.function();
+        function.map_or(ReplyHeader::Unnamed, |function| named(answer.address, function))
     }
 
-    fn answers_refused(error: &DecodeError, earlier: &Expected) -> bool {
+    fn refused_header(error: &DecodeError) -> Option<ReplyHeader> {
         match *error {
-            DecodeError::Foreign { address, function, .. } => {
-                function == earlier.function() && may_be(address, earlier.address())
-            }
+            DecodeError::Foreign { address, function, .. } => Some(named(address, function)),
             // The module that is being asked now, about what it was asked before.
-            DecodeError::Memory { .. } => true,
-            _ => false,
+            DecodeError::Memory { .. } => Some(ReplyHeader::Unnamed),
+            _ => None,
         }
-    }
-
-    fn confusable(later: &Expected, earlier: &Expected) -> bool {
-        later.function() == earlier.function()
-            && (may_be(later.address(), earlier.address()) || later.address().is_any())
     }
 }
 
-/// Whether the module at `address` was asked when `asked` was.
-fn may_be(address: Address, asked: Address) -> bool {
-    asked.is_any() || asked == address
+fn named(address: Address, function: Function) -> ReplyHeader {
+    ReplyHeader::Named { node: address.get(), command: function as u8 }
 }
 
 impl FailedCheck for DecodeError {

@@ -3,9 +3,11 @@
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::checks::{Check, Checks};
-use clino_codec::t7::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
+use clino_codec::t7::{
+    Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Opcode, Request,
+};
 
-use crate::{Duration, FailedCheck, Protocol, Timing};
+use crate::{ExpectedReply, FailedCheck, Protocol, ReplyHeader};
 
 /// US Digital T7.
 #[derive(Debug)]
@@ -25,20 +27,17 @@ impl Protocol for T7 {
         request.encode(address)
     }
 
-    fn node(expected: &Expected) -> u8 {
-        expected.address.get()
-    }
-
     fn expected(address: Address, request: &Request) -> Expected {
         request.expected(address)
     }
 
-    fn size(expected: &Expected) -> usize {
-        expected.size()
-    }
-
-    fn latency(request: &Request, timing: &Timing) -> Duration {
-        if Self::writes(request) { timing.set_latency } else { timing.get_latency }
+    fn reply(&Expected { address, opcode }: &Expected) -> ExpectedReply {
+        ExpectedReply {
+            node: address.get(),
+            from_any: address.is_all(),
+            command: opcode.get(),
+            characters: Expected { address, opcode }.size() as u16,
+        }
     }
 
     fn writes(request: &Request) -> bool {
@@ -65,23 +64,20 @@ impl Protocol for T7 {
         decoder.discarded()
     }
 
-    fn answers(answer: &Answer, earlier: &Expected) -> bool {
-        answer.response.opcode() == earlier.opcode && may_be(answer.address, earlier.address)
+    fn header(answer: &Answer) -> ReplyHeader {
+        named(answer.address, answer.response.opcode())
     }
 
-    fn answers_refused(error: &DecodeError, earlier: &Expected) -> bool {
-        matches!(error, &DecodeError::Foreign { address, opcode, .. }
-            if opcode == earlier.opcode && may_be(address, earlier.address))
-    }
-
-    fn confusable(later: &Expected, earlier: &Expected) -> bool {
-        later.opcode == earlier.opcode && (may_be(later.address, earlier.address) || later.address.is_all())
+    fn refused_header(error: &DecodeError) -> Option<ReplyHeader> {
+        match *error {
+            DecodeError::Foreign { address, opcode, .. } => Some(named(address, opcode)),
+            _ => None,
+        }
     }
 }
 
-/// Whether the device at `address` was asked when `asked` was.
-fn may_be(address: Address, asked: Address) -> bool {
-    asked.is_all() || asked == address
+fn named(address: Address, opcode: Opcode) -> ReplyHeader {
+    ReplyHeader::Named { node: address.get(), command: opcode.get() }
 }
 
 impl FailedCheck for DecodeError {

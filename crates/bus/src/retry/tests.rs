@@ -1,7 +1,7 @@
 //! What is repeated, and when.
 
 use super::*;
-use crate::T7;
+use crate::{Protocol, T7};
 use clino_codec::t7::{Axis, DecodeError, Request};
 
 const READ: Request = Request::GetAngle(Axis::Two);
@@ -9,7 +9,7 @@ const WRITE: Request = Request::SetDamping { damping_ms: 125 };
 const SILENCE: Fault<DecodeError> = Fault::NoAnswer { waited: Duration::from_micros(2_174) };
 
 fn after(retry: Retry, tried: u8, request: &Request, fault: Fault<DecodeError>) -> Option<Instant> {
-    retry.after::<T7>(tried, request, &fault, Instant::from_micros(2_000))
+    retry.after(tried, T7::writes(request), &fault, Instant::from_micros(2_000))
 }
 
 #[test]

@@ -72,7 +72,8 @@ macro_rules! of_protocol {
             Master::<$protocol>::begin_retry,
             Master::<$protocol>::begin_collecting,
             Master::<$protocol>::allow,
-            Retry::after::<$protocol>,
+            Retry::after::<<$protocol as Protocol>::DecodeError>,
+            Fault::<<$protocol as Protocol>::DecodeError>::by_check,
             blame::<$protocol>,
         ]
     };

@@ -7,7 +7,7 @@
 //!
 //! When exactly a node begins to say its new numbers is not known: the write may be lost, its answer may be lost, an
 //! ISU says its last angle until the next refresh. So from the request that may change it, until the task that has sent
-//! it has ended and the node has had time (`Poll::SETTLES`), the node's numbers are not used ([`Settling`]).
+//! it has ended and the node has had time (`PollRules::settles`), the node's numbers are not used ([`Settling`]).
 //!
 //! ```text
 //!   task   ──── write ─ answer, or none ───── read back ── end

@@ -1,6 +1,6 @@
 //! The ISU's protocol without the refusal of writes to undocumented memory.
 
-use clino_bus::{Duration, Isu, Protocol, Timing};
+use clino_bus::{ExpectedReply, Isu, Protocol, ReplyHeader};
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
@@ -25,20 +25,12 @@ impl Protocol for UnprotectedIsu {
         request.encode_even_if_it_bricks_the_module(address)
     }
 
-    fn node(expected: &Expected) -> u8 {
-        Isu::node(expected)
-    }
-
     fn expected(address: Address, request: &Request) -> Expected {
         Isu::expected(address, request)
     }
 
-    fn size(expected: &Expected) -> usize {
-        Isu::size(expected)
-    }
-
-    fn latency(request: &Request, timing: &Timing) -> Duration {
-        Isu::latency(request, timing)
+    fn reply(expected: &Expected) -> ExpectedReply {
+        Isu::reply(expected)
     }
 
     fn writes(request: &Request) -> bool {
@@ -65,16 +57,12 @@ impl Protocol for UnprotectedIsu {
         Isu::discarded(decoder)
     }
 
-    fn answers(answer: &Answer, earlier: &Expected) -> bool {
-        Isu::answers(answer, earlier)
+    fn header(answer: &Answer) -> ReplyHeader {
+        Isu::header(answer)
     }
 
-    fn answers_refused(error: &DecodeError, earlier: &Expected) -> bool {
-        Isu::answers_refused(error, earlier)
-    }
-
-    fn confusable(later: &Expected, earlier: &Expected) -> bool {
-        Isu::confusable(later, earlier)
+    fn refused_header(error: &DecodeError) -> Option<ReplyHeader> {
+        Isu::refused_header(error)
     }
 }
 

@@ -10,40 +10,37 @@
 //!
 //! [`Timing::late`]: crate::Timing
 
-use crate::{Duration, Instant, Protocol, Serial};
+use crate::{Duration, ExpectedReply, Instant, ReplyHeader, Serial};
 
 /// More than the unanswered T7 requests that fit into the 25 ms for which one reply is outstanding, at 2.4 ms each.
 const MAX_OUTSTANDING: usize = 12;
 
 #[derive(Clone, Copy)]
-pub(super) struct OutstandingReply<E> {
-    pub expected: E,
+pub(super) struct OutstandingReply {
+    pub expected: ExpectedReply,
     /// When the answer should have begun, by the sensor's document.
     pub due: Instant,
     /// No answer begins after this.
     pub until: Instant,
 }
 
-impl<E> OutstandingReply<E> {
+impl OutstandingReply {
     /// How long after it was due an answer began that ended at `at`.
-    pub fn lateness<P: Protocol<Expected = E>>(&self, at: Instant, serial: Serial) -> Duration {
-        at.since(self.due + serial.characters(P::size(&self.expected) as u32))
+    pub fn lateness(&self, at: Instant, serial: Serial) -> Duration {
+        at.since(self.due + serial.characters(self.expected.characters.into()))
     }
 }
 
 /// Failed requests whose replies are outstanding, in any order.
-pub(super) struct OutstandingReplies<P: Protocol> {
+#[derive(Default)]
+pub(super) struct OutstandingReplies {
     // Places, not a list: nothing is moved, and moving takes 1.6 KB of flash where nothing else does it.
-    places: [Option<OutstandingReply<P::Expected>>; MAX_OUTSTANDING],
+    places: [Option<OutstandingReply>; MAX_OUTSTANDING],
 }
 
-impl<P: Protocol> OutstandingReplies<P> {
-    pub const fn new() -> Self {
-        OutstandingReplies { places: [const { None }; MAX_OUTSTANDING] }
-    }
-
+impl OutstandingReplies {
     /// Adds a request and removes those whose time is over at `now`.
-    pub fn add(&mut self, reply: OutstandingReply<P::Expected>, now: Instant) {
+    pub fn add(&mut self, reply: OutstandingReply, now: Instant) {
         for place in &mut self.places {
             *place = place.filter(|reply| reply.until > now);
         }
@@ -54,27 +51,23 @@ impl<P: Protocol> OutstandingReplies<P> {
     }
 
     /// When a request for `expected` may be sent, so that its answer cannot be confused with an outstanding one.
-    pub fn clear_at(&self, expected: &P::Expected) -> Instant {
+    pub fn clear_at(&self, expected: &ExpectedReply) -> Instant {
         let mut clear = Instant::ZERO;
         let mut oldest = Some(Instant::NEVER);
         for place in &self.places {
             oldest = place.and_then(|reply| oldest.map(|oldest| oldest.min(reply.until)));
-            if let Some(reply) = place.filter(|reply| P::confusable(expected, &reply.expected)) {
+            if let Some(reply) = place.filter(|reply| expected.is_confusable_with(&reply.expected)) {
                 clear = clear.max(reply.until);
             }
         }
         clear.max(oldest.unwrap_or(Instant::ZERO))
     }
 
-    /// An answer came during the request begun at `asked`; `fits` says whether it fits an earlier request. Removes and
-    /// returns the earlier request that it fits, the oldest if there are several.
-    pub fn claim(
-        &mut self,
-        asked: Instant,
-        fits: impl Fn(&P::Expected) -> bool,
-    ) -> Option<OutstandingReply<P::Expected>> {
+    /// An answer with this header came during the request begun at `asked`. Removes and returns the earlier request that
+    /// it fits, the oldest if there are several.
+    pub fn claim(&mut self, asked: Instant, header: ReplyHeader) -> Option<OutstandingReply> {
         let fitting = self.places.iter_mut().filter_map(|place| {
-            let until = place.filter(|reply| reply.until > asked && fits(&reply.expected))?.until;
+            let until = place.filter(|reply| reply.until > asked && reply.expected.fits(header))?.until;
             Some((until, place))
         });
         fitting.min_by_key(|&(until, _)| until)?.1.take()
