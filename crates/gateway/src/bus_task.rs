@@ -18,6 +18,7 @@ use clino_commissioning::{RunnerAction, TaskProgress};
 use crate::bits::Bits;
 use crate::counters::{SlotCounters, bump16};
 use crate::event::{Action, Requester};
+use crate::features::COMMISSIONING;
 use crate::schedule::Polled;
 use crate::schedule::outage::BusHealth;
 use crate::schedule::queue::Asked;
@@ -137,7 +138,7 @@ impl<P: Serve> BusTask<P> {
 
     /// Accepts a task, unless there is one.
     pub fn accept(&mut self, task: &P::Task, requester: Requester) -> bool {
-        let idle = self.task.is_none() && self.news.is_none();
+        let idle = COMMISSIONING && self.task.is_none() && self.news.is_none();
         if idle {
             (self.task, self.requester, self.cancelled) = (Some(*task), requester, false);
         }
@@ -151,7 +152,7 @@ impl<P: Serve> BusTask<P> {
 
     /// The claim of a task that has just ended, and how it has ended; once.
     pub fn ended(&mut self) -> Option<(Claim, TaskEvent)> {
-        let news = self.news.as_ref().filter(|news| news.is_end())?;
+        let news = self.news.as_ref().filter(|news| COMMISSIONING && news.is_end())?;
         self.task.take().map(|task| (P::claim(&task), *news))
     }
 
@@ -173,12 +174,12 @@ impl<P: Serve> BusTask<P> {
 
     /// The event of the task, if this requester has ordered it.
     pub fn task_event(&mut self, requester: Requester) -> Option<TaskEvent> {
-        self.news.take_if(|_| self.requester == requester)
+        self.news.take_if(|_| COMMISSIONING && self.requester == requester)
     }
 
     /// Whether the task has an event for this requester.
     pub fn has_task_event(&self, requester: Requester) -> bool {
-        self.news.is_some() && self.requester == requester
+        COMMISSIONING && self.news.is_some() && self.requester == requester
     }
 
     /// How the bus is set. A bit rate that a task has chosen for a while is not among it.
@@ -316,7 +317,9 @@ impl<P: Serve> BusTask<P> {
     /// Begins the task that was accepted, once every node recognises requests.
     #[inline(never)]
     fn begin_task(&mut self, now: Instant) {
-        let (Some(task), None, None) = (&self.task, &self.work, &self.news) else { return };
+        let (true, Some(task), None, None) = (COMMISSIONING, &self.task, &self.work, &self.news) else {
+            return;
+        };
         if now < self.polling.silent_until() && !self.cancelled {
             return;
         }
