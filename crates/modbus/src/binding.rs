@@ -320,6 +320,8 @@ impl<S: Site> Host for Binding<'_, S> {
         read::Reader::new(self, port).read(first, quantity, take)
     }
 
+    /// A function of its own: the stack of what found out what to write is free again.
+    #[inline(never)]
     fn write(&mut self, write: &Write<'_>) -> Result<(), Refusal> {
         match write {
             Write::Slot(slot, values) => {
