@@ -78,7 +78,8 @@ fn change_bus(job: &mut Job<'_, '_>, bus: Bus, change: &Change) -> Outcome {
 /// `load`
 pub fn load(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    let [t7, isu] = [Bus::T7, Bus::Isu].map(|bus| settings_of(job, bus));
+    let t7 = settings_of(job, Bus::T7);
+    let isu = settings_of(job, Bus::Isu);
     let (host, reply) = (&*job.host, &mut job.reply);
     let slot = |slot: u8| host.config(slot.into());
     // The gateway does not keep the damping of a T7.
