@@ -6,7 +6,7 @@ use heapless::spsc::Producer;
 use stm32f4xx_hal::rcc::Rcc;
 
 use crate::board::IsuLine;
-use crate::ports::BusPort;
+use crate::uart::BusPort;
 
 /// No port.
 pub struct Port;
