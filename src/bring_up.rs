@@ -3,24 +3,23 @@
 use core::mem::MaybeUninit;
 
 use clino_bus::Event;
-use clino_codec::pwm;
-use clino_gateway::{Bus, Capture, DegradedMode, Gateway};
-use clino_modbus::{Server, Settings};
+use clino_codec::pwm::Limits;
+use clino_gateway::{Bus, Capture, Configuration, DegradedMode, Gateway};
+use clino_modbus::Settings;
 use clino_recovery::{Clock, Mode, Start};
 use clino_storage::Tally;
 use heapless::spsc::Queue;
 
 use crate::board::{self, Board, FlashRegisters};
 use crate::bus::Inbox;
-use crate::capture::{PwmCapture, TimerInput};
 use crate::config_store::ConfigStore;
 use crate::flash::TallyFlash;
 use crate::log::log;
-use crate::modbus::Lines;
-use crate::ports::{IsuPort, Pwm1Port, Pwm2Port, T7Port};
+use crate::modbus::{Lines, Server};
+use crate::ports::T7Port;
 use crate::quiet::Kept;
 use crate::uart::Rs485;
-use crate::{clock, console, modbus, params, start, watchdog};
+use crate::{clock, console, isu, modbus, params, pwm, start, watchdog};
 
 /// Events the T7 bus can have in hand before the bus level fetches them: 2.8 ms of characters at 115200 bit/s.
 const T7_EVENTS: usize = 32;
@@ -69,9 +68,9 @@ pub struct Parts {
     pub gateway: &'static mut Gateway,
     pub inbox: Inbox,
     pub t7: T7Port,
-    pub isu: IsuPort,
-    pub pwm1: Pwm1Port,
-    pub pwm2: Pwm2Port,
+    pub isu: isu::Port,
+    pub pwm1: pwm::Port1,
+    pub pwm2: pwm::Port2,
     pub server: &'static mut Server,
     pub uplink: modbus::port::Port,
     pub lines: Lines,
@@ -118,17 +117,11 @@ pub fn bring_up(board: Board, places: Places) -> Parts {
 
     let (usart, de, clock_hz) = ports.t7.start(rcc);
     let t7 = Rs485::new(usart, de, &gateway.bus_settings(Bus::T7).timing, clock_hz, core_hz, t7_producer);
-    let (usart, de, clock_hz) = ports.isu.start(rcc);
-    let isu = Rs485::new(usart, de, &gateway.bus_settings(Bus::Isu).timing, clock_hz, core_hz, isu_producer);
+    let isu = isu::start(ports.isu, rcc, &gateway.bus(Bus::Isu).timing, core_hz, isu_producer);
     let (console, keys, writer) = console::start(ports.console, rcc, &mut queues.console);
-    let (usart, de, clock_hz) = ports.modbus.start(rcc);
-    let (uplink, lines) = modbus::port::start(usart, de, clock_hz, &settings, &mut queues.modbus);
-    let server = places.server.write(Server::new(settings, &modbus::IDENTIFICATION, clock::now()));
-
-    let (capture, pin) = ports.pwm1.start(rcc);
-    let pwm1 = PwmCapture::new(capture, TimerInput::Ti2, pin, pwm1_producer);
-    let (capture, pin) = ports.pwm2.start(rcc);
-    let pwm2 = PwmCapture::new(capture, TimerInput::Ti1, pin, pwm2_producer);
+    let (uplink, lines) = modbus::start(ports.modbus, rcc, &settings, &mut queues.modbus);
+    let server = places.server.write(modbus::server(settings));
+    let (pwm1, pwm2) = pwm::start(ports.pwm1, ports.pwm2, rcc, pwm1_producer, pwm2_producer);
     Parts {
         start,
         timer,
@@ -192,9 +185,9 @@ fn tell(start: &Start) {
 
 /// Makes the gateway, with the configuration as delivered.
 #[inline(never)]
-fn make_gateway(place: &'static mut MaybeUninit<Gateway>, limits: pwm::Limits) -> &'static mut Gateway {
+fn make_gateway(place: &'static mut MaybeUninit<Gateway>, limits: Limits) -> &'static mut Gateway {
     let gateway = place.write(Gateway::idle(limits));
-    gateway.set_up(&params::SLOTS, &params::T7, &params::ISU);
+    gateway.set_up(params::SLOTS, &params::T7, &params::ISU);
     gateway
 }
 

@@ -6,13 +6,13 @@
 use clino_console::{Saved, StorageError};
 use clino_gateway::Gateway;
 use clino_modbus::Settings;
-use clino_storage::{LoadError, Loaded, SaveError, Store};
+use clino_storage::{LoadError, Loaded, SaveError, SaveOutcome, Store};
 
 use crate::board::FlashRegisters;
 use crate::flash::{self, ConfigurationFlash};
 use crate::log::log;
 use crate::params;
-use crate::quiet::{Kept, Known, Quiet, silently};
+use crate::quiet::{Kept, Known, Quiet, Work, silently};
 
 /// Stores the configuration.
 pub struct ConfigStore {
@@ -56,27 +56,53 @@ impl ConfigStore {
 
     /// Stores the configuration in force.
     pub fn save(&mut self, shared: &mut dyn Quiet) -> Result<Saved, StorageError> {
-        let mut result = None;
-        silently(shared, &mut |gateway, modbus| {
-            result = Some((self.store.save(gateway, modbus), (gateway.fingerprint(), *modbus)));
-        })?;
-        let (saved, stored) = result.ok_or(StorageError::Busy)?;
+        let mut saving = Saving { store: &mut self.store, result: None };
+        silently(shared, &mut saving)?;
+        let (saved, stored) = saving.result.ok_or(StorageError::Busy)?;
         let saved = saved.map_err(told)?;
         shared.note(Kept { next: Some(stored), unread: false });
         Ok(match saved {
-            clino_storage::SaveOutcome::Unchanged => Saved::Unchanged,
-            clino_storage::SaveOutcome::Written => Saved::Written,
+            SaveOutcome::Unchanged => Saved::Unchanged,
+            SaveOutcome::Written => Saved::Written,
         })
     }
 
     /// Discards the stored configuration: the next start uses the configuration as delivered.
     pub fn factory_reset(&mut self, shared: &mut dyn Quiet) -> Result<(), StorageError> {
-        let mut result = None;
-        silently(shared, &mut |_, _| result = Some(self.store.factory_reset()))?;
-        let forgotten = result.ok_or(StorageError::Busy)?;
+        let mut forgetting = Forgetting { store: &mut self.store, result: None };
+        silently(shared, &mut forgetting)?;
+        let forgotten = forgetting.result.ok_or(StorageError::Busy)?;
         // After a failure the old settings may be there, or nothing.
         shared.note(Kept { next: forgotten.is_ok().then_some(self.delivered), unread: false });
         forgotten.map(|_| ()).map_err(told)
+    }
+}
+
+/// Whether something was stored.
+type Stored = Result<SaveOutcome, SaveError<flash::Error>>;
+
+/// Stores the configuration in force.
+struct Saving<'a> {
+    store: &'a mut Store<ConfigurationFlash>,
+    /// The result, and what was stored.
+    result: Option<(Stored, Known)>,
+}
+
+impl Work for Saving<'_> {
+    fn run(&mut self, gateway: &Gateway, modbus: &Settings) {
+        self.result = Some((self.store.save(gateway, modbus), (gateway.fingerprint(), *modbus)));
+    }
+}
+
+/// Discards what is stored.
+struct Forgetting<'a> {
+    store: &'a mut Store<ConfigurationFlash>,
+    result: Option<Stored>,
+}
+
+impl Work for Forgetting<'_> {
+    fn run(&mut self, _: &Gateway, _: &Settings) {
+        self.result = Some(self.store.factory_reset());
     }
 }
 

@@ -205,11 +205,12 @@ impl Host for Gateway<'_> {
     }
 
     fn modbus(&self) -> Option<Settings> {
-        Some(self.common.settings())
+        cfg!(feature = "modbus").then(|| self.common.settings())
     }
 
     fn modbus_counters(&self) -> Option<Counters> {
-        self.common.with(|shared| shared.port_counters.lock(|it| *it))
+        let counters = self.common.with(|shared| shared.port_counters.lock(|it| *it));
+        counters.filter(|_| cfg!(feature = "modbus"))
     }
 
     fn set_modbus(&mut self, settings: Settings) {

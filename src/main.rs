@@ -18,12 +18,16 @@
 #![no_std]
 #![no_main]
 #![deny(unsafe_op_in_unsafe_fn)]
-// What only the console or storage needs; the linker leaves it out.
-#![cfg_attr(not(all(feature = "console", feature = "storage")), allow(dead_code))]
+// What only some of the parts need; the linker leaves it out.
+#![cfg_attr(not(feature = "full"), allow(dead_code, unused_imports))]
+
+#[cfg(not(any(feature = "console", feature = "modbus")))]
+compile_error!("nothing would serve the angles: choose `console` or `modbus`, or both");
 
 mod board;
 mod bring_up;
 mod bus;
+#[cfg(feature = "pwm")]
 mod capture;
 mod clock;
 #[cfg(feature = "storage")]
@@ -34,12 +38,17 @@ mod faults;
 mod flash;
 #[cfg(feature = "console")]
 mod foreground;
+#[cfg(feature = "isu")]
+mod isu;
 mod log;
 mod main_loop;
+#[cfg(feature = "modbus")]
 mod modbus;
 mod params;
 mod ports;
 mod pre_init;
+#[cfg(feature = "pwm")]
+mod pwm;
 mod quiet;
 mod shared;
 mod start;
@@ -55,10 +64,22 @@ mod no_console;
 use no_console as console;
 #[cfg(not(feature = "storage"))]
 mod no_config_store;
+#[cfg(not(feature = "isu"))]
+mod no_isu;
+#[cfg(not(feature = "modbus"))]
+mod no_modbus;
+#[cfg(not(feature = "pwm"))]
+mod no_pwm;
 #[cfg(feature = "console")]
 use foreground::serve;
 #[cfg(not(feature = "storage"))]
 use no_config_store as config_store;
+#[cfg(not(feature = "isu"))]
+use no_isu as isu;
+#[cfg(not(feature = "modbus"))]
+use no_modbus as modbus;
+#[cfg(not(feature = "pwm"))]
+use no_pwm as pwm;
 #[cfg(not(feature = "console"))]
 use unattended::serve;
 
@@ -80,7 +101,7 @@ mod app {
 
     use clino_gateway::{Gateway, Publisher};
     use clino_modbus::binding::DeferredRequest;
-    use clino_modbus::{Counters, Server, Settings};
+    use clino_modbus::{Counters, Settings};
     use clino_recovery::{Mode, Start};
     use stm32f4xx_hal::pac::Interrupt;
 
@@ -88,9 +109,10 @@ mod app {
     use crate::bring_up::{self, Places, Queues};
     use crate::bus::Inbox;
     use crate::config_store::ConfigStore;
-    use crate::ports::{IsuPort, Pwm1Port, Pwm2Port, T7Port};
+    use crate::modbus::Server;
+    use crate::ports::T7Port;
     use crate::quiet::Kept;
-    use crate::{bus, clock, console, modbus, serve, shared, watchdog};
+    use crate::{bus, clock, console, isu, modbus, pwm, serve, shared, watchdog};
 
     /// The interrupts of the sensors' ports, which safe mode leaves off.
     const SENSORS: [Interrupt; 4] = [Interrupt::USART1, Interrupt::USART3, Interrupt::TIM5, Interrupt::TIM2];
@@ -98,9 +120,9 @@ mod app {
     #[shared]
     struct Shared {
         t7: T7Port,
-        isu: IsuPort,
-        pwm1: Pwm1Port,
-        pwm2: Pwm2Port,
+        isu: isu::Port,
+        pwm1: pwm::Port1,
+        pwm2: pwm::Port2,
         console: console::Port,
         uplink: modbus::port::Port,
         timer: clock::Timer,

@@ -58,7 +58,7 @@ impl<'a> Common<'a> {
 }
 
 impl Quiet for &Common<'_> {
-    fn while_silent(&mut self, work: Work<'_>) -> bool {
+    fn while_silent(&mut self, work: &mut dyn Work) -> bool {
         self.with(|shared| {
             let SharedResources { gateway, settings, t7, isu, uplink, .. } = shared;
             gateway.lock(|gateway| {
@@ -66,7 +66,7 @@ impl Quiet for &Common<'_> {
                     || isu.lock(|port| port.is_driving())
                     || uplink.lock(|port| port.is_driving());
                 if !driving {
-                    settings.lock(|settings| work(gateway, settings));
+                    settings.lock(|settings| work.run(gateway, settings));
                 }
                 !driving
             })

@@ -8,21 +8,24 @@ use core::cell::RefCell;
 use clino_bus::{DriverEnable, Instant};
 use clino_gateway::Gateway;
 use clino_modbus::binding::{self, Binding, DeferredRequest};
-use clino_modbus::{Identification, Refusal, Server};
+use clino_modbus::{Identification, Refusal, Settings};
 use clino_recovery::{MonitoredTask, Start};
 use heapless::spsc::{Consumer, Producer};
 use rtic::Mutex;
+use stm32f4xx_hal::rcc::Rcc;
 
 use crate::app::modbus_level::SharedResources;
+use crate::board::ModbusLine;
 use crate::clock::Alarm;
 use crate::quiet::Kept;
 use crate::{board, clock, params, ports, shared, watchdog};
 
 pub mod port;
 
+pub use clino_modbus::Server;
 use port::Event;
 
-pub static IDENTIFICATION: Identification = Identification([
+static IDENTIFICATION: Identification = Identification([
     "clino",
     board::PRODUCT,
     env!("CARGO_PKG_VERSION"),
@@ -35,6 +38,22 @@ pub static IDENTIFICATION: Identification = Identification([
 pub struct Lines {
     pub events: Consumer<'static, Event>,
     pub answer: Producer<'static, u8>,
+}
+
+/// Takes the port into service.
+pub fn start(
+    line: ModbusLine,
+    rcc: &mut Rcc,
+    settings: &Settings,
+    queues: &'static mut port::Queues,
+) -> (port::Port, Lines) {
+    let (usart, de, clock_hz) = line.start(rcc);
+    port::start(usart, de, clock_hz, settings, queues)
+}
+
+/// The server of a port that runs like this.
+pub fn server(settings: Settings) -> Server {
+    Server::new(settings, &IDENTIFICATION, clock::now())
 }
 
 /// Resources that the level shares with others. The server's host uses them, too, while the server runs.

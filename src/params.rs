@@ -77,12 +77,15 @@ pub const fn pwm_limits(timer_hz: u32, is_exact: bool) -> pwm::Limits {
 }
 
 /// The slot table the gateway starts with.
-pub const SLOTS: [SlotConfig; 6] = [
+pub const SLOTS: &[SlotConfig] = &[
     t7_slot(1),
     t7_slot(2),
     t7_slot(3),
+    #[cfg(feature = "isu")]
     SlotConfig::usual(Source::Isu { address: isu_address(1) }),
+    #[cfg(feature = "pwm")]
     SlotConfig::usual(Source::Pwm { input: PwmInput::Pwm1 }),
+    #[cfg(feature = "pwm")]
     SlotConfig::usual(Source::Pwm { input: PwmInput::Pwm2 }),
 ];
 

@@ -34,8 +34,24 @@ impl Kept {
     }
 }
 
-/// Something to do with the gateway and the settings of the Modbus port.
-pub type Work<'a> = &'a mut dyn FnMut(&Gateway, &Settings);
+/// Something to do with the gateway and the settings of the Modbus port. A trait and no closure: the stack analysis tells its
+/// functions from other closures' by their names.
+pub trait Work {
+    /// Does it.
+    fn run(&mut self, gateway: &Gateway, modbus: &Settings);
+}
+
+/// Work that may stall the core. No other monitored task can check in meanwhile: this takes less than the shortest of their
+/// deadlines, stalls left out.
+struct Stalling<'a>(&'a mut dyn Work);
+
+impl Work for Stalling<'_> {
+    fn run(&mut self, gateway: &Gateway, modbus: &Settings) {
+        watchdog::check_in(MonitoredTask::Storage);
+        clock::across_stall(|| self.0.run(gateway, modbus));
+        watchdog::rest(MonitoredTask::Storage);
+    }
+}
 
 /// Access to the levels above the main loop, for storing.
 pub trait Quiet {
@@ -44,32 +60,34 @@ pub trait Quiet {
     ///
     /// A driver that is on while the core stands still holds its line against all nodes. An answer that comes in
     /// meanwhile is lost, and asked for again.
-    fn while_silent(&mut self, work: Work<'_>) -> bool;
+    fn while_silent(&mut self, work: &mut dyn Work) -> bool;
 
     /// Sets the known content of the flash.
     fn note(&mut self, kept: Kept);
 }
 
+/// Restarts the board.
+struct Restart;
+
+impl Work for Restart {
+    fn run(&mut self, _: &Gateway, _: &Settings) {
+        board::reset()
+    }
+}
+
 /// Restarts the board when all lines have sent their frames, or do not fall silent.
 pub fn restart(shared: &mut dyn Quiet) -> ! {
     // A line that is driven all the time is one more reason to restart.
-    let _ = silently(shared, &mut |_, _| board::reset());
+    let _ = silently(shared, &mut Restart);
     board::reset()
 }
 
 /// Waits until all lines are silent, and does this with the gateway, once.
-pub fn silently(shared: &mut dyn Quiet, work: Work<'_>) -> Result<(), StorageError> {
+pub fn silently(shared: &mut dyn Quiet, work: &mut dyn Work) -> Result<(), StorageError> {
     let begin = clock::now();
     while clock::now().since(begin) < LONGEST_WAIT {
         watchdog::check_in(MonitoredTask::Console);
-        let is_done = shared.while_silent(&mut |gateway, modbus| {
-            // No other monitored task can check in meanwhile: this takes less than the shortest of their deadlines, stalls left
-            // out.
-            watchdog::check_in(MonitoredTask::Storage);
-            clock::across_stall(|| work(gateway, modbus));
-            watchdog::rest(MonitoredTask::Storage);
-        });
-        if is_done {
+        if shared.while_silent(&mut Stalling(work)) {
             return Ok(());
         }
         cortex_m::asm::wfi();

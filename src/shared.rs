@@ -11,8 +11,8 @@ use clino_recovery::MonitoredTask;
 use crate::app::{bus_level, modbus_level};
 use crate::watchdog;
 
-/// The buses.
-pub const BUSES: [Bus; 2] = [Bus::T7, Bus::Isu];
+/// The buses of this image.
+pub const BUSES: [Bus; Bus::COUNT] = Bus::ALL;
 
 /// All slots at one instant. The bus level has its publisher.
 pub static SNAPSHOT: Snapshot = Snapshot::new();

@@ -13,10 +13,12 @@ use core::ops::Deref;
 use clino_bus::line::{LineSettings, LineStep, SubmitError};
 use clino_bus::{DriverEnable, Duration, Event, Instant, Line, Timing};
 use clino_codec::character::{Character, LineErrors};
+use clino_gateway::Action;
 use embedded_hal::digital::OutputPin;
 use heapless::spsc::Producer;
 use stm32f4xx_hal::pac::usart1::{RegisterBlock, sr};
 
+use crate::log::log;
 use crate::{board, clock};
 
 /// Bits of one character on the line, 8N1.
@@ -53,6 +55,34 @@ struct DriverWatch {
 pub trait Usart: Deref<Target = RegisterBlock> {}
 
 impl<U: Deref<Target = RegisterBlock>> Usart for U {}
+
+/// The port of a bus, as the bus level sees it.
+pub trait BusPort {
+    /// Has the line do this: a frame to be sent, or other settings, which come between two exchanges.
+    fn act(&mut self, action: Action<'_>);
+    /// Lets time pass; returns when it wants it again.
+    fn poll(&mut self) -> Option<Instant>;
+}
+
+impl<U: Usart, D: OutputPin> BusPort for Rs485<U, D> {
+    fn act(&mut self, action: Action<'_>) {
+        match action {
+            Action::Send(frame) => {
+                if let Err(error) = self.submit(frame) {
+                    // The master's own deadline ends the exchange.
+                    log!(warn, "frame not accepted: {}", error);
+                }
+            }
+            Action::Run(timing, line) => self.run(&timing, line),
+        }
+    }
+
+    fn poll(&mut self) -> Option<Instant> {
+        // The port looks at the clock itself: how long a driver may be on counts from the instant it is switched on.
+        Rs485::poll(self);
+        self.poll_at()
+    }
+}
 
 impl<U: Usart, D: OutputPin> Rs485<U, D> {
     /// Takes a USART whose clock runs at `clock_hz` and sets it up: 8N1, receiver and its interrupt on.

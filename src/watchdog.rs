@@ -96,12 +96,19 @@ pub fn begin(core: cortex_m::Peripherals, mode: Mode) {
     let tasks: &[MonitoredTask] = match mode {
         Mode::Normal => &[
             MonitoredTask::T7Bus,
+            #[cfg(feature = "isu")]
             MonitoredTask::IsuBus,
+            #[cfg(feature = "pwm")]
             MonitoredTask::Pwm,
+            #[cfg(feature = "modbus")]
             MonitoredTask::Modbus,
             MonitoredTask::Console,
         ],
-        Mode::Safe | Mode::Bare => &[MonitoredTask::Modbus, MonitoredTask::Console],
+        Mode::Safe | Mode::Bare => &[
+            #[cfg(feature = "modbus")]
+            MonitoredTask::Modbus,
+            MonitoredTask::Console,
+        ],
     };
     tasks.iter().for_each(|task| check_in(*task));
     board::start_tick(core, TICK_CYCLES);

@@ -35,13 +35,66 @@ pub const SHIPPED: Variant = Variant::of(boards::DEFAULT);
 /// The same without its log.
 pub const WITHOUT_LOG: Variant = Variant { name: "without-log", has_log: false, ..SHIPPED };
 
-/// Modbus and the stored configuration, no console.
-pub const WITHOUT_CONSOLE: Variant = Variant { name: "without-console", functions: "storage", ..WITHOUT_LOG };
+/// Without one part.
+pub const WITHOUT_CONSOLE: Variant = part("without-console", "modbus,storage,commissioning,isu,pwm");
+/// Without one part.
+pub const WITHOUT_MODBUS: Variant = part("without-modbus", "console,storage,commissioning,isu,pwm");
+/// Without one part.
+pub const WITHOUT_COMMISSIONING: Variant = part("without-commissioning", "console,modbus,storage,isu,pwm");
+/// Without one part.
+pub const WITHOUT_ISU: Variant = part("without-isu", "console,modbus,storage,commissioning,pwm");
+/// Without one part.
+pub const WITHOUT_PWM: Variant = part("without-pwm", "console,modbus,storage,commissioning,isu");
+/// Without the stored configuration, and the console that needs it.
+pub const WITHOUT_STORAGE: Variant = part("without-storage", "modbus,commissioning,isu,pwm");
+/// All sensors at the Modbus port.
+pub const MODBUS_STORAGE: Variant = part("modbus-storage", "modbus,storage,isu,pwm");
+/// T7s at the Modbus port.
+pub const T7_MODBUS_STORAGE: Variant = part("t7-modbus-storage", "modbus,storage");
+/// The same, as delivered at each start: the smallest one.
+pub const T7_MODBUS: Variant = part("t7-modbus", "modbus");
+/// T7s at the console.
+pub const T7_CONSOLE: Variant = part("t7-console", "console");
+/// T7s and ISUs at the Modbus port.
+pub const ISU_MODBUS_STORAGE: Variant = part("isu-modbus-storage", "modbus,storage,isu");
+/// T7s and PWM inputs at the Modbus port.
+pub const PWM_MODBUS_STORAGE: Variant = part("pwm-modbus-storage", "modbus,storage,pwm");
 
-/// Modbus alone.
-pub const MODBUS_ONLY: Variant = Variant { name: "modbus-only", functions: "", ..WITHOUT_LOG };
+/// The combinations of parts that make sense; `cargo xtask features` builds them.
+pub const COMBINATIONS: [Variant; 13] = [
+    WITHOUT_LOG,
+    WITHOUT_CONSOLE,
+    WITHOUT_MODBUS,
+    WITHOUT_COMMISSIONING,
+    WITHOUT_ISU,
+    WITHOUT_PWM,
+    WITHOUT_STORAGE,
+    MODBUS_STORAGE,
+    T7_MODBUS_STORAGE,
+    T7_MODBUS,
+    T7_CONSOLE,
+    ISU_MODBUS_STORAGE,
+    PWM_MODBUS_STORAGE,
+];
+
+/// An image with these parts, without its log.
+const fn part(name: &'static str, functions: &'static str) -> Variant {
+    Variant { name, functions, ..WITHOUT_LOG }
+}
+
+/// Builds every combination of parts, and nothing else.
+pub fn features() -> Outcome {
+    let mut steps = Steps::new("features");
+    let built = build_all(&mut steps, &COMBINATIONS);
+    steps.end(built)
+}
 
 impl Variant {
+    /// The same for another board.
+    pub const fn on(self, board: Board) -> Variant {
+        Variant { board, ..self }
+    }
+
     /// The shipped image for a board.
     pub const fn of(board: Board) -> Variant {
         Variant { name: "", board, functions: FULL, has_log: true }

@@ -47,7 +47,10 @@ Usage: cargo xtask <command>
   transcripts
              write the console transcripts of the documents anew, from runs of the firmware image
   pictures   draw the pictures of docs/bring-up.md anew, from captures of the virtual board
-  size       flash and RAM of the firmware image, against its budget
+  size [--against REV]
+             flash and RAM of the firmware images for both boards, against their budgets, and of
+             each part; --against: how much each part has grown since a revision
+  features   build the firmware with every combination of parts that makes sense
   witness    the image on a second, independent emulator, which it installs if it is missing (a quarter
              of an hour), and the comparison of the two cores
   flash [--board NAME]
@@ -79,7 +82,8 @@ fn main() -> ExitCode {
         Some("campaign") => campaign::run(&rest),
         Some("lint") if rest.is_empty() => lint::run(),
         Some("circles") if rest.is_empty() => circles::run(),
-        Some("size") if rest.is_empty() => size::run(),
+        Some("size") => size::run(&rest),
+        Some("features") if rest.is_empty() => firmware::features(),
         Some("book") if rest.is_empty() => book::run(),
         Some("transcripts") if rest.is_empty() => transcripts::run(),
         Some("witness") if rest.is_empty() => witness::run(),

@@ -1,38 +1,37 @@
-//! Flash and RAM of the firmware images, and the size of each part of the code.
+//! Flash and RAM of the firmware images against their budgets, and the size of each part.
 
-use std::collections::BTreeMap;
+mod against;
+mod image;
+
 use std::fs;
-use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use object::elf::PT_LOAD;
-use object::read::elf::{ElfFile32, ProgramHeader};
-use object::{Endianness, Object, ObjectSymbol, SymbolKind};
 use serde::Deserialize;
 
+use crate::boards::{self, Board};
 use crate::command::{self, Failure, Outcome};
-use crate::firmware::{self, MODBUS_ONLY, SHIPPED, Variant, WITHOUT_CONSOLE, WITHOUT_LOG};
+use crate::firmware::{
+    self, MODBUS_STORAGE, SHIPPED, T7_MODBUS, TARGET, Variant, WITHOUT_COMMISSIONING, WITHOUT_CONSOLE,
+    WITHOUT_ISU, WITHOUT_LOG, WITHOUT_MODBUS, WITHOUT_PWM, WITHOUT_STORAGE,
+};
 use crate::steps::Steps;
+
+use image::{Image, OTHER};
 
 /// The table of budgets, below the workspace's root.
 const BUDGETS: &str = "budgets.toml";
-
-/// Sectors 1 to 3 of flash: the stored configuration. Nothing of the image may be there.
-const CONFIGURATION: Range<u32> = 0x0800_4000..0x0801_0000;
-
-/// First address above the flash.
-const RAM_START: u32 = 0x2000_0000;
 
 /// What the images may take, in bytes. Other tables of the file are not for this command.
 #[derive(Deserialize)]
 struct Budgets {
     flash: Budget,
-    flash_without_console: Budget,
-    flash_modbus_only: Budget,
+    flash_modbus_storage: Budget,
+    flash_t7_modbus: Budget,
     static_ram: Budget,
+    codec_t7: Budget,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Copy, Deserialize)]
 struct Budget {
     most: u64,
     goal: u64,
@@ -47,11 +46,17 @@ impl Budgets {
 }
 
 impl Budget {
-    /// Prints how far the image is from its goal; fails when it is over its budget.
-    fn compare(&self, what: &str, bytes: u64) -> Outcome {
-        let Budget { most, goal } = *self;
-        let met = if bytes > goal { "missed" } else { "met" };
-        println!("{what}: {bytes} of {most} bytes (goal {goal}: {met})");
+    /// Prints how far something is from its goal; fails when it is over its budget.
+    fn compare(self, what: &str, bytes: u64) -> Outcome {
+        let Budget { most, goal } = self;
+        let verdict = if bytes > most {
+            "OVER"
+        } else if bytes > goal {
+            "goal missed"
+        } else {
+            "goal met"
+        };
+        println!("{what:<54}{bytes:>10}{most:>10}{goal:>10}  {verdict}");
         if bytes > most {
             return Err(Failure::new(format!("over the budget of {most} bytes: {what}")));
         }
@@ -59,133 +64,173 @@ impl Budget {
     }
 }
 
-/// The images whose sizes are checked.
-pub const MEASURED: [Variant; 4] = [WITHOUT_LOG, WITHOUT_CONSOLE, MODBUS_ONLY, SHIPPED];
+/// The images of the default board whose sizes have budgets, and the shipped one.
+pub const MEASURED: [Variant; 4] = [WITHOUT_LOG, MODBUS_STORAGE, T7_MODBUS, SHIPPED];
 
-/// Builds the images and [`check`]s them; then how large each part of the code is.
-pub fn run() -> Outcome {
-    let mut steps = Steps::new("size");
-    firmware::build_all(&mut steps, &MEASURED)?;
-    let checked = check();
-    parts()?;
-    checked
+/// The boards whose images are measured.
+const MEASURED_BOARDS: [Board; 2] = [boards::DEFAULT, boards::NUCLEO];
+
+/// A part of the firmware, and what shows what goes with it.
+struct Part {
+    name: &'static str,
+    /// Its crates.
+    crates: &'static [&'static str],
+    /// An image with it, and the same without.
+    with_and_without: Option<(Variant, Variant)>,
 }
 
-/// Prints the sizes of the images; fails when one is over its budget.
+const ALL_PARTS: [Part; 12] = [
+    removable("console", &["clino_console"], WITHOUT_LOG, WITHOUT_CONSOLE),
+    removable("commissioning", &["clino_commissioning"], WITHOUT_LOG, WITHOUT_COMMISSIONING),
+    removable("storage", &["clino_storage", "sequential_storage"], WITHOUT_CONSOLE, WITHOUT_STORAGE),
+    removable("Modbus", &["clino_modbus"], WITHOUT_LOG, WITHOUT_MODBUS),
+    removable("ISU bus", &[], WITHOUT_LOG, WITHOUT_ISU),
+    removable("PWM inputs", &[], WITHOUT_LOG, WITHOUT_PWM),
+    needed("gateway", &["clino_gateway"]),
+    needed("bus", &["clino_bus"]),
+    needed("codec", &["clino_codec"]),
+    needed("recovery", &["clino_recovery"]),
+    needed("firmware", &["clino_firmware"]),
+    needed("compiler, core, other", &["compiler_builtins", "core", OTHER]),
+];
+
+const fn removable(
+    name: &'static str,
+    crates: &'static [&'static str],
+    with: Variant,
+    without: Variant,
+) -> Part {
+    Part { name, crates, with_and_without: Some((with, without)) }
+}
+
+const fn needed(name: &'static str, crates: &'static [&'static str]) -> Part {
+    Part { name, crates, with_and_without: None }
+}
+
+/// `size [--against REV]`.
+pub fn run(arguments: &[String]) -> Outcome {
+    match arguments {
+        [] => {}
+        [flag, revision] if flag == "--against" => return against::run(revision),
+        _ => {
+            let message = String::from("size takes nothing, or --against REV");
+            return Err(Failure { message, status: crate::BAD_USAGE });
+        }
+    }
+    let mut steps = Steps::new("size");
+    let mut images: Vec<Variant> = Vec::new();
+    let of_parts = ALL_PARTS.iter().filter_map(|part| part.with_and_without);
+    images.extend(of_parts.flat_map(|(with, without)| [with, without]));
+    for board in MEASURED_BOARDS {
+        images.extend(MEASURED.map(|variant| variant.on(board)));
+    }
+    // The shipped one stays where it is looked for: it is built last, once.
+    images.retain(|variant| *variant != SHIPPED);
+    images.push(SHIPPED);
+    let mut wanted: Vec<Variant> = Vec::new();
+    for image in images {
+        if !wanted.contains(&image) {
+            wanted.push(image);
+        }
+    }
+    firmware::build_all(&mut steps, &wanted)?;
+    let codec = build_codec(&mut steps)?;
+    let budgets = Budgets::read()?;
+    parts()?;
+    header();
+    let mut results: Vec<Outcome> =
+        MEASURED_BOARDS.iter().map(|&board| against_budgets(board, &budgets)).collect();
+    let codec = Image::read(&codec)?.flash;
+    results.push(budgets.codec_t7.compare("codec, one T7 command streaming, host side", codec));
+    results.into_iter().collect()
+}
+
+/// Prints the sizes of the default board's images; fails when one is over its budget.
 pub fn check() -> Outcome {
     let budgets = Budgets::read()?;
-    print("image with its log", &SHIPPED.elf())?;
-    let (all, ram) = print("image without its log", &WITHOUT_LOG.elf())?;
-    let (no_console, _) = print("without console", &WITHOUT_CONSOLE.elf())?;
-    let (modbus, _) = print("Modbus only", &MODBUS_ONLY.elf())?;
+    header();
+    against_budgets(boards::DEFAULT, &budgets)
+}
+
+/// Prints what an image takes.
+pub fn print(what: &str, elf: &Path) -> Outcome {
+    let Image { flash, ram, .. } = Image::read(elf)?;
+    println!("{what}: {flash} bytes of flash, {ram} bytes of static RAM");
+    Ok(())
+}
+
+fn header() {
+    println!("\n{:<54}{:>10}{:>10}{:>10}", "against its budget, bytes", "is", "most", "goal");
+}
+
+fn against_budgets(board: Board, budgets: &Budgets) -> Outcome {
+    let [all, modbus_storage, t7_modbus, shipped] = MEASURED.map(|variant| variant.on(board).elf());
+    let all = Image::read(&all)?;
+    let flash = |elf: PathBuf| Image::read(&elf).map(|image| image.flash);
+    let name = board.name;
+    println!("{:<54}{:>10}", format!("{name}: everything, with its log"), flash(shipped)?);
     let results = [
-        budgets.flash.compare("flash, everything but the log", all),
-        budgets.flash_without_console.compare("flash, no console", no_console),
-        budgets.flash_modbus_only.compare("flash, no console, no storage", modbus),
-        budgets.static_ram.compare("static RAM", ram),
+        budgets.flash.compare(&format!("{name}: everything"), all.flash),
+        budgets
+            .flash_modbus_storage
+            .compare(&format!("{name}: Modbus with storage, no commissioning"), flash(modbus_storage)?),
+        budgets.flash_t7_modbus.compare(&format!("{name}: T7s with Modbus, no storage"), flash(t7_modbus)?),
+        budgets.static_ram.compare(&format!("{name}: static RAM, everything"), all.ram),
     ];
     results.into_iter().collect()
 }
 
-/// Parts of the code: what the name of a function of theirs begins with, or holds first.
-const PARTS: [&str; 12] = [
-    "clino_console",
-    "clino_commissioning",
-    "clino_storage",
-    "sequential_storage",
-    "clino_modbus",
-    "clino_gateway",
-    "clino_bus",
-    "clino_codec",
-    "clino_recovery",
-    "clino_firmware",
-    "compiler_builtins",
-    "core",
-];
-
-/// Prints how much code each part has in each image; what a part takes along with it shows in the images without it.
+/// Prints how much code each part has in the whole image, and how much less flash the image takes without it.
 fn parts() -> Outcome {
-    println!("\n{:<22}{:>12}{:>18}{:>14}", "bytes of code", "everything", "without console", "Modbus only");
-    let images = [WITHOUT_LOG, WITHOUT_CONSOLE, MODBUS_ONLY].map(|variant| by_part(&variant.elf()));
-    let [all, no_console, modbus] = images;
-    let (all, no_console, modbus) = (all?, no_console?, modbus?);
-    for part in PARTS.into_iter().chain(["other"]) {
-        let of = |image: &BTreeMap<&str, u64>| image.get(part).copied().unwrap_or(0);
-        println!("{part:<22}{:>12}{:>18}{:>14}", of(&all), of(&no_console), of(&modbus));
+    let all = Image::read(&WITHOUT_LOG.elf())?;
+    println!("\n{:<24}{:>10}{:>16}{:>16}", "part, bytes", "own code", "goes with it", "RAM with it");
+    for Part { name, crates, with_and_without } in &ALL_PARTS {
+        let own: u64 = crates.iter().map(|part| all.code_of(part)).sum();
+        let own = if crates.is_empty() { String::from("-") } else { own.to_string() };
+        let (flash, ram) = match with_and_without {
+            Some((with, without)) => {
+                let (with, without) = (Image::read(&with.elf())?, Image::read(&without.elf())?);
+                let less = |with: u64, without: u64| with.saturating_sub(without).to_string();
+                (less(with.flash, without.flash), less(with.ram, without.ram))
+            }
+            None => (String::from("-"), String::from("-")),
+        };
+        println!("{name:<24}{own:>10}{flash:>16}{ram:>16}");
     }
+    let code: u64 = all.code.values().sum();
+    println!("{:<24}{code:>10}", "all code");
+    println!("{:<24}{:>10}", "constants, vectors", all.flash.saturating_sub(code));
     Ok(())
 }
 
-/// Bytes of the functions of each part of an image.
-fn by_part(elf: &Path) -> Result<BTreeMap<&'static str, u64>, Failure> {
-    let failed = |why: &dyn std::fmt::Display| Failure::new(format!("{}: {why}", elf.display()));
-    let bytes = fs::read(elf).map_err(|error| failed(&error))?;
-    let file = ElfFile32::<Endianness>::parse(&*bytes).map_err(|error| failed(&error))?;
-    let mut sizes = BTreeMap::new();
-    for symbol in file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text) {
-        *sizes.entry(part_of(symbol.name().unwrap_or_default())).or_insert(0) += symbol.size();
-    }
-    Ok(sizes)
-}
-
-/// The part that a function is of: the first that its name mentions.
-fn part_of(name: &str) -> &'static str {
-    let mentioned = PARTS.into_iter().filter_map(|part| Some((name.find(part)?, part)));
-    mentioned.min().map_or("other", |(_, part)| part)
-}
-
-/// Prints the size of an image and returns it: bytes of flash, bytes of static RAM.
-pub fn print(what: &str, elf: &Path) -> Result<(u64, u64), Failure> {
-    let bytes = fs::read(elf).map_err(|error| Failure::new(format!("{}: {error}", elf.display())))?;
-    let (flash, ram) =
-        measure(&bytes).map_err(|error| Failure::new(format!("{}: {error}", elf.display())))?;
-    if let Some(address) =
-        misplaced(&bytes).map_err(|error| Failure::new(format!("{}: {error}", elf.display())))?
-    {
-        let why = format!("the segment at {address:#010x} is in the sectors of the stored configuration");
-        return Err(Failure::new(format!("{}: {why}", elf.display())));
-    }
-    println!("{what}: {flash} bytes of flash, {ram} bytes of static RAM");
-    Ok((flash, ram))
-}
-
-/// The address of something in the sectors that hold the configuration: writing the image to flash would destroy it.
-fn misplaced(elf: &[u8]) -> object::Result<Option<u32>> {
-    let file = ElfFile32::<Endianness>::parse(elf)?;
-    let endian = file.endian();
-    let loaded = file.elf_program_headers().iter().filter(|header| header.p_type(endian) == PT_LOAD);
-    let segments = loaded.map(|header| (header.p_paddr(endian), header.p_filesz(endian)));
-    let there = |&(start, length): &(u32, u32)| {
-        length > 0 && start < CONFIGURATION.end && start.saturating_add(length) > CONFIGURATION.start
-    };
-    let mut segments = segments.filter(there);
-    Ok(segments.next().map(|(start, _)| start))
-}
-
-/// What is written to flash (initial values of RAM included), and what lies in RAM.
-fn measure(elf: &[u8]) -> object::Result<(u64, u64)> {
-    let file = ElfFile32::<Endianness>::parse(elf)?;
-    let endian = file.endian();
-    let loaded = || file.elf_program_headers().iter().filter(|header| header.p_type(endian) == PT_LOAD);
-    let flash = loaded().map(|header| u64::from(header.p_filesz(endian))).sum();
-    let in_ram = loaded().filter(|header| header.p_vaddr(endian) >= RAM_START);
-    let ram = in_ram.map(|header| u64::from(header.p_memsz(endian))).sum();
-    Ok((flash, ram))
+/// The program that does one T7 command with the codec and nothing else.
+fn build_codec(steps: &mut Steps) -> Result<PathBuf, Failure> {
+    let target_dir = command::target_dir().join("codec-size");
+    let mut build = command::cargo(["build", "--release", "--locked", "--target", TARGET]);
+    build.current_dir(command::root().join("crates/codec/size"));
+    // The workspace's linker arguments are for the firmware.
+    build.env("RUSTFLAGS", "-C link-arg=--nmagic").env("CARGO_TARGET_DIR", &target_dir);
+    steps.need("codec", build)?;
+    Ok(target_dir.join(TARGET).join("release/clino-codec-size"))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::image::PARTS;
     use super::*;
 
     #[test]
-    fn a_function_is_of_the_part_that_its_name_mentions_first() {
-        for (name, part) in [
-            ("_ZN13clino_console5shell5Shell4poll17h0123456789abcdefE", "clino_console"),
-            ("_ZN64_$LT$clino_codec..t7..Frame$u20$as$u20$core..fmt..Debug$GT$3fmt17hE", "clino_codec"),
-            ("_ZN17compiler_builtins3mem6memcpy17hE", "compiler_builtins"),
-            ("USART1", "other"),
-        ] {
-            assert_eq!(part_of(name), part, "{name}");
+    fn every_part_of_an_image_is_in_one_row_of_the_table() {
+        for part in PARTS.into_iter().chain([OTHER]) {
+            let rows = ALL_PARTS.iter().filter(|row| row.crates.contains(&part)).count();
+            assert_eq!(rows, 1, "{part}");
         }
+    }
+
+    #[test]
+    fn a_budget_that_is_exceeded_is_a_failure() {
+        let budget = Budget { most: 10, goal: 5 };
+        assert!(budget.compare("met", 5).is_ok() && budget.compare("missed", 10).is_ok());
+        assert!(budget.compare("over", 11).is_err());
     }
 }

@@ -4,7 +4,10 @@
 //! side, one core each.
 
 use crate::command::{self, Failure, Outcome};
-use crate::firmware::{self, MODBUS_ONLY, SHIPPED, Variant, WITHOUT_CONSOLE};
+use crate::firmware::{
+    self, ISU_MODBUS_STORAGE, MODBUS_STORAGE, PWM_MODBUS_STORAGE, SHIPPED, T7_CONSOLE, T7_MODBUS,
+    T7_MODBUS_STORAGE, Variant, WITHOUT_CONSOLE,
+};
 use crate::programs::{self, Program, Programs};
 use crate::steps::{Step, Steps};
 use crate::{boards, nextest, size, witness};
@@ -37,8 +40,16 @@ const LONGEST: [&str; 8] = [
 /// A test program, as `cargo nextest` names it, and a test of it.
 type Test = (&'static str, &'static str);
 
-/// The images that leave something out.
-const SMALL: [Variant; 2] = [WITHOUT_CONSOLE, MODBUS_ONLY];
+/// The images that leave something out: the main ones of [`firmware::COMBINATIONS`].
+const SMALL: [Variant; 7] = [
+    WITHOUT_CONSOLE,
+    MODBUS_STORAGE,
+    T7_MODBUS_STORAGE,
+    T7_MODBUS,
+    T7_CONSOLE,
+    ISU_MODBUS_STORAGE,
+    PWM_MODBUS_STORAGE,
+];
 
 /// A few tests of the image: it reads every angle, notices a lost sensor, takes commands, keeps what is saved, comes back from
 /// a crash, and answers a Modbus master.
@@ -69,8 +80,10 @@ const ON_ANOTHER_BOARD: [Test; 9] = [
 ];
 
 /// What runs on the images that leave something out.
-const ON_SMALL_ONES: [Test; 1] =
-    [("clino-host-tests::board", "modbus_alone::the_angles_are_at_the_modbus_port")];
+const ON_SMALL_ONES: [Test; 2] = [
+    ("clino-host-tests::board", "parts::the_modbus_port_has_what_is_there_and_nothing_else"),
+    ("clino-host-tests::board", "parts::the_console_has_what_is_there_and_nothing_else"),
+];
 
 /// Every test.
 pub fn run() -> Outcome {
@@ -88,7 +101,7 @@ pub fn quick() -> Outcome {
 
 fn everything(steps: &mut Steps) -> Outcome {
     let nucleo = Variant::of(boards::NUCLEO);
-    firmware::build_all(steps, &[&size::MEASURED[..], &[nucleo]].concat())?;
+    firmware::build_all(steps, &[&size::MEASURED[..], &SMALL, &[nucleo]].concat())?;
     steps.own("size", size::check)?;
     let programs = Programs::build(steps)?;
     must_have(&programs, &ON_ANOTHER_BOARD)?;
@@ -106,7 +119,9 @@ fn everything(steps: &mut Steps) -> Outcome {
             beside.push(one(&programs, test, nucleo)?);
         }
         for small in SMALL {
-            beside.push(one(&programs, ON_SMALL_ONES[0], small)?);
+            for test in ON_SMALL_ONES {
+                beside.push(one(&programs, test, small)?);
+            }
         }
     }
     beside.push(selftest(&programs)?);

@@ -9,7 +9,6 @@ use clino_gateway::{Bus, BusChange, BusFault, BusSettings};
 use crate::host::BusState;
 use crate::job::{Job, Outcome};
 use crate::label::Label;
-use crate::meter::BUSES;
 use crate::reply::Reply;
 use crate::rows::{of_bus, row_of};
 use crate::settings::{Change, entries};
@@ -79,14 +78,13 @@ fn change_bus(job: &mut Job<'_, '_>, bus: Bus, change: &Change) -> Outcome {
 /// `load`
 pub fn load(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    let (Some(t7), Some(isu)) = (settings_of(job, Bus::T7), settings_of(job, Bus::Isu)) else {
-        return Ok(());
-    };
+    let t7 = settings_of(job, Bus::T7);
+    let isu = settings_of(job, Bus::Isu);
     let (host, reply) = (&*job.host, &mut job.reply);
     let slot = |slot: u8| host.config(slot.into());
     // The gateway does not keep the damping of a T7.
     let lint = Lint { slot: &slot, t7: &t7, isu: &isu, damping_ms: |_| None };
-    for bus in BUSES {
+    for bus in Bus::ALL {
         let values = [lint.load(bus).into(), job.meter.rate(bus).map(thousandths).into()];
         reply.list("load wanted_percent polls_per_s", bus.name().into(), &values);
     }
@@ -94,10 +92,12 @@ pub fn load(job: &mut Job<'_, '_>) -> Outcome {
     Ok(())
 }
 
-/// A function of its own, so that the stack of the rest is free again at once.
+/// A function of its own, so that the stack of the rest is free again at once. Of a bus that this build does not have, the
+/// first settings.
 #[inline(never)]
-fn settings_of(job: &mut Job<'_, '_>, bus: Bus) -> Option<BusSettings> {
-    job.host.bus(bus).map(|state| state.settings)
+fn settings_of(job: &mut Job<'_, '_>, bus: Bus) -> BusSettings {
+    let state = job.host.bus(bus).filter(|_| bus.is_built());
+    state.map_or(BusSettings::first(bus), |state| state.settings)
 }
 
 /// A configuration warning.

@@ -6,7 +6,7 @@ use crate::rows::{Table, has_name};
 /// Words, one of which is expected.
 #[derive(Clone, Copy)]
 pub enum Choice {
-    /// These.
+    /// These; an empty one stands for one that this build does not have.
     Words(&'static [&'static str]),
     /// Names of commands.
     Commands,
@@ -27,14 +27,18 @@ impl Choice {
         }
     }
 
-    /// All of them.
+    /// All that this build has.
     pub fn all(self) -> impl Iterator<Item = &'static str> {
+        self.places().filter(|word| !word.is_empty())
+    }
+
+    fn places(self) -> impl Iterator<Item = &'static str> {
         (0_usize..).map_while(move |place| self.get(place))
     }
 
     /// Where a word stands.
     #[inline(never)]
     pub fn place(self, word: &str) -> Option<usize> {
-        self.all().position(|name| name == word)
+        self.places().position(|name| name == word && !name.is_empty())
     }
 }

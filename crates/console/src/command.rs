@@ -2,6 +2,7 @@
 
 use clino_gateway::command::Command as Shared;
 
+use crate::features::{if_isu, if_modbus, if_pwm};
 use crate::split::split_before;
 
 /// The verb of a command.
@@ -15,8 +16,11 @@ pub enum Verb {
     Set,
     Zero,
     Bus,
+    #[cfg(feature = "commissioning")]
     T7,
+    #[cfg(all(feature = "commissioning", feature = "isu"))]
     Isu,
+    #[cfg(feature = "commissioning")]
     Cancel,
     Alarms,
     Acknowledge,
@@ -25,6 +29,7 @@ pub enum Verb {
     Trace,
     Load,
     Export,
+    #[cfg(feature = "modbus")]
     Modbus,
     Save,
     FactoryReset,
@@ -54,39 +59,54 @@ const fn shared(verb: Verb, usage: &'static str, command: Shared) -> Command {
 }
 
 /// All commands.
-static COMMANDS: [Command; 26] = [
+static COMMANDS: &[Command] = &[
     command(Verb::List, "list", "show the last value of every slot in use"),
     command(Verb::Read, "read SLOT", "show the value of a slot with all details"),
     command(Verb::Watch, "watch", "show values as they come, until Enter or Ctrl-C"),
     command(
         Verb::Slot,
-        "slot SLOT t7 ADDRESS [-a AXIS] | SLOT isu ADDRESS | SLOT pwm INPUT | SLOT off; \
-         [-p PERIOD_MS] [-r RETRIES] [-s STALE_MS]",
+        concat!(
+            "slot SLOT t7 ADDRESS [-a AXIS] | ",
+            if_isu!("SLOT isu ADDRESS | "),
+            if_pwm!("SLOT pwm INPUT | "),
+            "SLOT off; [-p PERIOD_MS] [-r RETRIES] [-s STALE_MS]"
+        ),
         "set the source of a slot; other settings become the defaults of its kind",
     ),
-    command(Verb::Show, "show SLOT|t7|isu|modbus|console", "show settings"),
+    command(
+        Verb::Show,
+        concat!("show SLOT|t7|", if_isu!("isu|"), if_modbus!("modbus|"), "console"),
+        "show settings",
+    ),
     command(
         Verb::Set,
-        "set SLOT|t7|isu|modbus|console SETTING VALUE ...",
+        concat!("set SLOT|t7|", if_isu!("isu|"), if_modbus!("modbus|"), "console SETTING VALUE ..."),
         "change settings, up to five at once",
     ),
     shared(Verb::Zero, "zero SLOT", Shared::SoftZero),
     command(
         Verb::Bus,
-        "bus t7|isu [-b BAUD] [-g GUARD_US] [--pre US] [--post US] [-e off|expected|detect]",
+        concat!(
+            "bus t7",
+            if_isu!("|isu"),
+            " [-b BAUD] [-g GUARD_US] [--pre US] [--post US] [-e off|expected|detect]"
+        ),
         "show or set a bus",
     ),
+    #[cfg(feature = "commissioning")]
     command(
         Verb::T7,
         "t7 scan [all] | info A | zero A | offset A MDEG | direction A normal|reversed | damping A MS | \
          range A bidirectional|unidirectional | address A NEW | baud A RATE; [-a AXIS] [--yes]",
         "find and set up T7s",
     ),
+    #[cfg(all(feature = "commissioning", feature = "isu"))]
     command(
         Verb::Isu,
         "isu info A | reset A | zero A | null A POSITION | address A NEW | repair A; [--yes]",
         "set up and repair ISUs; reset, null, address and repair restart the module: no angle for up to 5 s",
     ),
+    #[cfg(feature = "commissioning")]
     shared(Verb::Cancel, "cancel", Shared::Cancel),
     shared(Verb::Acknowledge, "acknowledge [SLOT]", Shared::Acknowledge),
     command(Verb::Alarms, "alarms", "show alarms that are active or wait for their acknowledgement"),
@@ -103,6 +123,7 @@ static COMMANDS: [Command; 26] = [
     command(Verb::Trace, "trace [N]", "show the last transactions, newest first"),
     command(Verb::Export, "export", "print the commands that make this configuration"),
     command(Verb::Load, "load", "show bus load, poll rates and configuration warnings"),
+    #[cfg(feature = "modbus")]
     command(Verb::Modbus, "modbus [SETTING VALUE ...]", "show or set the Modbus port"),
     shared(Verb::Save, "save [--yes]", Shared::Save),
     shared(Verb::FactoryReset, "factory-reset [--yes]", Shared::FactoryReset),

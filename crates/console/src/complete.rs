@@ -12,12 +12,10 @@ use clino_gateway::settings::Form;
 use crate::choice::Choice;
 use crate::command::{Command, Verb};
 use crate::line::Line;
-use crate::rows::{FILTER, Table, of_modbus, of_target, rows};
+use crate::rows::{FILTER, TARGETS, Table, of_target, rows};
 use crate::typed::split;
 use crate::words::{IsuVerb, T7Verb, Words};
 
-/// Targets of `show` and `set` beside slots, which have numbers.
-const TARGETS: &[&str] = &["t7", "isu", "modbus", "console"];
 const ON_OFF: &[&str] = &["on", "off"];
 
 /// Completes the word before the cursor, with a blank behind it if it is whole.
@@ -64,10 +62,15 @@ fn expected(mut words: &str) -> Choice {
     let (second, third) = (next(&mut words), next(&mut words));
     Choice::Words(match (command.verb, second, third) {
         (Verb::Help, None, _) => return Choice::Commands,
-        (Verb::T7, None, _) => T7Verb::NAMES,
-        (Verb::T7, Some("scan"), None) => &["all"],
-        (Verb::T7, Some("direction"), Some(_)) => Direction::NAMES,
-        (Verb::T7, Some("range"), Some(_)) => Range::NAMES,
+        #[cfg(feature = "commissioning")]
+        (Verb::T7, second, third) => match (second, third) {
+            (None, _) => T7Verb::NAMES,
+            (Some("scan"), None) => &["all"],
+            (Some("direction"), Some(_)) => Direction::NAMES,
+            (Some("range"), Some(_)) => Range::NAMES,
+            _ => &[],
+        },
+        #[cfg(all(feature = "commissioning", feature = "isu"))]
         (Verb::Isu, None, _) => IsuVerb::NAMES,
         (Verb::Bus, None, _) => Bus::NAMES,
         (Verb::Json, None, _) => ON_OFF,
@@ -77,7 +80,8 @@ fn expected(mut words: &str) -> Choice {
             let (_, behind) = split(behind);
             return of_settings(behind, of_target(target));
         }
-        (Verb::Modbus, ..) => return of_settings(behind, of_modbus),
+        #[cfg(feature = "modbus")]
+        (Verb::Modbus, ..) => return of_settings(behind, of_target("modbus")),
         _ => &[],
     })
 }

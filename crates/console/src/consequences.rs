@@ -8,6 +8,7 @@ use clino_gateway::task::{TaskEvent, isu, t7};
 
 use crate::causes;
 use crate::error::{UNCONFIRMED, UNCONFIRMED_SHARED, UNCONFIRMED_SILENCED};
+use crate::features::COMMISSIONING;
 use crate::reply::Reply;
 use crate::sensor_task::SensorTask;
 use crate::split::split_before;
@@ -16,6 +17,9 @@ use crate::value::Value;
 /// Tells a person the effects of a task on the sensor, its slots and other nodes.
 #[inline(never)]
 pub fn tell(task: &SensorTask, consequence: Consequence, reply: &mut Reply<'_>) {
+    if !COMMISSIONING {
+        return;
+    }
     reply.say("this writes to the sensor's memory");
     let rate = match task {
         SensorTask::T7(t7::Task::Baud(_, rate)) => rate.bits_per_second(),

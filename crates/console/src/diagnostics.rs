@@ -1,12 +1,12 @@
 //! Diagnostics: counters and the last transactions.
 
 use clino_bus::Duration;
+use clino_gateway::Bus;
 use clino_gateway::order::Order;
 use clino_gateway::trace::{Entry, TRACED};
 
 use crate::job::{Job, Outcome};
 use crate::label::Label;
-use crate::meter::BUSES;
 use crate::reply::Reply;
 use crate::slots::LAST_SLOT;
 use crate::table;
@@ -31,7 +31,7 @@ pub fn counters(job: &mut Job<'_, '_>) -> Outcome {
 
 #[inline(never)]
 fn of_buses(job: &mut Job<'_, '_>) {
-    for bus in BUSES {
+    for bus in Bus::ALL {
         if let Some(state) = &job.host.bus(bus) {
             table::counters(&mut job.reply, bus, state);
         }

@@ -53,8 +53,11 @@ const fn action(verb: Verb) -> fn(&mut Job<'_, '_>) -> Outcome {
         Verb::Set => slots::set,
         Verb::Zero => slots::zero,
         Verb::Bus => buses::bus,
+        #[cfg(feature = "commissioning")]
         Verb::T7 => tasks::t7,
+        #[cfg(all(feature = "commissioning", feature = "isu"))]
         Verb::Isu => tasks::isu,
+        #[cfg(feature = "commissioning")]
         Verb::Cancel => tasks::cancel,
         Verb::Counters => diagnostics::counters,
         Verb::Trace => diagnostics::trace,
@@ -63,6 +66,7 @@ const fn action(verb: Verb) -> fn(&mut Job<'_, '_>) -> Outcome {
         Verb::Extremes => extremes::extremes,
         Verb::Load => buses::load,
         Verb::Export => export::export,
+        #[cfg(feature = "modbus")]
         Verb::Modbus => system::modbus,
         Verb::Save => system::save,
         Verb::FactoryReset => system::factory_reset,

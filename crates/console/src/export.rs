@@ -10,11 +10,10 @@
 use clino_gateway::config::{Filter, Kind, SINGLE_AXIS};
 use clino_gateway::settings::slot::{self, SETTINGS, differs, id};
 use clino_gateway::settings::{self, Definition, Form, Shown, Tabled};
-use clino_gateway::{MAX_SLOTS, SlotConfig, Source};
+use clino_gateway::{Bus, MAX_SLOTS, SlotConfig, Source};
 
 use crate::job::{Job, Outcome};
 use crate::line::LONGEST_LINE;
-use crate::meter::BUSES;
 use crate::out::{Inside, Out};
 use crate::reply::Reply;
 use crate::rows::FILTER;
@@ -24,7 +23,7 @@ use crate::value::{Value, print};
 /// `export`
 pub fn export(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    for bus in BUSES {
+    for bus in Bus::ALL {
         if let Some(state) = job.host.bus(bus) {
             let table = settings::bus::settings(bus);
             whole(&mut job.reply, bus.name(), &Tabled::new(table, &state.settings));

@@ -8,8 +8,11 @@ use crate::settings;
 #[inline(never)]
 pub fn describe(reply: &mut Reply<'_>, command: &Command) {
     usage(reply, command, "{0} {1}\n{2}\n");
-    if matches!(command.verb, Verb::Set | Verb::Modbus) {
-        settings::describe(reply, command.verb == Verb::Set);
+    match command.verb {
+        Verb::Set => settings::describe(reply, true),
+        #[cfg(feature = "modbus")]
+        Verb::Modbus => settings::describe(reply, false),
+        _ => {}
     }
 }
 

@@ -18,6 +18,8 @@
 //! Irreversible commands ask for confirmation: people answer `y`, a program adds `--yes` to the command.
 #![no_std]
 #![forbid(unsafe_code)]
+// What only some of the parts need; the linker leaves it out.
+#![cfg_attr(not(feature = "full"), allow(dead_code, unused_imports))]
 #![cfg_attr(
     not(test),
     deny(
@@ -46,6 +48,7 @@ mod error;
 mod execute;
 mod export;
 mod extremes;
+mod features;
 mod help;
 mod history;
 mod host;

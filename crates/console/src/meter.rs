@@ -5,9 +5,6 @@ use clino_gateway::Bus;
 
 use crate::host::Host;
 
-/// The buses.
-pub const BUSES: [Bus; 2] = [Bus::T7, Bus::Isu];
-
 /// From one look at the counters to the next.
 const EVERY: Duration = Duration::from_millis(1_000);
 /// Thousandths of a request per second in one per microsecond.
@@ -16,14 +13,14 @@ const PER_SECOND: u64 = 1_000_000_000;
 /// Counts requests per second.
 pub struct Meter {
     at: Instant,
-    requests: [u32; BUSES.len()],
-    rates: [Option<u32>; BUSES.len()],
+    requests: [u32; Bus::COUNT],
+    rates: [Option<u32>; Bus::COUNT],
 }
 
 impl Meter {
     /// Nothing was counted yet.
     pub const fn new() -> Meter {
-        Meter { at: Instant::ZERO, requests: [0; BUSES.len()], rates: [None; BUSES.len()] }
+        Meter { at: Instant::ZERO, requests: [0; Bus::COUNT], rates: [None; Bus::COUNT] }
     }
 
     /// Looks at the counters if a second has passed. Returns whether it has.
@@ -34,7 +31,7 @@ impl Meter {
             return false;
         }
         self.at = now;
-        for ((bus, before), rate) in BUSES.iter().zip(&mut self.requests).zip(&mut self.rates) {
+        for ((bus, before), rate) in Bus::ALL.iter().zip(&mut self.requests).zip(&mut self.rates) {
             let Some(state) = host.bus(*bus) else { continue };
             let requests = state.counters.requests;
             let asked = u64::from(requests.wrapping_sub(*before));
@@ -46,7 +43,7 @@ impl Meter {
 
     /// Requests in a second, in thousandths; `None` in the first second after reset.
     pub fn rate(&self, bus: Bus) -> Option<u32> {
-        let place = BUSES.iter().position(|other| *other == bus)?;
+        let place = Bus::ALL.iter().position(|other| *other == bus)?;
         self.rates.get(place).copied().flatten()
     }
 }

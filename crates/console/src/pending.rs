@@ -7,7 +7,6 @@ use crate::audience::Audience;
 use crate::consequences;
 use crate::error;
 use crate::host::Host;
-use crate::meter::BUSES;
 use crate::reply::Reply;
 use crate::sensor_task::SensorTask;
 
@@ -97,5 +96,5 @@ impl Pending {
 
 /// Whether there is a task on any bus.
 pub fn is_at_work(host: &dyn Host) -> bool {
-    BUSES.iter().any(|&bus| host.bus(bus).is_some_and(|state| state.progress.is_some()))
+    Bus::ALL.iter().any(|&bus| host.bus(bus).is_some_and(|state| state.progress.is_some()))
 }

@@ -56,6 +56,16 @@ pub fn of_console(place: usize) -> Option<&'static Definition> {
     row(&settings::console::SETTINGS, place)
 }
 
+/// What stands behind `show` and `set`, beside slots, which have numbers.
+pub const TARGETS: &[&str] = &[
+    "t7",
+    #[cfg(feature = "isu")]
+    "isu",
+    #[cfg(feature = "modbus")]
+    "modbus",
+    "console",
+];
+
 /// The table of what stands behind `set`, by its name; every other name is that of a slot.
 pub fn of_target(target: &str) -> Table {
     match target {

@@ -10,7 +10,7 @@ use crate::error::{NAME, TWICE};
 use crate::job::{Job, Outcome, Reported};
 use crate::number;
 use crate::reply::Reply;
-use crate::rows::{FILTER, Table, has_name, label, of_target, row_of, rows};
+use crate::rows::{FILTER, TARGETS, Table, has_name, label, of_target, row_of, rows};
 use crate::value::Value;
 
 /// Most settings that one line can change.
@@ -81,13 +81,10 @@ pub fn line(reply: &mut Reply<'_>, what: &str, of: &dyn Shown) {
     reply.end();
 }
 
-/// What can be set, in the order in which it is described.
-const TARGETS: [&str; 5] = ["slot", "t7", "isu", "modbus", "console"];
-
 /// Describes all settings, or those of the Modbus port.
 #[inline(never)]
 pub fn describe(reply: &mut Reply<'_>, all: bool) {
-    for of in TARGETS.into_iter().filter(|&of| all || of == "modbus") {
+    for &of in [&["slot"], TARGETS].into_iter().flatten().filter(|&&of| all || of == "modbus") {
         if reply.is_for_people() {
             reply.print("{0}\n", &[of.into()]);
         }

@@ -27,10 +27,11 @@ use crate::consequences;
 use crate::editor::{Editor, Event, Manner};
 use crate::error::{self, WORKING};
 use crate::execute::execute;
+use crate::features::COMMISSIONING;
 use crate::host::Host;
 use crate::identity;
 use crate::line::{Check, Damage, Reason, Verdict};
-use crate::meter::{BUSES, Meter};
+use crate::meter::Meter;
 use crate::news;
 use crate::out::Out;
 use crate::pending::{Next, Pending};
@@ -187,7 +188,7 @@ impl<'o> Shell<'o> {
                 self.speak(Audience::People, host);
             }
             Mode::Commands(Audience::Programs) => {
-                for bus in BUSES {
+                for bus in Bus::ALL {
                     _ = host.order(Order::Cancel(bus));
                 }
             }
@@ -325,7 +326,7 @@ impl<'o> Shell<'o> {
 
     #[inline(never)]
     fn next(&mut self, host: &mut dyn Host) -> bool {
-        if let Some(news) = host.task_event() {
+        if COMMISSIONING && let Some(news) = host.task_event() {
             self.presence.is_here(host.now());
             let at_prompt = matches!(self.mode, Mode::Commands(Audience::People));
             if at_prompt {
@@ -376,7 +377,7 @@ impl<'o> Shell<'o> {
         let audience = self.mode.audience();
         let mut reply = Reply { audience, out: self.out };
         let mut said = false;
-        for bus in BUSES {
+        for bus in Bus::ALL {
             let Some(TaskProgress { done, of }) = host.bus(bus).and_then(|state| state.progress) else {
                 continue;
             };

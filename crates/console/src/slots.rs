@@ -7,6 +7,7 @@ use clino_gateway::settings::{self, Definition, Given, Tabled};
 use clino_gateway::{Bus, Health, MAX_SLOTS, Published, SlotConfig, Status};
 
 use crate::error::{NO_EFFECT, NO_VALUE};
+use crate::features::{ISU, MODBUS};
 use crate::job::{Job, Outcome, Reported};
 use crate::json;
 use crate::label::Label;
@@ -182,8 +183,8 @@ fn target(job: &mut Job<'_, '_>) -> Result<Target, Reported> {
     let word = job.word("slot")?;
     Ok(match word {
         "t7" => Target::Bus(Bus::T7),
-        "isu" => Target::Bus(Bus::Isu),
-        "modbus" => Target::Modbus,
+        "isu" if ISU => Target::Bus(Bus::Isu),
+        "modbus" if MODBUS => Target::Modbus,
         "console" => Target::Console,
         word => Target::Slot(job.byte(word, "slot", 0, LAST_SLOT)?),
     })

@@ -5,13 +5,12 @@
 
 use clino_bus::{Duration, Instant};
 use clino_gateway::summary::Signals;
-use clino_gateway::{MAX_SLOTS, Reading, Source};
+use clino_gateway::{Bus, MAX_SLOTS, Reading, Source};
 
 use crate::json::{self, Topic};
 use crate::reporter::Reporter;
 
 use crate::host::Host;
-use crate::meter::BUSES;
 use crate::reply::Reply;
 use crate::{identity, table};
 
@@ -91,7 +90,7 @@ impl Stream {
         if reply.is_for_people() || now < self.statistics_due {
             return false;
         }
-        let bus = self.printed.checked_div(Topic::ALL.len()).and_then(|bus| BUSES.get(bus));
+        let bus = self.printed.checked_div(Topic::ALL.len()).and_then(|bus| Bus::ALL.get(bus));
         let topic = self.printed.checked_rem(Topic::ALL.len()).and_then(|topic| Topic::ALL.get(topic));
         let (Some(&bus), Some(&topic)) = (bus, topic) else {
             self.summarise(host, reply, true);

@@ -14,7 +14,6 @@ use clino_gateway::{Bus, Consequence, task};
 use crate::choice::Choice;
 use crate::error::{ADDRESS, WORD, one};
 use crate::job::{Job, Outcome, Reported};
-use crate::meter::BUSES;
 use crate::pending::{Pending, is_at_work};
 use crate::sensor_task::SensorTask;
 use crate::typed::Opt;
@@ -91,7 +90,7 @@ pub fn isu(job: &mut Job<'_, '_>) -> Outcome {
 /// `cancel`
 pub fn cancel(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
-    for bus in BUSES {
+    for bus in Bus::ALL {
         let result = job.host.order(Order::Cancel(bus));
         job.accepted(result)?;
     }

@@ -257,13 +257,12 @@ fn hexadecimal(out: &mut dyn Out, word: u32) {
 }
 
 fn one_of(out: &mut dyn Out, choice: Choice) {
-    for (place, word) in choice.all().enumerate() {
-        out.put(match place {
-            0 => b"",
-            _ if choice.get(place.saturating_add(1)).is_none() => b" or ",
-            _ => b", ",
-        });
+    let mut words = choice.all().peekable();
+    let mut before: &[u8] = b"";
+    while let Some(word) = words.next() {
+        out.put(if words.peek().is_none() && !before.is_empty() { b" or " } else { before });
         out.put(word.as_bytes());
+        before = b", ";
     }
 }
 
@@ -284,7 +283,7 @@ fn allowed(out: &mut dyn Out, form: &Form, unit: &str) {
         Form::Characters => out.put(b"TEXT"),
         Form::Choice(words) => {
             let mut before: &[u8] = b"";
-            for word in words {
+            for word in words.iter().filter(|word| !word.is_empty()) {
                 out.put(before);
                 out.put(word.as_bytes());
                 before = b"|";

@@ -31,8 +31,12 @@ impl Words for Kind {
 }
 
 impl Words for Bus {
-    const NAMES: &'static [&'static str] = &["t7", "isu"];
-    const VALUES: &'static [Self] = &[Bus::T7, Bus::Isu];
+    const NAMES: &'static [&'static str] = &[
+        Bus::T7.name(),
+        #[cfg(feature = "isu")]
+        Bus::Isu.name(),
+    ];
+    const VALUES: &'static [Self] = &Bus::ALL;
 }
 
 impl Words for Direction {

@@ -17,6 +17,7 @@ use clino_commissioning::{RunnerAction, TaskProgress};
 
 use crate::Status;
 use crate::event::{Action, Requester};
+use crate::features::COMMISSIONING;
 use crate::schedule::Polled;
 use crate::settings::BusSettings;
 use crate::task::Tasks;
@@ -182,7 +183,7 @@ impl<P: Serve> BusTask<P> {
     fn begin_task(&mut self, now: Instant) {
         let traffic = &mut self.traffic;
         let due = traffic.news.is_none() && (now >= traffic.polling.silent_until() || traffic.cancelled);
-        let Some(task) = self.task.take_if(|_| due) else { return };
+        let Some(task) = self.task.take_if(|_| COMMISSIONING && due) else { return };
         if let Err(news) = P::begin(&task, self.master.timing().serial, &mut self.work) {
             traffic.news = Some(news);
         }

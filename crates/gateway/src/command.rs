@@ -3,6 +3,8 @@
 //! The console's table of commands, the Modbus codes and the documents read it; a test carries every command out through
 //! both doors. Readings and settings are not here: settings have tables of their own.
 
+use crate::features;
+
 /// A command. Its number is the Modbus command code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -105,9 +107,35 @@ impl Command {
         Command::SensorRepair,
     ];
 
-    /// The command with this code.
+    /// The command with this code, if this build has it.
     pub fn from_code(code: u16) -> Option<Command> {
-        Command::ALL.iter().copied().find(|&command| command as u16 == code)
+        Command::ALL.iter().copied().find(|&command| command as u16 == code && command.is_built())
+    }
+
+    /// Whether this build has it.
+    pub const fn is_built(self) -> bool {
+        match self {
+            Command::Save
+            | Command::FactoryReset
+            | Command::ClearCounters
+            | Command::SoftZero
+            | Command::Reboot
+            | Command::Acknowledge
+            | Command::ClearExtremes => true,
+            Command::Cancel
+            | Command::Scan
+            | Command::SensorInfo
+            | Command::SensorZero
+            | Command::SensorDamping
+            | Command::SensorDirection
+            | Command::SensorOffset
+            | Command::SensorRange
+            | Command::SensorAddress
+            | Command::SensorBaud => features::COMMISSIONING,
+            Command::SensorReset | Command::SensorNull | Command::SensorRepair => {
+                features::COMMISSIONING && features::ISU
+            }
+        }
     }
 
     /// Whether it needs a confirmation: a person confirms it, a program says `--yes`, a Modbus master gives the

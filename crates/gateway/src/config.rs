@@ -6,6 +6,8 @@ use clino_bus::Duration;
 use clino_codec::angle::{Angle, Range};
 use clino_codec::{isu, t7};
 
+use crate::features;
+
 pub use clino_codec::t7::Direction;
 
 mod alarm;
@@ -30,8 +32,23 @@ pub enum Bus {
 }
 
 impl Bus {
-    /// Both, by their numbers.
-    pub const ALL: [Bus; 2] = [Bus::T7, Bus::Isu];
+    /// How many this build has.
+    pub const COUNT: usize = 1 + features::ISU as usize;
+
+    /// Those of this build, by their numbers.
+    pub const ALL: [Bus; Bus::COUNT] = [
+        Bus::T7,
+        #[cfg(feature = "isu")]
+        Bus::Isu,
+    ];
+
+    /// Whether this build has it.
+    pub const fn is_built(self) -> bool {
+        match self {
+            Bus::T7 => true,
+            Bus::Isu => features::ISU,
+        }
+    }
 
     /// The name used in every text interface.
     pub const fn name(self) -> &'static str {
@@ -77,8 +94,22 @@ impl Kind {
     /// All kinds, by their codes.
     pub const ALL: [Kind; 4] = [Kind::Off, Kind::T7, Kind::Isu, Kind::Pwm];
 
-    /// The names used in every text interface, by their codes.
-    pub const NAMES: &'static [&'static str] = &["off", "t7", "isu", "pwm"];
+    /// The names used in every text interface, by their codes; those that this build does not have are empty.
+    pub const NAMES: &'static [&'static str] = &[
+        Kind::Off.name(),
+        Kind::T7.name(),
+        if Kind::Isu.is_built() { Kind::Isu.name() } else { "" },
+        if Kind::Pwm.is_built() { Kind::Pwm.name() } else { "" },
+    ];
+
+    /// Whether this build has it.
+    pub const fn is_built(self) -> bool {
+        match self {
+            Kind::Off | Kind::T7 => true,
+            Kind::Isu => features::ISU,
+            Kind::Pwm => features::PWM,
+        }
+    }
 
     /// What it means, for the documentation.
     pub const fn meaning(self) -> &'static str {
@@ -142,6 +173,7 @@ impl Source {
     /// such address.
     pub fn of(kind: Kind, address: u8, axis: t7::Axis) -> Source {
         let source = match (kind, address) {
+            _ if !kind.is_built() => None,
             (Kind::Off, 0) => Some(Source::Off),
             (Kind::Off, _) => None,
             (Kind::T7, _) => t7::Address::of_request(address).map(|address| Source::T7 { address, axis }),

@@ -1,7 +1,9 @@
 //! The façade: the slots, the two polled buses and the PWM inputs, behind one `poll`. It only forwards; what happens to
 //! an event is decided in `bus_task.rs`, `pwm.rs`, `schedule.rs` and `slot.rs`.
 
-use clino_bus::{BusCounters, Duration, Engine, Event, Instant, Isu, T7, Timing, earliest};
+#[cfg(feature = "isu")]
+use clino_bus::Isu;
+use clino_bus::{BusCounters, Duration, Engine, Event, Instant, T7, Timing, earliest};
 use clino_commissioning::TaskProgress;
 use heapless::Vec;
 
@@ -12,6 +14,7 @@ use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 use crate::counters::SlotCounters;
 use crate::degraded::DegradedMode;
 use crate::event::{Action, Capture, Requester};
+use crate::features;
 use crate::order::{Order, Refusal};
 use crate::pwm::PwmInputs;
 use crate::schedule::outage::BusHealth;
@@ -31,6 +34,7 @@ mod start;
 pub struct Gateway {
     slots: Vec<Polled, MAX_SLOTS>,
     t7: BusTask<T7>,
+    #[cfg(feature = "isu")]
     isu: BusTask<Isu>,
     pwm: PwmInputs,
     /// Slots that have changed since they were last fetched.
@@ -55,28 +59,31 @@ const SLOT_SEED: u8 = 2;
 const CONSOLE_SEED: u8 = u8::MAX;
 
 /// The only place that selects the task of a bus, for what depends on its protocol; what does not is in its
-/// [`Traffic`].
+/// [`Traffic`]. There is always that of the T7s; a bus that is not in this build has none, and nothing asks for it
+/// ([`Bus::ALL`]).
 macro_rules! on {
     ($gateway:ident, $bus:expr, $task:ident => $does:expr) => {
         match $bus {
-            Bus::T7 => {
-                let $task = &$gateway.t7;
-                $does
-            }
+            #[cfg(feature = "isu")]
             Bus::Isu => {
                 let $task = &$gateway.isu;
+                $does
+            }
+            _ => {
+                let $task = &$gateway.t7;
                 $does
             }
         }
     };
     (mut $gateway:ident, $bus:expr, $task:ident => $does:expr) => {
         match $bus {
-            Bus::T7 => {
-                let $task = &mut $gateway.t7;
-                $does
-            }
+            #[cfg(feature = "isu")]
             Bus::Isu => {
                 let $task = &mut $gateway.isu;
+                $does
+            }
+            _ => {
+                let $task = &mut $gateway.t7;
                 $does
             }
         }
@@ -98,13 +105,17 @@ impl Gateway {
 
     /// Takes an event of a bus's line.
     pub fn line(&mut self, bus: Bus, event: Event) {
+        if !bus.is_built() {
+            return;
+        }
         let ended = on!(mut self, bus, task => task.on(event, &mut self.slots));
         self.note(ended);
     }
 
     fn note(&mut self, ended: Option<Ended>) {
-        let restarted = self.t7.traffic_mut().take_restarted().or(self.isu.traffic_mut().take_restarted());
-        self.changed = self.changed.or(restarted);
+        for bus in Bus::ALL {
+            self.changed = self.changed.or(self.traffic_mut(bus).take_restarted());
+        }
         let Some(Ended { entry, slot }) = ended else { return };
         self.trace.push(entry);
         if let Some(slot) = slot {
@@ -114,11 +125,10 @@ impl Gateway {
 
     /// Takes what a timer input saw at `now`.
     pub fn pwm(&mut self, input: PwmInput, capture: Capture, now: Instant) {
-        let (t7, isu) = (self.t7.traffic(), self.isu.traffic());
-        let is_settling = |bus, address| match bus {
-            Bus::T7 => t7.is_settling(address, now),
-            Bus::Isu => isu.is_settling(address, now),
-        };
+        if !features::PWM {
+            return;
+        }
+        let is_settling = |bus, address| on!(self, bus, task => task.traffic().is_settling(address, now));
         let changed = self.pwm.take(input, capture, now, &mut self.slots, &is_settling);
         self.changed = self.changed.or(changed);
     }
@@ -156,7 +166,10 @@ impl Gateway {
                 true
             }
             Order::T7(task) => self.t7.accept(&task, requester),
+            #[cfg(feature = "isu")]
             Order::Isu(task) => self.isu.accept(&task, requester),
+            #[cfg(not(feature = "isu"))]
+            Order::Isu(_) => false,
             Order::Cancel(bus) => {
                 on!(mut self, bus, task => task.cancel());
                 true
@@ -269,6 +282,9 @@ impl Gateway {
 
     /// Lets time pass on a bus; `port` is called with what it has to do, in this order.
     pub fn poll(&mut self, bus: Bus, now: Instant, port: impl FnMut(Action<'_>)) {
+        if !bus.is_built() {
+            return;
+        }
         let ended = on!(mut self, bus, task => task.poll(now, &mut self.slots, port));
         self.note(ended);
         // Both are rare, and what comes with each call of them is not free: this runs with each character on a bus.
@@ -366,7 +382,7 @@ impl Gateway {
         };
         let console =
             settings::fingerprint(&Tabled::new(&settings::console::SETTINGS, &self.console), CONSOLE_SEED);
-        self.fingerprint ^ bus(Bus::T7) ^ bus(Bus::Isu) ^ console
+        Bus::ALL.into_iter().fold(self.fingerprint ^ console, |sum, one| sum ^ bus(one))
     }
 
     /// To be called before a slot's settings change, and again when they have.

@@ -4,6 +4,8 @@
 //! [`Reading`]s to publish, and says with `poll_at` when it wants to be called again.
 #![no_std]
 #![forbid(unsafe_code)]
+// What only some of the parts need; the linker leaves it out.
+#![cfg_attr(not(feature = "full"), allow(dead_code, unused_imports))]
 #![cfg_attr(
     not(test),
     deny(
@@ -27,6 +29,7 @@ mod consequence;
 mod counters;
 mod degraded;
 mod event;
+pub mod features;
 mod gateway;
 mod health;
 pub mod lint;

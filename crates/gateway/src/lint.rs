@@ -232,7 +232,7 @@ pub struct Lint<'a> {
 impl<'a> Lint<'a> {
     /// Calls `found` with each warning.
     pub fn findings(self, found: &mut dyn FnMut(Finding)) {
-        for bus in [Bus::T7, Bus::Isu] {
+        for bus in Bus::ALL {
             if let Some(overload) = self.overload(bus) {
                 found(overload);
             }

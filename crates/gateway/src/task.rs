@@ -7,6 +7,8 @@
 mod claim;
 mod follow;
 pub mod isu;
+#[cfg(not(feature = "commissioning"))]
+mod none;
 mod reason;
 pub mod t7;
 

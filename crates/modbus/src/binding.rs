@@ -8,6 +8,7 @@
 use clino_bus::{DriverEnable, Instant};
 use clino_codec::t7::BaudRate;
 use clino_commissioning::t7::Rates;
+use clino_gateway::features::COMMISSIONING;
 use clino_gateway::order::Order;
 use clino_gateway::settings::{Given, console, slot};
 use clino_gateway::summary::Summary;
@@ -187,7 +188,7 @@ impl<'a, S: Site> Binding<'a, S> {
             Command::Save => self.site.ask(DeferredRequest::Save)?,
             Command::FactoryReset => self.site.ask(DeferredRequest::FactoryReset)?,
             // A sensor whose memory is being written must not be left half way.
-            Command::Reboot if [Bus::T7, Bus::Isu].into_iter().any(|bus| self.is_at_work(bus)) => {
+            Command::Reboot if Bus::ALL.into_iter().any(|bus| self.is_at_work(bus)) => {
                 return Err(Refusal::Busy);
             }
             Command::Reboot => self.site.ask(DeferredRequest::Reboot)?,
@@ -207,7 +208,7 @@ impl<'a, S: Site> Binding<'a, S> {
                 self.order(Order::ClearExtremes(which(target, value)?))?;
                 return Ok(Outcome::Done);
             }
-            Command::Cancel => {
+            Command::Cancel if COMMISSIONING => {
                 let bus = Bus::from_number(target).ok_or(Refusal::Value)?;
                 // The result of a task on another bus would be lost.
                 if self.progress.outcome == Outcome::Running && self.task != Some(bus) {
@@ -219,11 +220,12 @@ impl<'a, S: Site> Binding<'a, S> {
                     return Ok(Outcome::Done);
                 }
             }
-            Command::Scan => {
+            Command::Scan if COMMISSIONING => {
                 self.order(Order::T7(Task::Sweep(self.rates(target, value).ok_or(Refusal::Value)?)))?;
                 self.task = Some(Bus::T7);
             }
-            _ => {
+            // What remains is about a sensor.
+            _ if COMMISSIONING => {
                 let order = sensor::order(command, self.config(slot).source, value).ok_or(Refusal::Value)?;
                 let baud = self.site.gateway(|gateway| gateway.bus_settings(Bus::T7).timing.serial.baud);
                 let slot_of = |slot: u8| Some(self.config(slot.into()));
@@ -232,6 +234,7 @@ impl<'a, S: Site> Binding<'a, S> {
                 self.silenced = silenced.into();
                 self.task = self.config(slot).source.bus();
             }
+            _ => return Err(Refusal::Value),
         }
         Ok(Outcome::Running)
     }
@@ -317,6 +320,8 @@ impl<S: Site> Host for Binding<'_, S> {
         read::Reader::new(self, port).read(first, quantity, take)
     }
 
+    /// A function of its own: the stack of what found out what to write is free again.
+    #[inline(never)]
     fn write(&mut self, write: &Write<'_>) -> Result<(), Refusal> {
         match write {
             Write::Slot(slot, values) => {

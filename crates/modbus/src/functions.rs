@@ -75,21 +75,8 @@ pub fn execute<H: Host>(
             let &[high, low, quantity_high, quantity_low] = data else {
                 return Err(Exception::IllegalDataValue);
             };
-            let quantity = u16::from_be_bytes([quantity_high, quantity_low]);
-            if !(1..=MOST_READ).contains(&quantity) {
-                return Err(Exception::IllegalDataValue);
-            }
             let first = u16::from_be_bytes([high, low]);
-            for _ in 0..MOST_LOOKS {
-                host.snapshot();
-                frame.truncate(HEAD);
-                frame.byte(quantity.wrapping_mul(2) as u8);
-                host.read(&inner.settings, first, quantity, &mut |word| frame.word(word))?;
-                if host.held_still() {
-                    return Ok(());
-                }
-            }
-            Err(Exception::ServerDeviceBusy)
+            read(inner, first, u16::from_be_bytes([quantity_high, quantity_low]), frame, host)
         }
         function::DIAGNOSTICS => {
             let register = || {
@@ -103,6 +90,31 @@ pub fn execute<H: Host>(
     }
 }
 
+/// Reads registers, all of one state. A function of its own: a write does not pay for its stack.
+#[inline(never)]
+fn read<H: Host>(
+    inner: &Inner,
+    first: u16,
+    quantity: u16,
+    frame: &mut Frame,
+    host: &mut H,
+) -> Result<(), Exception> {
+    if !(1..=MOST_READ).contains(&quantity) {
+        return Err(Exception::IllegalDataValue);
+    }
+    for _ in 0..MOST_LOOKS {
+        host.snapshot();
+        frame.truncate(HEAD);
+        frame.byte(quantity.wrapping_mul(2) as u8);
+        host.read(&inner.settings, first, quantity, &mut |word| frame.word(word))?;
+        if host.held_still() {
+            return Ok(());
+        }
+    }
+    Err(Exception::ServerDeviceBusy)
+}
+
+#[inline(never)]
 fn set<H: Host>(inner: &mut Inner, first: u16, words: &[[u8; 2]], host: &mut H) -> Result<(), Exception> {
     host.snapshot();
     let change = write::change(&inner.settings, first, words)?;

@@ -28,6 +28,8 @@
 //! Guide V1.02.
 #![no_std]
 #![forbid(unsafe_code)]
+// What only some of the parts need; the linker leaves it out.
+#![cfg_attr(not(feature = "full"), allow(dead_code, unused_imports))]
 #![cfg_attr(
     not(test),
     deny(

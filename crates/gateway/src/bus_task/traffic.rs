@@ -10,6 +10,7 @@ use super::polling::{Content, PollRules, Polling, Said};
 use crate::bits::Bits;
 use crate::counters::{SlotCounters, bump16};
 use crate::event::Requester;
+use crate::features::COMMISSIONING;
 use crate::schedule::Polled;
 use crate::schedule::outage::BusHealth;
 use crate::schedule::queue::Asked;
@@ -103,7 +104,7 @@ impl Traffic {
 
     /// Accepts a task with this claim, unless there is one.
     pub fn accept(&mut self, claim: Claim, requester: Requester) -> bool {
-        let idle = self.claim.is_none() && self.news.is_none();
+        let idle = COMMISSIONING && self.claim.is_none() && self.news.is_none();
         if idle {
             (self.claim, self.requester, self.cancelled) = (Some(claim), requester, false);
         }
@@ -122,23 +123,23 @@ impl Traffic {
 
     /// Whether a task has just ended.
     pub fn has_ended(&self) -> bool {
-        self.claim.is_some() && self.news.as_ref().is_some_and(TaskEvent::is_end)
+        COMMISSIONING && self.claim.is_some() && self.news.as_ref().is_some_and(TaskEvent::is_end)
     }
 
     /// The claim of a task that has just ended, and how it has ended; once.
     pub fn ended(&mut self) -> Option<(Claim, TaskEvent)> {
-        let news = self.news.as_ref().filter(|news| news.is_end())?;
+        let news = self.news.as_ref().filter(|news| COMMISSIONING && news.is_end())?;
         self.claim.take().map(|claim| (claim, *news))
     }
 
     /// The event of the task, if this requester has ordered it.
     pub fn task_event(&mut self, requester: Requester) -> Option<TaskEvent> {
-        self.news.take_if(|_| self.requester == requester)
+        self.news.take_if(|_| COMMISSIONING && self.requester == requester)
     }
 
     /// Whether the task has an event for this requester.
     pub fn has_task_event(&self, requester: Requester) -> bool {
-        self.news.is_some() && self.requester == requester
+        COMMISSIONING && self.news.is_some() && self.requester == requester
     }
 
     /// Whether the task has an event that was not fetched yet.

@@ -24,6 +24,7 @@ impl Gateway {
         Gateway {
             slots: heapless::Vec::new(),
             t7: BusTask::idle(Timing::t7(Serial::T7_DEFAULT)),
+            #[cfg(feature = "isu")]
             isu: BusTask::idle(Timing::isu()),
             pwm: PwmInputs::new(pwm),
             changed: Bits::EMPTY,
@@ -63,8 +64,9 @@ impl Configuration for Gateway {
         self.config(slot)
     }
 
+    /// Of a bus that this build does not have, the first ones.
     fn bus(&self, bus: Bus) -> BusSettings {
-        *self.bus_settings(bus)
+        if bus.is_built() { *self.bus_settings(bus) } else { BusSettings::first(bus) }
     }
 
     fn set_slot(&mut self, slot: usize, config: &SlotConfig) {
@@ -83,7 +85,10 @@ impl Configuration for Gateway {
     fn set_bus(&mut self, bus: Bus, settings: &BusSettings) {
         match bus {
             Bus::T7 => self.t7.set_up(settings),
+            #[cfg(feature = "isu")]
             Bus::Isu => self.isu.set_up(settings),
+            #[cfg(not(feature = "isu"))]
+            Bus::Isu => {}
         }
     }
 

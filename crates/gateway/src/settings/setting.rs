@@ -119,7 +119,7 @@ impl dyn Shown + '_ {
 pub enum Form {
     /// 0 is off, 1 is on.
     Flag,
-    /// The position of one of these words.
+    /// The position of one of these words. An empty word stands for one that this build does not have.
     Choice(&'static [&'static str]),
     /// One of these numbers.
     OneOf(&'static [u32]),
@@ -176,6 +176,8 @@ impl Form {
         let (least, most) = self.limits();
         match self {
             Form::OneOf(numbers) => numbers.iter().any(|&number| i64::from(number) == value),
+            Form::Choice(words) => usize::try_from(value)
+                .is_ok_and(|place| words.get(place).is_some_and(|word| !word.is_empty())),
             Form::Characters => u32::try_from(value).is_ok_and(are_characters),
             _ => (least..=most).contains(&value),
         }

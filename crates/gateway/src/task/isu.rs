@@ -79,6 +79,7 @@ impl Work {
     }
 }
 
+#[cfg(feature = "commissioning")]
 impl Tasks for Isu {
     type Task = Task;
     type Work = Work;

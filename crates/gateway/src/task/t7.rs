@@ -102,6 +102,7 @@ impl Work {
     }
 }
 
+#[cfg(feature = "commissioning")]
 impl Tasks for T7 {
     type Task = Task;
     type Work = Work;

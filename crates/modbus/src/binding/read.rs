@@ -32,15 +32,24 @@ pub struct Reader<'r, 's, S> {
     binding: &'r Binding<'s, S>,
     port: &'r Settings,
     progress: Option<Progress>,
-    detail: Option<(usize, Option<(Reading, Detail)>)>,
-    config: Option<(usize, SlotConfig)>,
-    bus: Option<(Bus, BusCounters, BusHealth, DriverEnable)>,
+    known: Known,
     summary: Option<Summary>,
+}
+
+/// What the gateway was asked last. A block is about one of these: a request that goes through a block asks once for each
+/// instance.
+enum Known {
+    Nothing,
+    /// Of a slot.
+    Detail(usize, Option<(Reading, Detail)>),
+    /// Of a slot.
+    Config(usize, SlotConfig),
+    Bus(Bus, BusCounters, BusHealth, DriverEnable),
 }
 
 impl<'r, 's, S: Site> Reader<'r, 's, S> {
     pub fn new(binding: &'r Binding<'s, S>, port: &'r Settings) -> Reader<'r, 's, S> {
-        Reader { binding, port, progress: None, detail: None, config: None, bus: None, summary: None }
+        Reader { binding, port, progress: None, known: Known::Nothing, summary: None }
     }
 
     /// Hands out `quantity` registers, beginning with `first`.
@@ -135,13 +144,33 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
         self.summary.get_or_insert_with(|| binding.summary())
     }
 
+    // What is asked is put in its place by functions of their own, whose stack is free again before the registers are made.
+
+    #[inline(never)]
+    fn ask_detail(&mut self, slot: usize) {
+        self.known = Known::Detail(slot, self.binding.detail(slot));
+    }
+
+    #[inline(never)]
+    fn ask_config(&mut self, slot: usize) {
+        self.known = Known::Config(slot, self.binding.config(slot));
+    }
+
+    #[inline(never)]
+    fn ask_bus(&mut self, bus: Bus) {
+        let site = &self.binding.site;
+        let look = |gateway: &mut clino_gateway::Gateway| (*gateway.counters(bus), gateway.health(bus));
+        let (counters, health) = site.gateway(look).unwrap_or_default();
+        self.known = Known::Bus(bus, counters, health, site.driver_enable(bus));
+    }
+
+    #[inline(never)]
     fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
         let binding = self.binding;
-        let known = match &mut self.detail {
-            Some((known, detail)) if *known == slot => detail,
-            place => &mut place.insert((slot, binding.detail(slot))).1,
-        };
-        let Some((reading, detail)) = known else {
+        if !matches!(self.known, Known::Detail(known, _) if known == slot) {
+            self.ask_detail(slot);
+        }
+        let Known::Detail(_, Some((reading, detail))) = &self.known else {
             // A slot without details has no counters.
             return (!item.is_optional()).then_some(0);
         };
@@ -194,25 +223,20 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
     }
 
     fn slot_setting(&mut self, id: u8, slot: usize, scale: u16) -> u32 {
-        let binding = self.binding;
-        let config = match &mut self.config {
-            Some((known, config)) if *known == slot => config,
-            place => &mut place.insert((slot, binding.config(slot))).1,
-        };
-        setting(&Tabled::new(&slot::SETTINGS, &*config), id, scale)
+        if !matches!(self.known, Known::Config(known, _) if known == slot) {
+            self.ask_config(slot);
+        }
+        match &self.known {
+            Known::Config(_, config) => setting(&Tabled::new(&slot::SETTINGS, config), id, scale),
+            _ => 0,
+        }
     }
 
     fn bus(&mut self, item: BusItem, bus: Bus) -> u32 {
-        let site = &self.binding.site;
-        let (_, counters, health, driver) = match &mut self.bus {
-            Some(known) if known.0 == bus => known,
-            place => {
-                let look =
-                    |gateway: &mut clino_gateway::Gateway| (*gateway.counters(bus), gateway.health(bus));
-                let (counters, health) = site.gateway(look).unwrap_or_default();
-                place.insert((bus, counters, health, site.driver_enable(bus)))
-            }
-        };
+        if !matches!(self.known, Known::Bus(known, ..) if known == bus) {
+            self.ask_bus(bus);
+        }
+        let Known::Bus(_, counters, health, driver) = &self.known else { return 0 };
         match item {
             BusItem::Requests => counters.requests,
             BusItem::Retries => counters.retries,

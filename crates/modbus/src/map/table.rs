@@ -1,7 +1,7 @@
 //! The table. Addresses as on the wire.
 
 use clino_gateway::settings::{self, Setting, slot};
-use clino_gateway::{Alarm, Bus, BusSettings, MAX_SLOTS};
+use clino_gateway::{Alarm, Bus, BusSettings, MAX_SLOTS, features};
 use clino_recovery::PLACE;
 
 use super::{
@@ -25,14 +25,14 @@ pub const SLOT_STRIDE: u16 = 0x20;
 /// Slots of the map.
 pub const SLOTS: usize = MAX_SLOTS;
 /// Findings of a scan that are kept; further ones are only counted.
-pub const FOUND: usize = 48;
+pub const FOUND: usize = if features::COMMISSIONING { 48 } else { 0 };
 const COUNT: u16 = SLOTS as u16;
 const ALL: u8 = SLOTS as u8;
 /// Slots of the first block of angles and ages; the others are in the second.
 const FIRST: u8 = 32;
 const OTHERS: u8 = ALL - FIRST;
 
-/// The register map.
+/// The register map. A block of something that this build does not have has no instance: its registers do not exist.
 pub const BLOCKS: &[Block] = &[
     Block {
         name: "gateway",
@@ -93,7 +93,7 @@ pub const BLOCKS: &[Block] = &[
         prefix: "bus",
         base: 0x0900,
         stride: 0x40,
-        count: 2,
+        count: Bus::COUNT as u16,
         entries: BUS,
         text: "Counters and times of a bus since reset. Bus 0 is the T7 bus, bus 1 the ISU bus. Counters wrap.",
     },
@@ -111,7 +111,7 @@ pub const BLOCKS: &[Block] = &[
         prefix: "result",
         base: 0x09C0,
         stride: 0x40,
-        count: 1,
+        count: features::COMMISSIONING as u16,
         entries: RESULT,
         text: "Results of the last command. Numbers that the command does not have are unavailable. Cleared when a command \
                is accepted.",
@@ -159,7 +159,7 @@ pub const BLOCKS: &[Block] = &[
         prefix: "bus1",
         base: 0x1810,
         stride: 0x10,
-        count: 1,
+        count: features::ISU as u16,
         entries: ISU_SETTINGS,
         text: "Settings of the ISU bus.",
     },
