@@ -48,8 +48,9 @@ Usage: cargo xtask <command>
              write the console transcripts of the documents anew, from runs of the firmware image
   pictures   draw the pictures of docs/bring-up.md anew, from captures of the virtual board
   size       flash and RAM of the firmware image, against its budget
-  witness    the image on a second, independent emulator, which it installs if it is missing (a quarter
-             of an hour), and the comparison of the two cores
+  witness [qemu]
+             the image on a second, independent emulator, which it installs if it is missing (a quarter
+             of an hour), and the comparison of the two cores; or the image on QEMU, answers only
   flash [--board NAME]
              put the firmware on a real board (needs probe-rs)
   image [--board NAME]
@@ -83,6 +84,7 @@ fn main() -> ExitCode {
         Some("book") if rest.is_empty() => book::run(),
         Some("transcripts") if rest.is_empty() => transcripts::run(),
         Some("witness") if rest.is_empty() => witness::run(),
+        Some("witness") if rest == ["qemu"] => witness::qemu(),
         Some("pictures") if rest.is_empty() => pictures::run(),
         Some("hil") => hil::run(&rest),
         Some("help" | "--help" | "-h") => {

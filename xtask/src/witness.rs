@@ -13,6 +13,7 @@ use std::process::Command;
 
 use crate::command::{self, Failure, Outcome};
 use crate::firmware;
+use crate::hil;
 use crate::steps::{self, Step, Steps};
 
 /// The compiler that the emulator asks for.
@@ -35,6 +36,12 @@ fn install_and_run(steps: &mut Steps) -> Outcome {
     steps.run("witness", image());
     steps.run("cpu", cpu(&DAILY));
     Ok(())
+}
+
+/// The image on QEMU, as a smoke test: answers, no times. The report stays below the target directory.
+pub fn qemu() -> Outcome {
+    let report = command::target_dir().join("qemu.md");
+    hil::run(&["--qemu".to_owned(), "--report".to_owned(), report.display().to_string()])
 }
 
 /// Builds the program, and installs what that takes.

@@ -78,7 +78,7 @@ impl Bus {
             }
         };
         let found = self.angles(bench, "angles");
-        if found && !bench.arguments.short {
+        if found && !bench.arguments.short && !bench.arguments.on_qemu {
             self.line(bench);
             drop(sensors);
             let dead = self.all(&mut bench.console, |object| {
