@@ -33,6 +33,7 @@ pub fn run() -> Outcome {
 fn install_and_run(steps: &mut Steps) -> Outcome {
     firmware::build(steps)?;
     install(steps)?;
+    steps.run("witness tests", cargo("test"));
     steps.run("witness", image());
     steps.run("cpu", cpu(&DAILY));
     Ok(())
@@ -85,23 +86,20 @@ fn image() -> Command {
 }
 
 fn build(steps: &mut Steps) -> Outcome {
-    let mut cargo = Command::new("rustup");
-    cargo.args([
-        "run",
-        TOOLCHAIN,
-        "cargo",
-        "build",
-        "--release",
-        "--locked",
-        "--manifest-path",
-        "witness/Cargo.toml",
-    ]);
-    cargo.env("CARGO_TARGET_DIR", folder()).env_remove("CARGO").current_dir(command::root());
-    steps.need("second emulator", cargo)?;
+    steps.need("second emulator", cargo("build"))?;
     // Other checkouts build into the same folder.
     let built = folder().join("release").join(PACKAGE);
     fs::copy(&built, program()).map_err(|error| failed(&built, &error))?;
     Ok(())
+}
+
+/// `cargo build` or `cargo test` of the program.
+fn cargo(verb: &str) -> Command {
+    let mut cargo = Command::new("rustup");
+    cargo.args(["run", TOOLCHAIN, "cargo", verb, "--release", "--locked"]);
+    cargo.args(["--manifest-path", "witness/Cargo.toml"]);
+    cargo.env("CARGO_TARGET_DIR", folder()).env_remove("CARGO").current_dir(command::root());
+    cargo
 }
 
 /// What was built last, of this checkout.

@@ -1,6 +1,7 @@
 //! The checks, in the order in which a person would make them.
 
 mod bus;
+mod faults;
 mod pwm;
 mod start;
 mod stored;
@@ -46,7 +47,10 @@ pub fn all(arguments: &Arguments, report: &mut Report) -> Result<(), String> {
     }
     match board.end()? {
         Some(capture) => wires::of_virtual_board(&mut bench, &capture),
-        None if arguments.on_qemu => bench.report.skip("times on the wires", "QEMU has none"),
+        None if arguments.on_qemu => {
+            bench.report.skip("times on the wires", "QEMU has none");
+            faults::check(bench.arguments, bench.report);
+        }
         None if arguments.analyser.is_none() => {
             let why = "no logic analyser (--analyser DRIVER); docs/bring-up.md has pictures for a scope";
             bench.report.skip("times on the wires", why);

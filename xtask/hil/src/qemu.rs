@@ -8,8 +8,8 @@
 //! | a reset of a peripheral of APB2 crashes QEMU 10 | it runs under a debugger, which returns from the crash |
 //! | no GPIO, watchdog, flash controller, cycle counter, PWM inputs | not checked |
 //!
-//! Each port is a pseudo-terminal. Nothing here is about time: answers only are checked. The image is not restarted: after a
-//! reset the machine's timers end no round for as long as it has run before.
+//! Each port is a pseudo-terminal. Nothing here is about time: answers only are checked. The image is restarted by planted
+//! faults only: after a reset the machine's timers end no round for as long as it has run before.
 
 mod guest;
 mod part;
@@ -30,6 +30,7 @@ use serde_json::Value;
 
 use crate::board::Ports;
 use guest::Guest;
+pub use guest::{PC, SP};
 use part::Part;
 use tester::Tester;
 
@@ -62,6 +63,8 @@ pub struct Qemu {
     part: Option<JoinHandle<()>>,
     /// What has gone wrong beside it.
     trouble: Arc<Mutex<Option<String>>>,
+    /// Registers that are to be set.
+    planted: Arc<Mutex<Option<(u8, u32)>>>,
     folder: PathBuf,
 }
 
@@ -82,14 +85,27 @@ impl Qemu {
         let mut command = programs.debugged(&script, &arguments(elf, &folder));
         command.stdin(Stdio::null()).stdout(log).stderr(log_too);
         let debugger = command.spawn().map_err(|why| format!("{command:?}: {why}"))?;
-        let mut qemu = Qemu { debugger, stop: Arc::default(), part: None, trouble: Arc::default(), folder };
+        let mut qemu = Qemu {
+            debugger,
+            stop: Arc::default(),
+            part: None,
+            trouble: Arc::default(),
+            planted: Arc::default(),
+            folder,
+        };
         let ports = qemu.ports()?;
         let guest = Guest::new(qemu.socket("guest")?)?;
         let mut part = Part::new(elf, guest, Tester::new(qemu.socket("test")?)?)?;
         let (stop, trouble) = (Arc::clone(&qemu.stop), Arc::clone(&qemu.trouble));
+        let planted = Arc::clone(&qemu.planted);
         qemu.part = Some(thread::spawn(move || {
             while !stop.load(Ordering::Relaxed) {
-                if let Err(why) = part.make_up() {
+                let wanted = *planted.lock().unwrap_or_else(PoisonError::into_inner);
+                let done = wanted.map_or(Ok(false), |register| part.plant(&[register]));
+                if done == Ok(true) {
+                    *planted.lock().unwrap_or_else(PoisonError::into_inner) = None;
+                }
+                if let Err(why) = done.and_then(|_| part.make_up()) {
                     *trouble.lock().unwrap_or_else(PoisonError::into_inner) = Some(why);
                     return;
                 }
@@ -97,6 +113,11 @@ impl Qemu {
             }
         }));
         Ok((qemu, ports))
+    }
+
+    /// Has a register of the core set, once the main loop executes.
+    pub fn plant(&self, register: u8, value: u32) {
+        *self.planted.lock().unwrap_or_else(PoisonError::into_inner) = Some((register, value));
     }
 
     /// What QEMU has to say when something goes wrong.

@@ -9,6 +9,10 @@ use std::os::unix::net::UnixStream;
 pub const SP: u8 = 13;
 pub const LR: u8 = 14;
 pub const PC: u8 = 15;
+pub const XPSR: u8 = 25;
+
+/// What stops a machine that runs.
+const INTERRUPT: u8 = 3;
 
 /// An open connection.
 pub struct Guest {
@@ -35,6 +39,26 @@ impl Guest {
     /// QEMU has ended.
     pub fn break_at(&mut self, address: u32) -> Result<(), String> {
         self.ask(&format!("Z1,{address:x},2")).map(drop)
+    }
+
+    /// Lets it execute the instruction that it has stopped at.
+    ///
+    /// # Errors
+    /// QEMU has ended.
+    pub fn step_over(&mut self, breakpoint: u32) -> Result<(), String> {
+        self.ask(&format!("z1,{breakpoint:x},2"))?;
+        self.ask("s")?;
+        self.break_at(breakpoint)
+    }
+
+    /// Stops it where it is.
+    ///
+    /// # Errors
+    /// QEMU has ended.
+    pub fn halt(&mut self) -> Result<(), String> {
+        self.socket.write_all(&[INTERRUPT]).map_err(failed)?;
+        while !self.has_stopped()? {}
+        Ok(())
     }
 
     /// Lets it run.

@@ -5,13 +5,15 @@ use std::path::Path;
 use object::read::elf::{ElfFile32, ProgramHeader as _};
 use object::{Endianness, Object as _, ObjectSymbol as _};
 
-use super::guest::{Guest, LR, PC, SP};
+use super::guest::{Guest, LR, PC, SP, XPSR};
 use super::tester::Tester;
 
-/// `RCC_CR`, `CFGR`, `CSR` (RM0090 section 7.3) of a board that runs on its crystal and PLL, after power-up: everything ready,
-/// PLL selected, causes power-on, brown-out and pin.
-const RCC: [(u32, u32); 3] =
-    [(0x4002_3800, 0x0303_0083), (0x4002_3808, 0x0000_0008), (0x4002_3874, 0x0E00_0000)];
+/// `RCC_CR`, `CFGR` (RM0090 section 7.3) of a board that runs on its crystal and PLL: everything ready, PLL selected.
+const RCC: [(u32, u32); 2] = [(0x4002_3800, 0x0303_0083), (0x4002_3808, 0x0000_0008)];
+/// `RCC_CSR`: power-on, brown-out and pin; software and pin.
+const RCC_CSR: u32 = 0x4002_3874;
+const AFTER_POWER_UP: u32 = 0x0E00_0000;
+const AFTER_RESET: u32 = 0x1400_0000;
 /// `TIM4`, the image's clock (`docs/architecture.md`): counter and prescaler.
 const CLOCK_CNT: u32 = 0x4000_0824;
 const CLOCK_PSC: u32 = 0x4000_0828;
@@ -28,6 +30,8 @@ const WAKE_US: u32 = 500;
 const CFSR: u32 = 0xE000_ED28;
 const HFSR: u32 = 0xE000_ED2C;
 const BFAR: u32 = 0xE000_ED38;
+/// `CFSR`: `BFAR` is that of this fault.
+const BFARVALID: u32 = 1 << 15;
 /// System memory with the part's number.
 const SYSTEM_MEMORY: std::ops::Range<u32> = 0x1FFF_7A00..0x1FFF_7B00;
 /// What is read there.
@@ -35,6 +39,8 @@ const UID: u32 = 0x0051_454D;
 /// `BX LR`, `LDR Rt, [Rn, #imm]` (ARM DDI 0403 A7.7).
 const BX_LR: [u8; 2] = [0x70, 0x47];
 const LDR: u32 = 0b01101;
+/// `xPSR`: the exception that is being handled.
+const EXCEPTION: u32 = 0x1FF;
 /// The program counter in an exception's frame.
 const FRAMED_PC: u32 = 24;
 
@@ -46,6 +52,8 @@ pub struct Part {
     check: u32,
     fault: u32,
     returns: u32,
+    /// Why it starts next.
+    cause: u32,
     /// When the levels were woken last.
     woken_at: u32,
 }
@@ -75,7 +83,7 @@ impl Part {
         guest.break_at(check)?;
         guest.break_at(fault)?;
         guest.go()?;
-        Ok(Part { guest, tester, check, fault, returns, woken_at: 0 })
+        Ok(Part { guest, tester, check, fault, returns, cause: AFTER_POWER_UP, woken_at: 0 })
     }
 
     /// Makes up for what is lacking now.
@@ -103,20 +111,40 @@ impl Part {
         Ok(())
     }
 
+    /// Sets registers, if the main loop executes; whether it did.
+    ///
+    /// # Errors
+    /// QEMU has ended.
+    pub fn plant(&mut self, registers: &[(u8, u32)]) -> Result<bool, String> {
+        self.guest.halt()?;
+        let at = self.guest.register(PC)?;
+        let is_main_loop = self.guest.register(XPSR)? & EXCEPTION == 0 && at != self.check;
+        if is_main_loop {
+            for (number, value) in registers {
+                self.guest.set_register(*number, *value)?;
+            }
+        }
+        // At one of the breakpoints it is met again.
+        self.guest.go()?;
+        Ok(is_main_loop)
+    }
+
     /// After every reset: the check of the chip returns.
     fn started(&mut self) -> Result<(), String> {
         for (address, word) in RCC {
             self.tester.write(address, word)?;
         }
+        self.tester.write(RCC_CSR, self.cause)?;
+        self.cause = AFTER_RESET;
         let back = self.guest.register(LR)?;
         self.guest.set_register(PC, back & !1)
     }
 
     /// A read of system memory is answered; any other fault is the image's.
     fn faulted(&mut self) -> Result<(), String> {
-        if !SYSTEM_MEMORY.contains(&self.tester.read(BFAR)?) {
-            // The handler's first instruction has not been executed yet: on with it.
-            return Ok(());
+        let is_valid = self.tester.read(CFSR)? & BFARVALID != 0;
+        if !is_valid || !SYSTEM_MEMORY.contains(&self.tester.read(BFAR)?) {
+            return self.guest.step_over(self.fault);
         }
         let frame = self.guest.register(SP)?;
         let at = self.guest.word(frame + FRAMED_PC)?;
