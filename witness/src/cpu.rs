@@ -16,12 +16,13 @@ mod witness;
 use std::collections::BTreeMap;
 use std::fmt;
 
-use rsemu::cpu::arm::v7m::isa::decode;
+use rsemu::cpu::arm::v7m::isa::{Cond, Insn, decode};
 
 use chance::Chance;
+use known::Parting;
 use layout::{Region, SHORT, SHORT_RAM, TABLE};
 use sequence::{BEGIN, LENGTH, Sequence};
-use state::{Difference, State};
+use state::{Difference, Place, State};
 
 pub use functions::functions;
 
@@ -70,6 +71,15 @@ impl Pair {
         u16::from_le_bytes(half)
     }
 
+    /// The word of RAM at `address` on the board's side, if there is one.
+    fn ram_word(&self, address: u32) -> Option<u32> {
+        let is_in = |region: &&Region| address.wrapping_sub(region.base) <= region.length - 4;
+        self.ram.iter().find(is_in)?;
+        let mut bytes = [0; 4];
+        self.board.read(address, &mut bytes);
+        Some(u32::from_le_bytes(bytes))
+    }
+
     /// Executes `count` instructions of `trial` on both; calls `seen` with the address of each.
     fn run(&mut self, trial: &Trial, count: u64, mut seen: impl FnMut(u32)) {
         for (address, bytes) in &trial.memory {
@@ -100,8 +110,8 @@ impl Pair {
                 continue;
             }
             let differing = (0..length).step_by(4).filter(|at| word(&ours, *at) != word(&theirs, *at));
-            differences.extend(differing.take(4).map(|at| Difference {
-                what: format!("[{:#010x}]", region.base as usize + at),
+            differences.extend(differing.map(|at| Difference {
+                place: Place::Memory(region.base + at as u32),
                 ours: word(&ours, at),
                 theirs: word(&theirs, at),
             }));
@@ -226,79 +236,99 @@ pub fn sequences(count: u64, seed: u64) -> Outcome {
     outcome
 }
 
-/// Where two cores part.
-struct Parting {
+/// What is to be said of the place where two cores part.
+struct Finding {
     known: Option<&'static str>,
     label: String,
     text: String,
 }
 
-impl fmt::Display for Parting {
+impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
     }
 }
 
 /// Executes one instruction more each time until they differ.
-fn first_difference(pair: &mut Pair, trial: &Trial) -> Parting {
+fn first_difference(pair: &mut Pair, trial: &Trial) -> Finding {
     let mut before = trial.state.clone();
+    let mut tagged = None;
     for count in 1..=trial.executed {
         let mut last = before.r[15];
         pair.run(trial, count, |pc| last = pc);
         let differences = pair.differences();
         let (board, witness) = (pair.board.state(), pair.witness.state());
-        if differences.is_empty()
-            || board.exception() != witness.exception()
-                && count < trial.executed
-                && meets_again(pair, trial, count)
-        {
+        let code = [pair.half(last), pair.half(last.wrapping_add(2))];
+        if differences.is_empty() {
+            tagged = tag(tagged, code, &before, &board);
             before = board;
             continue;
         }
-        let (first, second) = (pair.half(last), pair.half(last.wrapping_add(2)));
-        let kind = match differences.iter().find(|difference| difference.what.starts_with('[')) {
-            Some(_) => "memory",
-            None => &differences[0].what,
+        if board.exception() != witness.exception()
+            && count < trial.executed
+            && meets_again(pair, trial, count)
+        {
+            continue;
+        }
+        let word = |address: u32| pair.ram_word(address);
+        let parting = Parting {
+            code,
+            at: last,
+            before: &before,
+            board: &board,
+            witness: &witness,
+            differences: &differences,
+            tagged,
+            word: &word,
         };
-        let name = name(first, second);
-        let lines: Vec<String> = differences.iter().map(|difference| format!("    {difference}")).collect();
-        let text = format!(
-            "after {count}, interrupt {:?}: {first:04x} {second:04x} {:?} at {last:#x}\n  before {:x?} xpsr {:08x} fpscr {:08x}\n  {:x?}\n{}",
-            trial.interrupt,
-            decode(first, second),
-            before.r,
-            before.xpsr,
-            before.fpscr,
-            before.s,
-            lines.join("\n")
-        );
-        let label = format!("{name} {kind}");
-        // A call may jump into data.
-        let has_empty_list = first & 0xF0FF == 0xC000;
-        let decided = has_empty_list
-            .then_some("STM or LDM of no register, in data that a call jumped into: UNPREDICTABLE");
-        let known = decided
-            .or_else(|| known::known(&name, base(first, second, &before), [&board, &witness], &differences));
-        return Parting { known, label, text };
+        return finding(&parting, trial, count);
     }
-    Parting {
+    Finding {
         known: None,
         label: "not again".to_owned(),
         text: "they differ at first, and not again".to_owned(),
     }
 }
 
+/// The address that a LDREX has tagged, after this instruction.
+fn tag(tagged: Option<u32>, code: [u16; 2], before: &State, after: &State) -> Option<u32> {
+    let is_executed = !before.is_in_block() || Cond((before.xpsr >> 12 & 0xF) as u8).passes(before.xpsr);
+    match decode(code[0], code[1]) {
+        _ if before.exception() != after.exception() => None,
+        Insn::LoadStoreExclusive { load: true, rn, imm, .. } if is_executed => {
+            Some(before.r[usize::from(rn)].wrapping_add(imm))
+        }
+        Insn::LoadStoreExclusive { load: false, .. } | Insn::ClearExclusive if is_executed => None,
+        _ => tagged,
+    }
+}
+
+fn finding(parting: &Parting<'_>, trial: &Trial, count: u64) -> Finding {
+    let Parting { code: [first, second], at, before, differences, .. } = parting;
+    let is_memory = |difference: &&Difference| matches!(difference.place, Place::Memory(_));
+    let kind = match differences.iter().find(is_memory) {
+        Some(_) => "memory".to_owned(),
+        None => differences[0].place.to_string(),
+    };
+    let lines: Vec<String> =
+        differences.iter().take(PRINTED).map(|difference| format!("    {difference}")).collect();
+    let text = format!(
+        "after {count}, interrupt {:?}: {first:04x} {second:04x} {:?} at {at:#x}\n  before {:x?} xpsr {:08x} fpscr {:08x}\n  {:x?}\n{}",
+        trial.interrupt,
+        decode(*first, *second),
+        before.r,
+        before.xpsr,
+        before.fpscr,
+        before.s,
+        lines.join("\n")
+    );
+    Finding { known: known::known(parting), label: format!("{} {kind}", name(*first, *second)), text }
+}
+
 /// Whether one enters the handler of a fault with the instruction, and the other before the next one.
 fn meets_again(pair: &mut Pair, trial: &Trial, count: u64) -> bool {
     pair.run(trial, count + 1, |_| {});
     pair.board.state().exception() == pair.witness.state().exception()
-}
-
-/// The base register of a load or store, before it.
-fn base(first: u16, second: u16, before: &State) -> Option<u32> {
-    let text = format!("{:?}", decode(first, second));
-    let number = text.split("rn: ").nth(1)?.split([',', ' ']).next()?;
-    before.r.get(number.parse::<usize>().ok()?).copied()
 }
 
 /// The instruction's name in the emulator's decoder.

@@ -51,8 +51,9 @@ Usage: cargo xtask <command>
              flash and RAM of the firmware images for both boards, against their budgets, and of
              each part; --against: how much each part has grown since a revision
   features   build the firmware with every combination of parts that makes sense
-  witness    the image on a second, independent emulator, which it installs if it is missing (a quarter
-             of an hour), and the comparison of the two cores
+  witness [qemu]
+             the image on a second, independent emulator, which it installs if it is missing (a quarter
+             of an hour), and the comparison of the two cores; or the image on QEMU, answers only
   flash [--board NAME]
              put the firmware on a real board (needs probe-rs)
   image [--board NAME]
@@ -87,6 +88,7 @@ fn main() -> ExitCode {
         Some("book") if rest.is_empty() => book::run(),
         Some("transcripts") if rest.is_empty() => transcripts::run(),
         Some("witness") if rest.is_empty() => witness::run(),
+        Some("witness") if rest == ["qemu"] => witness::qemu(),
         Some("pictures") if rest.is_empty() => pictures::run(),
         Some("hil") => hil::run(&rest),
         Some("help" | "--help" | "-h") => {

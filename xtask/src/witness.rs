@@ -13,6 +13,7 @@ use std::process::Command;
 
 use crate::command::{self, Failure, Outcome};
 use crate::firmware;
+use crate::hil;
 use crate::steps::{self, Step, Steps};
 
 /// The compiler that the emulator asks for.
@@ -32,9 +33,16 @@ pub fn run() -> Outcome {
 fn install_and_run(steps: &mut Steps) -> Outcome {
     firmware::build(steps)?;
     install(steps)?;
+    steps.run("witness tests", cargo("test"));
     steps.run("witness", image());
     steps.run("cpu", cpu(&DAILY));
     Ok(())
+}
+
+/// The image on QEMU, as a smoke test: answers, no times. The report stays below the target directory.
+pub fn qemu() -> Outcome {
+    let report = command::target_dir().join("qemu.md");
+    hil::run(&["--qemu".to_owned(), "--report".to_owned(), report.display().to_string()])
 }
 
 /// Builds the program, and installs what that takes.
@@ -78,23 +86,20 @@ fn image() -> Command {
 }
 
 fn build(steps: &mut Steps) -> Outcome {
-    let mut cargo = Command::new("rustup");
-    cargo.args([
-        "run",
-        TOOLCHAIN,
-        "cargo",
-        "build",
-        "--release",
-        "--locked",
-        "--manifest-path",
-        "witness/Cargo.toml",
-    ]);
-    cargo.env("CARGO_TARGET_DIR", folder()).env_remove("CARGO").current_dir(command::root());
-    steps.need("second emulator", cargo)?;
+    steps.need("second emulator", cargo("build"))?;
     // Other checkouts build into the same folder.
     let built = folder().join("release").join(PACKAGE);
     fs::copy(&built, program()).map_err(|error| failed(&built, &error))?;
     Ok(())
+}
+
+/// `cargo build` or `cargo test` of the program.
+fn cargo(verb: &str) -> Command {
+    let mut cargo = Command::new("rustup");
+    cargo.args(["run", TOOLCHAIN, "cargo", verb, "--release", "--locked"]);
+    cargo.args(["--manifest-path", "witness/Cargo.toml"]);
+    cargo.env("CARGO_TARGET_DIR", folder()).env_remove("CARGO").current_dir(command::root());
+    cargo
 }
 
 /// What was built last, of this checkout.

@@ -12,6 +12,7 @@ mod monitors;
 mod mosquitto;
 mod node;
 mod python;
+mod qemu;
 mod ser2net;
 mod sigrok;
 
@@ -27,6 +28,7 @@ pub use monitors::Monitor;
 pub use mosquitto::Mosquitto;
 pub use node::Node;
 pub use python::Python;
+pub use qemu::Qemu;
 pub use ser2net::Ser2net;
 pub use sigrok::Sigrok;
 
@@ -57,8 +59,9 @@ fn alone(place: &Path) -> Result<File, String> {
 
 /// Folders with libraries of packages that were unpacked below `root`, as the loader takes them.
 fn library_folders(root: &Path) -> String {
-    let machines = fs::read_dir(root.join("usr/lib")).into_iter().flatten().filter_map(Result::ok);
-    let folders = machines.map(|entry| entry.path()).filter(|path| path.is_dir());
+    let below = |lib: &str| fs::read_dir(root.join(lib)).into_iter().flatten().filter_map(Result::ok);
+    let entries = below("lib").chain(below("usr/lib"));
+    let folders = entries.map(|entry| entry.path()).filter(|path| path.is_dir());
     folders.map(|path| path.display().to_string()).collect::<Vec<_>>().join(":")
 }
 

@@ -49,24 +49,28 @@ impl State {
         self.xpsr & 0x1ff
     }
 
-    fn fields(&self) -> Vec<(String, u32)> {
-        let mut fields: Vec<(String, u32)> = Vec::new();
-        fields.extend(self.r.iter().enumerate().map(|(number, value)| (format!("r{number}"), *value)));
-        let rest = [
-            ("xpsr", self.xpsr),
-            ("primask", self.primask),
-            ("faultmask", self.faultmask),
-            ("basepri", self.basepri),
-            ("control", self.control),
-            ("other_sp", self.other_sp),
-            ("fpscr", self.fpscr),
-            ("cfsr", self.cfsr),
-            ("hfsr", self.hfsr),
-            ("bfar", self.bfar),
-            ("locked_up", u32::from(self.condition == Condition::LockedUp)),
-        ];
-        fields.extend(rest.map(|(name, value)| (name.to_owned(), value)));
-        fields.extend(self.s.iter().enumerate().map(|(number, value)| (format!("s{number}"), *value)));
+    /// Whether the next instruction is in an IT block.
+    pub fn is_in_block(&self) -> bool {
+        self.xpsr & 0x0600_0C00 != 0
+    }
+
+    fn fields(&self) -> Vec<(Place, u32)> {
+        let mut fields: Vec<(Place, u32)> = Vec::new();
+        fields.extend((0..).zip(&self.r).map(|(number, value)| (Place::R(number), *value)));
+        fields.extend([
+            (Place::Xpsr, self.xpsr),
+            (Place::Primask, self.primask),
+            (Place::Faultmask, self.faultmask),
+            (Place::Basepri, self.basepri),
+            (Place::Control, self.control),
+            (Place::OtherSp, self.other_sp),
+            (Place::Fpscr, self.fpscr),
+            (Place::Cfsr, self.cfsr),
+            (Place::Hfsr, self.hfsr),
+            (Place::Bfar, self.bfar),
+            (Place::LockedUp, u32::from(self.condition == Condition::LockedUp)),
+        ]);
+        fields.extend((0..).zip(&self.s).map(|(number, value)| (Place::S(number), *value)));
         fields
     }
 
@@ -75,16 +79,49 @@ impl State {
         let pairs = self.fields().into_iter().zip(other.fields());
         pairs
             .filter(|((_, ours), (_, theirs))| ours != theirs)
-            .map(|((what, ours), (_, theirs))| Difference { what, ours, theirs })
+            .map(|((place, ours), (_, theirs))| Difference { place, ours, theirs })
             .collect()
     }
 }
 
-/// A register or a byte in which the two cores differ.
+/// Where the two cores can differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// `R0` to `R15`.
+    R(u8),
+    /// `S0` to `S31`.
+    S(u8),
+    /// A word of RAM.
+    Memory(u32),
+    Xpsr,
+    Primask,
+    Faultmask,
+    Basepri,
+    Control,
+    OtherSp,
+    Fpscr,
+    Cfsr,
+    Hfsr,
+    Bfar,
+    LockedUp,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::R(number) => write!(f, "r{number}"),
+            Place::S(number) => write!(f, "s{number}"),
+            Place::Memory(address) => write!(f, "[{address:#010x}]"),
+            other => f.write_str(&format!("{other:?}").to_lowercase()),
+        }
+    }
+}
+
+/// A register or a word in which the two cores differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
     /// Which.
-    pub what: String,
+    pub place: Place,
     /// On the virtual board.
     pub ours: u32,
     /// On the second emulator.
@@ -93,6 +130,6 @@ pub struct Difference {
 
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: board {:#010x}, witness {:#010x}", self.what, self.ours, self.theirs)
+        write!(f, "{}: board {:#010x}, witness {:#010x}", self.place, self.ours, self.theirs)
     }
 }

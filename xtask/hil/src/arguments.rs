@@ -13,11 +13,14 @@ pub struct Arguments {
     /// Run on the virtual board, in real time
     #[arg(long = "virtual", conflicts_with_all = ["console", "t7", "isu", "modbus", "adapter"])]
     pub on_virtual_board: bool,
+    /// Run on QEMU, which it unpacks below the target directory if there is none: answers only, no times (docs/witness.md)
+    #[arg(long = "qemu", conflicts_with_all = ["on_virtual_board", "console", "t7", "isu", "modbus", "adapter", "analyser"])]
+    pub on_qemu: bool,
     /// What goes wrong with the virtual board: a scenario file of docs/scenario.md without sensors
     #[arg(long, value_name = "FILE", requires = "on_virtual_board")]
     pub scenario: Option<PathBuf>,
     /// Serial port at the console: a 3.3 V USB-UART
-    #[arg(long, value_name = "PORT", required_unless_present = "on_virtual_board")]
+    #[arg(long, value_name = "PORT", required_unless_present_any = ["on_virtual_board", "on_qemu"])]
     pub console: Option<String>,
     /// USB-RS485 adapter on the T7 bus, with no sensor on it
     #[arg(long, value_name = "PORT")]

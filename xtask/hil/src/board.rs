@@ -1,4 +1,4 @@
-//! The board: a real one behind an ST-LINK, or the virtual one with a pseudo-terminal for each port.
+//! The board: a real one behind an ST-LINK, or the virtual one or QEMU with a pseudo-terminal for each port.
 
 use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _};
@@ -10,6 +10,7 @@ use std::thread;
 use defmt_decoder::Table;
 
 use crate::arguments::Arguments;
+use crate::qemu::Qemu;
 
 /// For `probe-rs`, as in `xtask/src/flash.rs`.
 const CHIP: &str = "STM32F407VGTx";
@@ -34,6 +35,8 @@ pub enum Board {
     Real(Option<(Child, Arc<Mutex<Vec<String>>>)>),
     /// A process.
     Virtual(Box<VirtualBoard>),
+    /// Another emulator.
+    Qemu(Qemu),
 }
 
 /// The virtual board's process.
@@ -50,14 +53,20 @@ pub struct VirtualBoard {
 }
 
 impl Board {
-    /// Where the ports of the board are that these arguments name, and the virtual board if it is that.
+    /// Where the ports of the board are that these arguments name, and the virtual board or QEMU if it is one of them.
     ///
     /// # Errors
-    /// The virtual board does not start.
+    /// It does not start.
     pub fn ports(arguments: &Arguments) -> Result<(Ports, Option<Board>), String> {
         if arguments.on_virtual_board {
             let (board, ports) = VirtualBoard::start(arguments)?;
             return Ok((ports, Some(Board::Virtual(Box::new(board)))));
+        }
+        if arguments.on_qemu {
+            // Where the tests have theirs.
+            let place = arguments.programs.join("../tmp");
+            let (qemu, ports) = Qemu::start(&arguments.elf, &place)?;
+            return Ok((ports, Some(Board::Qemu(qemu))));
         }
         let Arguments { console, t7, isu, modbus, .. } = arguments;
         let ports = Ports {
@@ -102,28 +111,30 @@ impl Board {
             Board::Real(Some((_, lines))) => {
                 Some(Ok(lines.lock().unwrap_or_else(PoisonError::into_inner).clone()))
             }
-            Board::Real(None) => None,
+            Board::Real(None) | Board::Qemu(_) => None,
         }
     }
 
-    /// What the virtual board has to say when something goes wrong.
+    /// What the virtual board or QEMU has to say when something goes wrong.
     pub fn last_words(&self) -> String {
         match self {
             Board::Virtual(board) => {
                 let notes = fs::read_to_string(&board.notes).unwrap_or_default();
                 format!("; the virtual board: {}", notes.replace('\n', "; "))
             }
+            Board::Qemu(qemu) => format!("; QEMU: {}", qemu.last_words()),
             Board::Real(_) => String::new(),
         }
     }
 
-    /// Ends the virtual board; the levels of all its lines since power-up. A real board goes on.
+    /// Ends the virtual board or QEMU; the levels of all lines of the virtual board since power-up. A real board goes on.
     ///
     /// # Errors
     /// It does not end as it should.
     pub fn end(self) -> Result<Option<PathBuf>, String> {
         match self {
             Board::Virtual(board) => board.end().map(Some),
+            Board::Qemu(qemu) => qemu.end().map(|()| None),
             Board::Real(probe) => {
                 if let Some((mut child, _)) = probe {
                     // The board goes on without its probe.

@@ -12,6 +12,8 @@ use crate::port::Port;
 
 /// Bit rate, 8N1.
 const BAUD: u32 = 115_200;
+/// A character each, of a fast typist.
+const TYPED: Duration = Duration::from_millis(2);
 
 /// An open console.
 pub struct Console {
@@ -47,14 +49,19 @@ impl Console {
         Err(format!("no line with `{key}` on the console within {} s; {heard}", longest.as_secs()))
     }
 
-    /// Ends stream and prompt, whichever there is.
+    /// The same console, behind a port that has no bit rate: what is typed comes at a typist's.
+    pub fn typed(self) -> Console {
+        Console { port: self.port.paced(TYPED), ..self }
+    }
+
+    /// Ends stream and prompt, whichever there is; what the image says of itself.
     ///
     /// # Errors
     /// The console does not say that it has.
-    pub fn for_programs(&mut self) -> Result<(), String> {
+    pub fn for_programs(&mut self) -> Result<Value, String> {
         // What is on the line is dropped.
         self.port.send(b"\x03json on\rversion\r")?;
-        self.wait_for("what", patience::ANSWER).map(|_| ())
+        self.wait_for("what", patience::ANSWER)
     }
 
     /// Has a command carried out; all objects of its answer.

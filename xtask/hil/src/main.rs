@@ -9,7 +9,8 @@
 //! ```
 //!
 //! The sensors are simulated: `clino sim` behind the adapters. A USB adapter answers late, so that the slots' timeouts are set
-//! first. `--virtual` runs the same code against the virtual board's pseudo-terminals, in real time.
+//! first. `--virtual` runs the same code against the virtual board's pseudo-terminals, in real time; `--qemu` what of it can be
+//! seen there against QEMU's ([`qemu`]).
 //!
 //! Every wait has a deadline ([`patience`]); a computer under load makes the run longer, not wrong. Times of the wires come
 //! from the board's own counters and from a capture, never from this computer's clock.
@@ -21,6 +22,7 @@ mod console;
 mod modbus;
 mod patience;
 mod port;
+mod qemu;
 mod report;
 mod sensors;
 

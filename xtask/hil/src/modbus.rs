@@ -15,9 +15,14 @@ const SILENCE: Duration = Duration::from_millis(150);
 /// How long the absence of an answer takes to show.
 pub const NO_ANSWER: Duration = Duration::from_millis(1_500);
 
+/// After how long a request is repeated, where some are lost.
+const REPEATED: Duration = Duration::from_secs(2);
+
 /// An open port.
 pub struct Master {
     port: Port,
+    /// A request without an answer is repeated.
+    repeats: bool,
     /// The longest time from a request to the end of its answer, this computer and its adapter included.
     pub longest: Duration,
 }
@@ -28,7 +33,13 @@ impl Master {
     /// # Errors
     /// The port's.
     pub fn open(path: &str) -> Result<Master, String> {
-        Ok(Master { port: Port::open(path, BAUD, Parity::Even)?, longest: Duration::ZERO })
+        let port = Port::open(path, BAUD, Parity::Even)?;
+        Ok(Master { port, repeats: false, longest: Duration::ZERO })
+    }
+
+    /// The same master, which repeats a request that has no answer, as masters do.
+    pub fn repeating(self) -> Master {
+        Master { repeats: true, ..self }
     }
 
     /// Reads registers with function 3.
@@ -57,7 +68,13 @@ impl Master {
         let mut frame = vec![ADDRESS];
         frame.extend_from_slice(request);
         frame.extend_from_slice(&crc(&frame).to_le_bytes());
-        let answer = self.raw(&frame, longest)?;
+        let begun = Instant::now();
+        let answer = loop {
+            let answer = self.raw(&frame, if self.repeats { REPEATED.min(longest) } else { longest })?;
+            if !answer.is_empty() || begun.elapsed() >= longest {
+                break answer;
+            }
+        };
         match answer.as_slice() {
             [] => Err(format!("no answer to {request:02x?}")),
             [ADDRESS, body @ .., _, _] if crc(&answer) == 0 && !body.is_empty() => Ok(body.to_vec()),

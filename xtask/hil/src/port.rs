@@ -16,6 +16,8 @@ const CHUNK: usize = 512;
 pub struct Port {
     serial: Arc<SerialPort>,
     bytes: Receiver<Result<Vec<u8>, String>>,
+    /// From a character that is sent to the next, if the port does not see to that.
+    pace: Option<Duration>,
 }
 
 impl Port {
@@ -64,7 +66,12 @@ impl Port {
                 }
             }
         });
-        Ok(Port { serial, bytes })
+        Ok(Port { serial, bytes, pace: None })
+    }
+
+    /// The same port, which has no bit rate of its own: so much time is left to each character.
+    pub fn paced(self, pace: Duration) -> Port {
+        Port { pace: Some(pace), ..self }
     }
 
     /// Sends all of it.
@@ -72,7 +79,12 @@ impl Port {
     /// # Errors
     /// The system's words.
     pub fn send(&self, bytes: &[u8]) -> Result<(), String> {
-        self.serial.write_all(bytes).map_err(|why| format!("cannot send: {why}"))
+        let failed = |why: io::Error| format!("cannot send: {why}");
+        let Some(pace) = self.pace else { return self.serial.write_all(bytes).map_err(failed) };
+        bytes.iter().try_for_each(|byte| {
+            thread::sleep(pace);
+            self.serial.write_all(&[*byte]).map_err(failed)
+        })
     }
 
     /// What comes within this time; empty if nothing does.

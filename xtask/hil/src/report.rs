@@ -83,7 +83,12 @@ impl Report {
         let mut page = String::new();
         // Writing to a string cannot fail.
         let mut line = |text: String| _ = writeln!(page, "{text}");
-        line(format!("# {}\n", if arguments.on_virtual_board { "The virtual board" } else { "The board" }));
+        let title = match (arguments.on_virtual_board, arguments.on_qemu) {
+            (true, _) => "The virtual board",
+            (_, true) => "QEMU",
+            _ => "The board",
+        };
+        line(format!("# {title}\n"));
         let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
         line(format!("- run: {seconds} s since 1970"));
         self.identity.iter().for_each(|identity| line(format!("- {identity}")));

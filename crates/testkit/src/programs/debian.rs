@@ -6,6 +6,10 @@ use std::process::Command;
 
 use super::done;
 
+/// Where Debian is, and the keys that it signs with.
+const DEBIAN: &str = "http://deb.debian.org/debian";
+const KEYS: &str = "/usr/share/keyrings/debian-archive-keyring.gpg";
+
 /// Has `apt-get` download the packages, and takes them apart below `root`: with the system's lists of packages if it has
 /// them, else with fresh ones of our own.
 pub fn unpack(root: &Path, packages: &[&str]) -> Result<(), String> {
@@ -16,6 +20,35 @@ pub fn unpack(root: &Path, packages: &[&str]) -> Result<(), String> {
 /// The same with one package and all that the machine lacks of what it needs.
 pub fn unpack_with_dependencies(root: &Path, package: &str) -> Result<(), String> {
     with_lists(root, |apt| unpack_with(root, &missing(package, apt)?, apt))
+}
+
+/// The same, preferably from the backports of this release, with lists of our own: a system need not have them among its
+/// sources.
+pub fn unpack_from_backports(root: &Path, package: &str) -> Result<(), String> {
+    let release = fs::read_to_string("/etc/os-release").unwrap_or_default();
+    let name = release.lines().find_map(|line| line.strip_prefix("VERSION_CODENAME=")).unwrap_or("unknown");
+    // Relative ones would be below apt's own folders.
+    let root = &std::path::absolute(root).map_err(|why| format!("{}: {why}\n", root.display()))?;
+    let (lists, cache, sources) = (root.join("lists"), root.join("cache"), root.join("backports.list"));
+    for folder in [lists.join("partial"), cache.join("archives/partial")] {
+        fs::create_dir_all(&folder).map_err(|why| format!("{}: {why}\n", folder.display()))?;
+    }
+    fs::write(&sources, format!("deb [signed-by={KEYS}] {DEBIAN} {name}-backports main\n"))
+        .map_err(|why| format!("{}: {why}\n", sources.display()))?;
+    let options = [
+        format!("Dir::Etc::SourceList={}", sources.display()),
+        format!("Dir::State::Lists={}", lists.display()),
+        format!("Dir::Cache={}", cache.display()),
+        format!("APT::Default-Release={name}-backports"),
+        "Debug::NoLocking=1".to_owned(),
+    ];
+    let apt = || {
+        let mut apt = Command::new("apt-get");
+        options.iter().for_each(|option| _ = apt.args(["-o", option]));
+        apt
+    };
+    done(apt().arg("update"))?;
+    unpack_with(root, &missing(package, &apt)?, &apt)
 }
 
 /// Works with an `apt-get` that has lists of packages.

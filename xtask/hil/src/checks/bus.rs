@@ -78,7 +78,7 @@ impl Bus {
             }
         };
         let found = self.angles(bench, "angles");
-        if found && !bench.arguments.short {
+        if found && !bench.arguments.short && !bench.arguments.on_qemu {
             self.line(bench);
             drop(sensors);
             let dead = self.all(&mut bench.console, |object| {
@@ -99,7 +99,7 @@ impl Bus {
     fn serve(&self, bench: &Bench, port: &str) -> Result<Sensors, String> {
         let options =
             self.sensors.iter().flat_map(|sensor| [format!("--{}", self.name), sensor.option.to_owned()]);
-        Sensors::serve(&bench.arguments.programs, &options.collect::<Vec<_>>(), port, self.baud)
+        Sensors::serve(&bench.arguments.programs, &options.collect::<Vec<_>>(), port)
     }
 
     /// Every slot of the bus has its angle; whether it has.
