@@ -45,8 +45,10 @@ Usage: cargo xtask <command>
   circles    whether source files of a crate depend on each other in a circle
   book       the documents as a book, below target/book, with mdBook
   transcripts
-             write the console transcripts of the documents anew, from runs of the firmware image
-  pictures   draw the pictures of docs/bring-up.md anew, from captures of the virtual board
+             write the console transcripts of the documents anew, from runs of the firmware image,
+             and what docs/fleet.md shows of the bridge
+  pictures   draw the pictures of docs/bring-up.md anew, from captures of the virtual board, and take
+             those of docs/fleet.md with a browser
   size       flash and RAM of the firmware image, against its budget
   witness    the image on a second, independent emulator, which it installs if it is missing (a quarter
              of an hour), and the comparison of the two cores

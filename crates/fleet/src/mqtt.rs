@@ -18,9 +18,9 @@ mod sparkplug;
 mod tls;
 mod translate;
 
-pub use connection::{BrokerHealth, Closing, Connection, Outgoing};
+pub use connection::{Closing, Connection, Outgoing};
 pub use payload::bridge as bridge_status;
-pub use sparkplug::run as sparkplug;
+pub use sparkplug::start as sparkplug;
 pub use translate::Translator;
 
 use rumqttc::{AsyncClient, Event, EventLoop, MqttOptions, NetworkOptions};
