@@ -147,3 +147,34 @@ fn beyond_the_bound_the_oldest_go_and_are_counted() {
     let left: Vec<_> = std::iter::from_fn(|| queue.send_next()).map(|(_, sent)| number(&sent)).collect();
     assert_eq!(left, (30..40).collect::<Vec<_>>());
 }
+
+#[test]
+fn queues_of_one_store_are_written_together_and_kept_apart() {
+    let folder = Folder::new("lanes");
+    let path = folder.0.join("queue.redb");
+    let lanes = |store: &std::sync::Arc<Store>| {
+        ["north", "south"].map(|name| {
+            let lane = Lane::of(store, Some(name)).expect("a lane");
+            Queue::new(lane, Bounds::shared(1_000_000, 2))
+        })
+    };
+    let store = Store::open(&path).expect("a store");
+    let mut queues = lanes(&store);
+    let now = Instant::now();
+    for n in 0..6 {
+        queues[usize::from(n >= 2)].push(message(n), now);
+    }
+    tick(&mut queues.iter_mut().collect::<Vec<_>>(), now + SPILL_AFTER);
+    // The first of the north arrives, in the answer to what was sent behind it.
+    assert_eq!(queues[0].send_next().map(|(id, _)| id), Some(0));
+    assert_eq!(queues[0].confirm_below(1), 1);
+    tick(&mut queues.iter_mut().collect::<Vec<_>>(), now + SPILL_AFTER);
+    drop((queues, store));
+    let store = Store::open(&path).expect("a store");
+    let left = lanes(&store).map(|mut queue| {
+        let sent = std::iter::from_fn(|| queue.send_next());
+        sent.map(|(_, sent)| number(&sent)).collect::<Vec<_>>()
+    });
+    assert_eq!(left, [vec![1], vec![2, 3, 4, 5]]);
+    assert_eq!(store.run(), 2);
+}
