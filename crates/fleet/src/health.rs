@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 
-use crate::queue::Queue;
+use crate::queue::Held;
 use crate::say::say;
 
 /// Figures of the bridge, for those who watch it.
@@ -34,16 +34,19 @@ pub struct BridgeHealth {
 
 impl BridgeHealth {
     /// Takes the figures of all queues, and says it when the disk no longer takes messages and when it does again.
-    pub fn note<'q>(&self, queues: impl Iterator<Item = &'q Queue>) {
+    pub fn note(&self, queues: &mut [impl Held]) {
         let (mut waiting, mut dropped, mut trouble) = (0, 0, None);
         for queue in queues {
-            waiting += queue.waiting();
-            dropped += queue.dropped();
-            trouble = trouble.or(queue.trouble());
+            queue.with(|queue| {
+                waiting += queue.waiting();
+                dropped += queue.dropped();
+                trouble = trouble.take().or_else(|| queue.trouble().map(str::to_owned));
+            });
         }
         self.waiting.store(waiting, Ordering::Relaxed);
         self.dropped.store(dropped, Ordering::Relaxed);
-        match (trouble, self.has_disk_trouble.swap(trouble.is_some(), Ordering::Relaxed)) {
+        let had_trouble = self.has_disk_trouble.swap(trouble.is_some(), Ordering::Relaxed);
+        match (trouble, had_trouble) {
             (Some(why), false) => say(format_args!("store: {why}; messages wait in memory")),
             (None, true) => say("store: the disk takes messages again"),
             _ => {}

@@ -13,7 +13,7 @@
 //! ([`tick`], [`close`]), which waits for the disk once.
 
 use std::collections::{BTreeSet, VecDeque};
-use std::ops::DerefMut;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::store::{Change, Lane, Message, Opened};
@@ -57,6 +57,7 @@ pub struct Queue {
     confirmed: BTreeSet<u64>,
     dropped: u64,
     trouble: Option<String>,
+    is_being_written: bool,
 }
 
 impl Queue {
@@ -74,6 +75,7 @@ impl Queue {
             confirmed: BTreeSet::new(),
             dropped: 0,
             trouble: None,
+            is_being_written: false,
         }
     }
 
@@ -157,7 +159,7 @@ impl Queue {
 
     /// Takes confirmed messages from the front of the memory, if nothing on disk is before them.
     fn forget_confirmed(&mut self) {
-        while self.disk.is_empty() && self.confirmed.remove(&self.disk.end) {
+        while !self.is_being_written && self.disk.is_empty() && self.confirmed.remove(&self.disk.end) {
             let Some((_, message)) = self.memory.pop_front() else { break };
             self.memory_bytes -= message.size();
             self.disk = self.disk.end + 1..self.disk.end + 1;
@@ -205,9 +207,28 @@ impl Queue {
         Some(Plan { count: 0, keep_from })
     }
 
-    fn change(&self, plan: Plan) -> (&Lane, Change<'_>) {
-        let add = (self.disk.end..).zip(self.memory.iter().take(plan.count).map(|(_, message)| message));
-        (&self.lane, Change { add: add.collect(), keep_from: plan.keep_from })
+    /// Begins to write: until [`Queue::written`], the messages in memory keep their places.
+    fn begin_write(&mut self, plan: &impl Fn(&Queue) -> Option<Plan>) -> Option<Write> {
+        let plan = plan(self)?;
+        self.is_being_written = true;
+        let messages = self.memory.iter().take(plan.count).map(|(_, message)| message.clone());
+        let change = Change { add: (self.disk.end..).zip(messages).collect(), keep_from: plan.keep_from };
+        Some(Write { lane: self.lane.clone(), plan, change })
+    }
+
+    /// The write has ended: how many bytes are on disk, or why it failed.
+    fn written(&mut self, plan: Plan, bytes: Result<u64, String>) {
+        self.is_being_written = false;
+        match bytes {
+            Ok(bytes) => {
+                self.trouble = None;
+                self.changed(plan, bytes);
+            }
+            Err(why) => {
+                self.trouble = Some(why);
+                self.forget_confirmed();
+            }
+        }
     }
 
     fn changed(&mut self, plan: Plan, bytes: u64) {
@@ -255,36 +276,60 @@ struct Plan {
     keep_from: u64,
 }
 
+/// What of a queue is being written.
+struct Write {
+    lane: Lane,
+    plan: Plan,
+    change: Change,
+}
+
+/// A queue that can be had for a moment. It is not held while the disk writes: whoever uses it does not wait for that.
+pub trait Held {
+    /// Works with it.
+    fn with<T>(&mut self, work: impl FnOnce(&mut Queue) -> T) -> T;
+}
+
+impl Held for &mut Queue {
+    fn with<T>(&mut self, work: impl FnOnce(&mut Queue) -> T) -> T {
+        work(self)
+    }
+}
+
+impl Held for Arc<Mutex<Queue>> {
+    fn with<T>(&mut self, work: impl FnOnce(&mut Queue) -> T) -> T {
+        // A panic of another thread leaves a queue that is whole: it is changed when all is known.
+        work(&mut self.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
 /// Writes to disk what has waited too long, removes what was confirmed and what is beyond the bound. The queues are of one
 /// store. Blocks until the disk has it.
-pub fn tick<Q: DerefMut<Target = Queue>>(queues: &mut [Q], now: Instant) {
+pub fn tick(queues: &mut [impl Held], now: Instant) {
     commit(queues, |queue| queue.due(now));
     commit(queues, Queue::excess);
-    queues.iter_mut().for_each(|queue| queue.bound_memory());
+    queues.iter_mut().for_each(|queue| queue.with(Queue::bound_memory));
 }
 
 /// Everything to disk: the program ends. Queues as for [`tick`].
-pub fn close<Q: DerefMut<Target = Queue>>(queues: &mut [Q]) {
+pub fn close(queues: &mut [impl Held]) {
     commit(queues, Queue::all);
 }
 
-fn commit<Q: DerefMut<Target = Queue>>(queues: &mut [Q], plan: impl Fn(&Queue) -> Option<Plan>) {
-    let plans: Vec<_> = queues.iter().map(|queue| plan(queue)).collect();
-    let planned = queues.iter().zip(&plans).filter_map(|(queue, plan)| Some(queue.change((*plan)?)));
-    let changes: Vec<_> = planned.collect();
+fn commit(queues: &mut [impl Held], plan: impl Fn(&Queue) -> Option<Plan>) {
+    let writes = queues.iter_mut().map(|queue| queue.with(|queue| queue.begin_write(&plan)));
+    let writes: Vec<_> = writes.collect();
+    let changes: Vec<_> = writes.iter().flatten().map(|write| (&write.lane, &write.change)).collect();
     let Some((lane, _)) = changes.first() else { return };
     let committed = lane.store().commit(&changes);
     drop(changes);
     let mut waiting = committed.as_ref().map_or(&[][..], Vec::as_slice).iter();
-    for (queue, plan) in queues.iter_mut().zip(plans) {
-        let Some(plan) = plan else { continue };
-        match &committed {
-            Ok(_) => {
-                queue.trouble = None;
-                queue.changed(plan, waiting.next().copied().unwrap_or_default());
-            }
-            Err(why) => queue.trouble = Some(why.clone()),
-        }
+    for (queue, write) in queues.iter_mut().zip(writes) {
+        let Some(Write { plan, .. }) = write else { continue };
+        let bytes = match &committed {
+            Ok(_) => Ok(waiting.next().copied().unwrap_or_default()),
+            Err(why) => Err(why.clone()),
+        };
+        queue.with(|queue| queue.written(plan, bytes));
     }
 }
 

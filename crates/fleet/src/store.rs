@@ -78,9 +78,9 @@ pub struct Lane {
 
 /// What changes in a lane: what is added, and which numbers are no longer needed.
 #[derive(Debug)]
-pub struct Change<'a> {
+pub struct Change {
     /// Numbers and messages, ascending.
-    pub add: Vec<(u64, &'a Message)>,
+    pub add: Vec<(u64, Message)>,
     /// Everything below this number goes.
     pub keep_from: u64,
 }
@@ -181,7 +181,7 @@ impl Store {
     }
 
     /// Commits changes of several lanes, all or none; returns how many bytes wait in each afterwards.
-    pub fn commit(&self, changes: &[(&Lane, Change<'_>)]) -> Result<Vec<u64>, String> {
+    pub fn commit(&self, changes: &[(&Lane, &Change)]) -> Result<Vec<u64>, String> {
         self.with(|database| {
             let transaction = database.begin_write()?;
             let mut waiting = Vec::new();

@@ -115,7 +115,7 @@ impl Connection {
 
     fn tick(&mut self) {
         block_in_place(|| queue::tick(&mut [&mut self.queue], Instant::now()));
-        self.health.note(std::iter::once(&self.queue));
+        self.health.note(&mut [&mut self.queue]);
     }
 }
 

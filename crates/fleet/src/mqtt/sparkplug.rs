@@ -17,7 +17,7 @@ mod reading;
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use tokio::sync::watch;
@@ -65,7 +65,7 @@ pub fn start(
 
 /// Writes to disk what waits, until all nodes have ended.
 async fn keep(
-    queues: Vec<Shared>,
+    mut queues: Vec<Shared>,
     mut nodes: JoinSet<()>,
     health: Arc<BridgeHealth>,
     connected: Arc<AtomicUsize>,
@@ -75,21 +75,13 @@ async fn keep(
     loop {
         tokio::select! {
             _ = tick.tick() => {
-                // All are held while the disk writes: what comes meanwhile waits at its source.
-                let mut held: Vec<_> = queues.iter().map(locked).collect();
-                block_in_place(|| queue::tick(&mut held, Instant::now()));
-                health.note(held.iter().map(|queue| &**queue));
+                block_in_place(|| queue::tick(&mut queues, Instant::now()));
+                health.note(&mut queues);
                 let all = connected.load(Ordering::Relaxed) == queues.len();
                 health.is_connected.store(all, Ordering::Relaxed);
             }
             ended = nodes.join_next() => if ended.is_none() { break },
         }
     }
-    let mut held: Vec<_> = queues.iter().map(locked).collect();
-    block_in_place(|| queue::close(&mut held));
-}
-
-/// A panic of another task leaves a queue that is whole: it is changed when all is known.
-fn locked(queue: &Shared) -> MutexGuard<'_, Queue> {
-    queue.lock().unwrap_or_else(PoisonError::into_inner)
+    block_in_place(|| queue::close(&mut queues));
 }

@@ -10,16 +10,16 @@ use rumqttc::{AsyncClient, Event, LastWill, Outgoing as Sent, Packet, QoS};
 use tokio::sync::{mpsc, watch};
 use tokio::time::{MissedTickBehavior, interval, sleep_until, timeout};
 
+use super::Shared;
 use super::message::{Metric, Payload, Value, datatype};
 use super::outbox::Outbox;
 use super::reading::{Reading, Record, metric};
-use super::{Shared, locked};
 use crate::clock::Wall;
 use crate::config::Mqtt;
 use crate::health::BridgeHealth;
 use crate::hub::{DISABLED, Hub, News, Told};
 use crate::mqtt::{WINDOW, connect, options};
-use crate::queue::TICK;
+use crate::queue::{Held as _, Queue, TICK};
 use crate::say::say;
 use crate::sensor::{Outcome, SOURCE_GONE};
 use crate::store;
@@ -140,7 +140,7 @@ impl Node {
     ) -> Result<(), String> {
         self.alive.clear();
         self.lent.clear();
-        locked(&self.queue).rewind();
+        self.queue.with(Queue::rewind);
         self.sent = 0;
         // A topic below one that no other client publishes to.
         self.outbox = Outbox::new(self.topic("NCMD", None) + "/barrier");
@@ -224,7 +224,7 @@ impl Node {
             Event::Outgoing(Sent::Publish(_)) => self.outbox.sent(),
             Event::Incoming(Packet::UnsubAck(_)) => {
                 if let Some(number) = self.outbox.answered() {
-                    let confirmed = locked(&self.queue).confirm_below(number);
+                    let confirmed = self.queue.with(|queue| queue.confirm_below(number));
                     self.health.confirmed.fetch_add(confirmed, Ordering::Relaxed);
                 }
             }
@@ -260,7 +260,7 @@ impl Node {
         }
         let record = Record { readings: std::mem::take(&mut self.batch) };
         let message = store::Message { topic: String::new(), payload: record.encode_to_vec(), retain: false };
-        locked(&self.queue).push(message, Instant::now());
+        self.queue.with(|queue| queue.push(message, Instant::now()));
     }
 
     /// The program ends: what its sources have told by then is kept.
@@ -283,10 +283,9 @@ impl Node {
     }
 
     fn take_from_queue(&mut self) {
-        let queue = self.queue.clone();
-        let mut queue = locked(&queue);
-        let taken: Vec<_> = std::iter::from_fn(|| queue.send_next()).take(RECORDS).collect();
-        drop(queue);
+        let taken = self
+            .queue
+            .with(|queue| std::iter::from_fn(|| queue.send_next()).take(RECORDS).collect::<Vec<_>>());
         let mut past: BTreeMap<u32, Vec<Metric>> = BTreeMap::new();
         let are_many = taken.len() == RECORDS;
         for (number, message) in taken {
@@ -356,7 +355,7 @@ impl Node {
     /// All births: of the node, then of the devices that have a source.
     fn be_born(&mut self) {
         self.store_batch();
-        self.born_at = locked(&self.queue).end();
+        self.born_at = self.queue.with(|queue| queue.end());
         self.seq = 0;
         self.lent.clear();
         let (node, devices) = {
