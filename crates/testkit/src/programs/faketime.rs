@@ -43,7 +43,7 @@ impl Faketime {
         output.stdout.starts_with(b"2001").then_some(found)
     }
 
-    /// Gives a program the computer's time plus so many seconds as this file says at each look (`+3600`). The clock that does
+    /// Gives a program the computer's time plus the seconds that this file says at each look (`+3600`). The clock that does
     /// not jump stays as it is.
     pub fn apply(&self, command: &mut Command, clock: &Path) {
         command
