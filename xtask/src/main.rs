@@ -45,8 +45,10 @@ Usage: cargo xtask <command>
   circles    whether source files of a crate depend on each other in a circle
   book       the documents as a book, below target/book, with mdBook
   transcripts
-             write the console transcripts of the documents anew, from runs of the firmware image
-  pictures   draw the pictures of docs/bring-up.md anew, from captures of the virtual board
+             write the console transcripts of the documents anew, from runs of the firmware image,
+             and what docs/fleet.md shows of the bridge
+  pictures   draw the pictures of docs/bring-up.md anew, from captures of the virtual board, and take
+             those of docs/fleet.md with a browser
   size [--against REV]
              flash and RAM of the firmware images for both boards, against their budgets, and of
              each part; --against: how much each part has grown since a revision

@@ -1,4 +1,5 @@
-//! `cargo xtask pictures`: draws the pictures of `docs/bring-up.md` anew, from captures of the virtual board.
+//! `cargo xtask pictures`: draws the pictures of `docs/bring-up.md` anew, from captures of the virtual board, and takes those of
+//! `docs/fleet.md` with a browser.
 
 use crate::command::Outcome;
 use crate::firmware;
@@ -20,5 +21,11 @@ fn draw(steps: &mut Steps) -> Outcome {
     let mut command = board.command();
     command.arg("pictures::").env("UPDATE", "1");
     steps.run("pictures", command);
+    let fleet = programs.test("clino::fleet")?;
+    fleet.must_have("the_page_of_the_shipped_image")?;
+    fleet.must_have("the_example_shows")?;
+    let mut command = fleet.command();
+    command.args(["the_page_of_the_shipped_image", "the_example_shows"]).env("UPDATE", "1");
+    steps.run("pictures of a browser", command);
     Ok(())
 }

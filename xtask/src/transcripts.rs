@@ -1,4 +1,4 @@
-//! `cargo xtask transcripts`: writes the console transcripts of the documents anew.
+//! `cargo xtask transcripts`: writes the console transcripts of the documents anew, and what `docs/fleet.md` shows of the bridge.
 
 use crate::command::Outcome;
 use crate::firmware;
@@ -20,5 +20,10 @@ fn write(steps: &mut Steps) -> Outcome {
     let mut command = board.command();
     command.arg("transcripts::").env("UPDATE", "1");
     steps.run("transcripts", command);
+    let fleet = programs.test("clino::fleet")?;
+    fleet.must_have("documents::the_document_shows")?;
+    let mut command = fleet.command();
+    command.arg("documents::the_document_shows").env("UPDATE", "1");
+    steps.run("transcripts of the bridge", command);
     Ok(())
 }

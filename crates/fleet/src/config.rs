@@ -4,6 +4,8 @@
 //! otherwise be a setting that is silently not set. An example is `docs/bridge.example.toml`.
 
 mod endpoint;
+mod fault;
+mod gateway;
 mod name;
 mod outputs;
 mod secret;
@@ -14,6 +16,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde::Deserialize;
+use toml::Spanned;
+
+use fault::Fault;
+use gateway::GatewayTable;
 
 pub use endpoint::{Endpoint, ModbusEndpoint};
 pub use name::Name;
@@ -21,19 +27,15 @@ pub use outputs::{Dialect, HomeAssistant, Influx, InfluxTo, Mqtt, Prometheus, Se
 pub use secret::Secret;
 
 /// All of it.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default)]
 pub struct Config {
     /// The gateways, and buses that are read directly.
-    #[serde(default)]
     pub gateway: Vec<Gateway>,
     /// The live page.
-    #[serde(default)]
     pub serve: Serve,
     /// The broker.
     pub mqtt: Option<Mqtt>,
     /// What waits for the broker.
-    #[serde(default)]
     pub store: Store,
     /// The endpoint that Prometheus scrapes.
     pub prometheus: Option<Prometheus>,
@@ -41,9 +43,23 @@ pub struct Config {
     pub influx: Option<Influx>,
 }
 
+/// All of it as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(default)]
+    gateway: Vec<Spanned<GatewayTable>>,
+    #[serde(default)]
+    serve: Serve,
+    mqtt: Option<Mqtt>,
+    #[serde(default)]
+    store: Store,
+    prometheus: Option<Prometheus>,
+    influx: Option<Influx>,
+}
+
 /// A gateway, or a bus that is read directly.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(try_from = "GatewayTable")]
+#[derive(Clone, Debug)]
 pub struct Gateway {
     /// In topics, tags, labels and on the page.
     pub name: Name,
@@ -115,37 +131,11 @@ pub enum Make {
     Isu,
 }
 
-/// A gateway as it is written.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct GatewayTable {
-    name: Name,
-    console: Option<Endpoint>,
-    modbus: Option<ModbusEndpoint>,
-    unit: Option<u8>,
-    parity: Option<Parity>,
-    every_ms: Option<u32>,
-    bus: Option<Make>,
-    port: Option<String>,
-    addresses: Option<Vec<u8>>,
-    baud: Option<u32>,
-    #[serde(default)]
-    sensors: BTreeMap<String, String>,
-}
-
-/// Slots of a gateway.
-const SLOTS: u16 = clino_gateway::MAX_SLOTS as u16;
 /// Factory settings of the gateway's Modbus port (`docs/modbus.md`, *Line*).
 const MODBUS_UNIT: u8 = 1;
 const MODBUS_BAUD: u32 = 19_200;
-const MODBUS_UNITS: std::ops::RangeInclusive<u8> = 1..=247;
-/// Bit rates of the sensors as they leave the factory.
-const T7_BAUD: u32 = 115_200;
-const ISU_BAUD: u32 = 9_600;
 /// From one reading of a Modbus port to the next, unless another time is set.
 const MODBUS_EVERY_MS: u32 = 1_000;
-/// The gateway's own ages reach as far as a u16 of milliseconds: a slower reader could miss that a value is new.
-const MODBUS_EVERY_MOST_MS: u32 = 60_000;
 
 impl Modbus {
     /// A port as the gateway is delivered.
@@ -169,87 +159,6 @@ impl Gateway {
     }
 }
 
-impl TryFrom<GatewayTable> for Gateway {
-    type Error = String;
-
-    fn try_from(mut table: GatewayTable) -> Result<Gateway, String> {
-        let sensors = std::mem::take(&mut table.sensors);
-        let sensors = sensors
-            .into_iter()
-            .map(|(slot, name)| Ok((slot_number(&slot)?, name)))
-            .collect::<Result<_, String>>()?;
-        let name = table.name.clone();
-        Ok(Gateway { name, sensors, source: table.source()? })
-    }
-}
-
-impl GatewayTable {
-    fn source(self) -> Result<Source, String> {
-        let GatewayTable { console, modbus, bus, unit, parity, every_ms, port, addresses, baud, .. } = self;
-        let modbus_only =
-            [("unit", unit.is_some()), ("parity", parity.is_some()), ("every_ms", every_ms.is_some())];
-        let bus_only = [("port", port.is_some()), ("addresses", addresses.is_some())];
-        let refuse = |keys: &[(&str, bool)], with: &str| match keys.iter().find(|(_, is_there)| *is_there) {
-            Some((key, _)) => Err(format!("`{key}` does not go with `{with}`")),
-            None => Ok(()),
-        };
-        match (console, modbus, bus) {
-            (Some(console), None, None) => {
-                refuse(&modbus_only, "console")?;
-                refuse(&bus_only, "console")?;
-                refuse(&[("baud", baud.is_some())], "console")?;
-                Ok(Source::Console(console))
-            }
-            (None, Some(port), None) => {
-                refuse(&bus_only, "modbus")?;
-                let usual = Modbus::at(port);
-                let unit = unit.unwrap_or(usual.unit);
-                if !MODBUS_UNITS.contains(&unit) {
-                    return Err(format!("`unit` is {unit}, expected 1 to 247"));
-                }
-                let every_ms = every_ms.unwrap_or(MODBUS_EVERY_MS);
-                if !(10..=MODBUS_EVERY_MOST_MS).contains(&every_ms) {
-                    return Err(format!("`every_ms` is {every_ms}, expected 10 to {MODBUS_EVERY_MOST_MS}"));
-                }
-                Ok(Source::Modbus(Modbus {
-                    unit,
-                    baud: baud.unwrap_or(usual.baud),
-                    parity: parity.unwrap_or(usual.parity),
-                    every: Duration::from_millis(every_ms.into()),
-                    ..usual
-                }))
-            }
-            (None, None, Some(make)) => {
-                refuse(&modbus_only, "bus")?;
-                let port = port.ok_or("`bus` needs `port`")?;
-                let addresses = addresses.ok_or("`bus` needs `addresses`, such as [1, 2]")?;
-                if addresses.is_empty() || addresses.len() > usize::from(SLOTS) {
-                    return Err(format!("{} `addresses`, expected 1 to {SLOTS}", addresses.len()));
-                }
-                let (valid, expected) = match make {
-                    Make::T7 => {
-                        (addresses.iter().all(|address| matches!(address, 1..=100 | 127)), "1 to 100, or 127")
-                    }
-                    Make::Isu => (addresses.iter().all(|address| matches!(address, 1..=14)), "1 to 14"),
-                };
-                if !valid {
-                    return Err(format!("`addresses` {addresses:?}, expected {expected}"));
-                }
-                let usual = if make == Make::T7 { T7_BAUD } else { ISU_BAUD };
-                Ok(Source::Bus(Bus { make, port, addresses, baud: baud.unwrap_or(usual) }))
-            }
-            (None, None, None) => Err("a gateway needs one of `console`, `modbus`, `bus`".into()),
-            _ => Err("a gateway has only one of `console`, `modbus`, `bus`".into()),
-        }
-    }
-}
-
-/// A key of `sensors`.
-fn slot_number(key: &str) -> Result<u16, String> {
-    let slot = key.parse().ok().filter(|slot| *slot < SLOTS);
-    slot.ok_or_else(|| format!("`sensors` has `{key}`, expected a slot from 0 to {}", SLOTS - 1))
-}
-
 impl Config {
     /// Reads a file.
     ///
@@ -265,23 +174,26 @@ impl Config {
     /// # Errors
     /// As [`Config::read`], without the file.
     pub fn parse(text: &str) -> Result<Config, String> {
-        let config: Config = toml::from_str(text).map_err(|why| why.to_string().trim_end().to_owned())?;
-        config.check()?;
-        Ok(config)
+        let file = toml::from_str(text).map_err(|why| Fault::from(why).told(text))?;
+        Config::checked(file).map_err(|fault| fault.told(text))
     }
 
-    /// What no table can tell by itself.
-    fn check(&self) -> Result<(), String> {
-        if self.gateway.is_empty() {
-            return Err("there is no `[[gateway]]`: expected at least one".into());
+    fn checked(file: File) -> Result<Config, Fault> {
+        let File { gateway, serve, mqtt, store, prometheus, influx } = file;
+        if gateway.is_empty() {
+            return Err(Fault::new("there is no `[[gateway]]`: expected at least one"));
         }
         let mut names = BTreeSet::new();
-        for gateway in &self.gateway {
-            if !names.insert(gateway.name.as_str()) {
-                return Err(format!("two gateways are named `{}`: expected names that differ", gateway.name));
+        let mut gateways = Vec::new();
+        for table in gateway {
+            let name = table.get_ref().name.clone();
+            if !names.insert(name.get_ref().clone()) {
+                let why = format!("two gateways are named `{}`: expected names that differ", name.get_ref());
+                return Err(Fault::at(&name, why));
             }
+            gateways.push(gateway::read(table)?);
         }
-        Ok(())
+        Ok(Config { gateway: gateways, serve, mqtt, store, prometheus, influx })
     }
 
     /// The configuration of `clino serve` without a file: one gateway.

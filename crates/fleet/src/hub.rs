@@ -165,14 +165,20 @@ impl GatewayState {
 }
 
 /// The gateway's word for a slot that is switched off.
-const DISABLED: &str = "disabled";
+pub const DISABLED: &str = "disabled";
 /// The gateway's word for an alarm that is none.
 const QUIET: &str = "quiet";
 
 /// All gateways.
 pub struct Hub {
     gateways: Vec<Mutex<GatewayState>>,
-    listeners: Mutex<Vec<mpsc::UnboundedSender<Arc<News>>>>,
+    listeners: Mutex<Vec<Listener>>,
+}
+
+/// An output that listens: to one gateway or to all.
+struct Listener {
+    gateway: Option<usize>,
+    to: mpsc::UnboundedSender<Arc<News>>,
 }
 
 /// What a source does not get around to for longer than this is not known: its first state.
@@ -211,10 +217,19 @@ impl Hub {
         self.gateways.iter().position(|gateway| locked(gateway).config.name.as_str() == name)
     }
 
-    /// News from now on.
+    /// News of all gateways from now on.
     pub fn listen(&self) -> mpsc::UnboundedReceiver<Arc<News>> {
-        let (sender, receiver) = mpsc::unbounded_channel();
-        locked(&self.listeners).push(sender);
+        self.add_listener(None)
+    }
+
+    /// News of one gateway from now on.
+    pub fn listen_to(&self, gateway: usize) -> mpsc::UnboundedReceiver<Arc<News>> {
+        self.add_listener(Some(gateway))
+    }
+
+    fn add_listener(&self, gateway: Option<usize>) -> mpsc::UnboundedReceiver<Arc<News>> {
+        let (to, receiver) = mpsc::unbounded_channel();
+        locked(&self.listeners).push(Listener { gateway, to });
         receiver
     }
 
@@ -231,7 +246,8 @@ impl Hub {
         state.apply(&told);
         // While the state is locked, so that news of a gateway come in the order of its states.
         let news = Arc::new(News { gateway, at, wall, told });
-        locked(&self.listeners).retain(|listener| listener.send(news.clone()).is_ok());
+        let wants = |listener: &Listener| listener.gateway.is_none_or(|wanted| wanted == gateway);
+        locked(&self.listeners).retain(|listener| !wants(listener) || listener.to.send(news.clone()).is_ok());
     }
 }
 

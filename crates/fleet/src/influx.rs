@@ -21,8 +21,8 @@ use tokio::task::JoinHandle;
 use tokio::time::interval;
 
 use crate::config::{Influx, InfluxTo};
+use crate::health::BridgeHealth;
 use crate::hub::{GatewayState, Hub, News, Told};
-use crate::say::say;
 
 /// From one writing to the next.
 const EVERY: Duration = Duration::from_secs(1);
@@ -40,7 +40,12 @@ enum Sink {
 }
 
 /// Begins to write the news of all gateways.
-pub fn start(config: &Influx, hub: &Arc<Hub>, over: watch::Receiver<bool>) -> Result<JoinHandle<()>, String> {
+pub fn start(
+    config: &Influx,
+    hub: &Arc<Hub>,
+    health: Arc<BridgeHealth>,
+    over: watch::Receiver<bool>,
+) -> Result<JoinHandle<()>, String> {
     let sink = match &config.to {
         InfluxTo::Stdout => Sink::Out(Box::new(io::stdout())),
         InfluxTo::File(path) => {
@@ -53,18 +58,18 @@ pub fn start(config: &Influx, hub: &Arc<Hub>, over: watch::Receiver<bool>) -> Re
             Sink::Http { agent, url: url.clone(), token }
         }
     };
-    Ok(tokio::spawn(run(sink, hub.listen(), hub.clone(), over)))
+    Ok(tokio::spawn(run(sink, hub.listen(), hub.clone(), health, over)))
 }
 
 async fn run(
     mut sink: Sink,
     mut news: mpsc::UnboundedReceiver<Arc<News>>,
     hub: Arc<Hub>,
+    health: Arc<BridgeHealth>,
     mut over: watch::Receiver<bool>,
 ) {
     let mut waiting: Vec<String> = Vec::new();
     let mut tick = interval(EVERY);
-    let mut had_trouble = false;
     loop {
         let is_over = tokio::select! {
             Some(news) = news.recv() => {
@@ -76,14 +81,16 @@ async fn run(
             _ = tick.tick() => false,
             _ = over.wait_for(|over| *over) => true,
         };
+        while let (true, Ok(news)) = (is_over, news.try_recv()) {
+            if let Some(state) = hub.gateway(news.gateway) {
+                waiting.extend(line(&news, &state));
+            }
+        }
         let (back, lines, why) = write(sink, std::mem::take(&mut waiting)).await;
         (sink, waiting) = (back, lines);
-        if let (Some(why), false) = (&why, had_trouble) {
-            say(format_args!("influx: {why}; {} lines wait", waiting.len()));
-        }
-        had_trouble = why.is_some();
         let excess = waiting.len().saturating_sub(WAITING);
         waiting.drain(..excess);
+        health.note_lines(waiting.len(), excess, why.as_deref());
         if is_over {
             return;
         }
@@ -98,10 +105,9 @@ async fn write(sink: Sink, lines: Vec<String>) -> (Sink, Vec<String>, Option<Str
         while !lines.is_empty() && trouble.is_none() {
             let count = lines.len().min(REQUEST);
             let text: String = lines.iter().take(count).map(String::as_str).collect();
-            match sink.write(&text) {
-                Ok(()) => drop(lines.drain(..count)),
-                Err(why) => trouble = Some(why),
-            }
+            let (written, result) = sink.write(&text);
+            forget(&mut lines, written);
+            trouble = result.err();
         }
         (sink, lines, trouble)
     });
@@ -111,11 +117,35 @@ async fn write(sink: Sink, lines: Vec<String>) -> (Sink, Vec<String>, Option<Str
     }
 }
 
+/// Removes what was written: the rest of a line that was written in part is written next.
+fn forget(lines: &mut Vec<String>, mut written: usize) {
+    let mut whole = 0;
+    for line in lines.iter_mut() {
+        if line.len() > written {
+            *line = line.split_off(written);
+            break;
+        }
+        written -= line.len();
+        whole += 1;
+    }
+    lines.drain(..whole);
+}
+
 impl Sink {
-    fn write(&mut self, text: &str) -> Result<(), String> {
+    /// Returns how many bytes were written, also if not all were.
+    fn write(&mut self, text: &str) -> (usize, Result<(), String>) {
         match self {
             Sink::Out(out) => {
-                out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|why| why.to_string())
+                let mut rest = text.as_bytes();
+                while !rest.is_empty() {
+                    match out.write(rest) {
+                        Ok(0) => return (text.len() - rest.len(), Err("nothing is taken".into())),
+                        Ok(count) => rest = rest.get(count..).unwrap_or_default(),
+                        Err(why) if why.kind() == io::ErrorKind::Interrupted => {}
+                        Err(why) => return (text.len() - rest.len(), Err(why.to_string())),
+                    }
+                }
+                (text.len(), out.flush().map_err(|why| why.to_string()))
             }
             Sink::Http { agent, url, token } => {
                 let mut request =
@@ -123,7 +153,10 @@ impl Sink {
                 if let Some(token) = token {
                     request = request.header("Authorization", format!("Token {token}"));
                 }
-                request.send(text).map(drop).map_err(|why| why.to_string())
+                match request.send(text) {
+                    Ok(_) => (text.len(), Ok(())),
+                    Err(why) => (0, Err(why.to_string())),
+                }
             }
         }
     }
@@ -194,6 +227,18 @@ fn line(news: &News, state: &GatewayState) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A disk that takes part of a line, and later the rest: the file has whole lines.
+    #[test]
+    fn a_line_that_was_written_in_part_goes_on_where_it_ended() {
+        let mut lines = ["a 1\n", "bb 2\n", "c 3\n"].map(str::to_owned).to_vec();
+        forget(&mut lines, 6);
+        assert_eq!(lines, [" 2\n", "c 3\n"]);
+        forget(&mut lines, 3);
+        assert_eq!(lines, ["c 3\n"]);
+        forget(&mut lines, 4);
+        assert_eq!(lines, [""; 0]);
+    }
 
     /// The reference's own examples of what has to be escaped.
     #[test]

@@ -18,6 +18,7 @@ mod bridge;
 mod clock;
 pub mod config;
 mod csv;
+mod health;
 mod history;
 mod hub;
 mod influx;

@@ -18,9 +18,9 @@ mod sparkplug;
 mod tls;
 mod translate;
 
-pub use connection::{BrokerHealth, Closing, Connection, Outgoing};
+pub use connection::{Closing, Connection, Outgoing};
 pub use payload::bridge as bridge_status;
-pub use sparkplug::run as sparkplug;
+pub use sparkplug::start as sparkplug;
 pub use translate::Translator;
 
 use rumqttc::{AsyncClient, Event, EventLoop, MqttOptions, NetworkOptions};
@@ -34,6 +34,8 @@ const PORT: u16 = 1_883;
 const TLS_PORT: u16 = 8_883;
 /// In seconds. A broker declares a client dead after one and a half of it (MQTT 3.1.1, section 3.1.2.10).
 const KEEP_ALIVE: std::time::Duration = std::time::Duration::from_secs(10);
+/// How long a connection may take, in seconds: hundreds of edge nodes connect at once.
+const CONNECT_S: u64 = 20;
 /// Larger than any batch: 48 sensors of 200 characters.
 const PACKET: usize = 256 * 1_024;
 /// Messages sent and not confirmed. At 5 ms to a broker this carries 20 000 a second.
@@ -88,5 +90,6 @@ async fn pump(eventloop: &mut EventLoop, to: mpsc::Sender<Result<Event, String>>
 fn network() -> NetworkOptions {
     let mut network = NetworkOptions::new();
     network.set_tcp_nodelay(true);
+    network.set_connection_timeout(CONNECT_S);
     network
 }

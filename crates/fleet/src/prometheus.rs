@@ -5,7 +5,7 @@
 
 use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
 use axum::Router;
@@ -22,9 +22,9 @@ use tokio::net::TcpListener;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
-use crate::config::Prometheus;
+use crate::config::{Config, Prometheus};
+use crate::health::BridgeHealth;
 use crate::hub::{GatewayState, Hub};
-use crate::mqtt::BrokerHealth;
 use crate::sensor::{OK, Outcome, degrees};
 
 /// As the OpenMetrics specification has it.
@@ -34,13 +34,18 @@ const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset
 pub async fn start(
     config: &Prometheus,
     hub: &Arc<Hub>,
-    broker: Option<Arc<BrokerHealth>>,
+    (health, whole): (Arc<BridgeHealth>, &Config),
     mut over: watch::Receiver<bool>,
 ) -> Result<JoinHandle<()>, String> {
     let listener =
         TcpListener::bind(config.listen).await.map_err(|why| format!("{}: {why}", config.listen))?;
     let mut registry = Registry::default();
-    registry.register_collector(Box::new(State { hub: hub.clone(), broker }));
+    registry.register_collector(Box::new(State {
+        hub: hub.clone(),
+        health,
+        has_broker: whole.mqtt.is_some(),
+        has_influx: whole.influx.is_some(),
+    }));
     let registry = Arc::new(registry);
     let metrics = move || {
         let registry = registry.clone();
@@ -60,7 +65,9 @@ pub async fn start(
 
 struct State {
     hub: Arc<Hub>,
-    broker: Option<Arc<BrokerHealth>>,
+    health: Arc<BridgeHealth>,
+    has_broker: bool,
+    has_influx: bool,
 }
 
 impl fmt::Debug for State {
@@ -139,29 +146,50 @@ impl State {
         Ok(())
     }
 
-    fn broker(&self, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
-        let Some(broker) = &self.broker else { return Ok(()) };
-        let connected = u64::from(broker.is_connected.load(Ordering::Relaxed));
-        let trouble = u64::from(broker.has_disk_trouble.load(Ordering::Relaxed));
-        for (name, help, value) in [
-            ("clino_broker_connected", "1 while the broker is connected", connected),
+    fn bridge(&self, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
+        let health = &self.health;
+        let flag = |flag: &AtomicBool| u64::from(flag.load(Ordering::Relaxed));
+        let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        let broker_gauges = [
+            ("clino_broker_connected", "1 while the broker is connected", flag(&health.is_connected)),
+            ("clino_broker_waiting", "Messages that wait for the broker", count(&health.waiting)),
             (
-                "clino_broker_waiting",
-                "Messages that wait for the broker",
-                broker.waiting.load(Ordering::Relaxed),
+                "clino_store_trouble",
+                "1 while the disk does not take messages",
+                flag(&health.has_disk_trouble),
             ),
-            ("clino_store_trouble", "1 while the disk does not take messages", trouble),
-        ] {
-            let gauge = encoder.encode_descriptor(name, help, None, MetricType::Gauge)?;
-            ConstGauge::new(value).encode(gauge)?;
-        }
-        for (name, help, value) in [
-            ("clino_broker_confirmed", "Messages that the broker has confirmed", &broker.confirmed),
-            ("clino_broker_dropped", "Messages that were dropped beyond the bound", &broker.dropped),
-            ("clino_broker_lost", "Connections that were lost", &broker.lost),
-        ] {
-            let counter = encoder.encode_descriptor(name, help, None, MetricType::Counter)?;
-            ConstCounter::new(value.load(Ordering::Relaxed)).encode(counter)?;
+        ];
+        let broker_counters = [
+            ("clino_broker_confirmed", "Messages that the broker has confirmed", count(&health.confirmed)),
+            ("clino_broker_dropped", "Messages that were dropped beyond the bound", count(&health.dropped)),
+            ("clino_broker_lost", "Connections that were lost", count(&health.lost)),
+        ];
+        let influx_gauges = [
+            ("clino_influx_waiting", "Lines that wait for InfluxDB", count(&health.lines_waiting)),
+            ("clino_influx_trouble", "1 while InfluxDB does not take lines", flag(&health.has_line_trouble)),
+        ];
+        let influx_counters = [(
+            "clino_influx_dropped",
+            "Lines that were dropped beyond the bound",
+            count(&health.lines_dropped),
+        )];
+        let bridge_counters = [(
+            "clino_clock_jumps",
+            "Jumps of this computer's clock by more than a second",
+            count(&health.clock_jumps),
+        )];
+        let no = (&[][..], &[][..]);
+        let broker = if self.has_broker { (&broker_gauges[..], &broker_counters[..]) } else { no };
+        let influx = if self.has_influx { (&influx_gauges[..], &influx_counters[..]) } else { no };
+        for (gauges, counters) in [broker, influx, (&[], &bridge_counters)] {
+            for (name, help, value) in gauges {
+                let gauge = encoder.encode_descriptor(name, help, None, MetricType::Gauge)?;
+                ConstGauge::new(*value).encode(gauge)?;
+            }
+            for (name, help, value) in counters {
+                let counter = encoder.encode_descriptor(name, help, None, MetricType::Counter)?;
+                ConstCounter::new(*value).encode(counter)?;
+            }
         }
         Ok(())
     }
@@ -197,6 +225,6 @@ impl Collector for State {
         let alarms = ("clino_gateway_alarms", "Alarms that are active or not acknowledged");
         self.gateways(&mut encoder, alarms, |gateway| Some(gateway.alarms.len() as f64))?;
         self.buses(&mut encoder)?;
-        self.broker(&mut encoder)
+        self.bridge(&mut encoder)
     }
 }

@@ -9,29 +9,46 @@
 //! begins anew at the first that was not confirmed: a message may come twice, none is left out. While the broker confirms
 //! quickly, nothing is written to disk. A program that is killed loses what is in memory: at most [`SPILL_AFTER`] and a tick.
 //!
-//! Beyond its bound the oldest messages are dropped, and counted.
+//! Beyond its bound the oldest messages are dropped, and counted. Queues that share a store are written with one commit
+//! ([`tick`], [`close`]), which waits for the disk once.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::store::{Change, Message, Opened, Store};
+use crate::store::{Change, Lane, Message, Opened};
 
 /// How long a message stays in memory unconfirmed.
 pub const SPILL_AFTER: Duration = Duration::from_millis(400);
-/// From one [`Queue::tick`] to the next; the two together are below the second that a killed program may lose.
+/// From one [`tick`] to the next; the two together are below the second that a killed program may lose.
 pub const TICK: Duration = Duration::from_millis(250);
 /// Messages that are read from disk at once.
 const READ_AHEAD: usize = 512;
-/// The most that waits in memory while the disk does not take it: 64 MB.
+/// The most that waits in memory while the disk does not take it, of all queues of a bridge: 64 MB.
 const MEMORY_MOST: u64 = 64_000_000;
+
+/// The most that may wait, in bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    disk: u64,
+    memory: u64,
+}
+
+impl Bounds {
+    /// The share of a queue, of this many, in what a bridge may keep on disk.
+    pub fn shared(disk: u64, queues: usize) -> Bounds {
+        let queues = u64::try_from(queues.max(1)).unwrap_or(u64::MAX);
+        Bounds { disk: disk / queues, memory: MEMORY_MOST / queues }
+    }
+}
 
 /// The queue.
 pub struct Queue {
-    store: Option<Store>,
+    lane: Lane,
     /// Numbers on disk.
     disk: std::ops::Range<u64>,
     disk_bytes: u64,
-    most_bytes: u64,
+    most: Bounds,
     memory: VecDeque<(Instant, Message)>,
     memory_bytes: u64,
     ahead: VecDeque<(u64, Message)>,
@@ -40,31 +57,30 @@ pub struct Queue {
     confirmed: BTreeSet<u64>,
     dropped: u64,
     trouble: Option<String>,
+    is_being_written: bool,
 }
 
 impl Queue {
-    /// A queue over a store, or in memory alone.
-    pub fn new(store: Option<(Store, Opened)>, most_bytes: u64) -> Queue {
-        let (store, waiting, disk_bytes) = match store {
-            Some((store, opened)) => (Some(store), opened.waiting, opened.bytes),
-            None => (None, 0..0, 0),
-        };
+    /// A queue over a lane.
+    pub fn new((lane, opened): (Lane, Opened), most: Bounds) -> Queue {
         Queue {
-            store,
-            next: waiting.start,
-            disk: waiting,
-            disk_bytes,
-            most_bytes,
+            lane,
+            next: opened.waiting.start,
+            disk: opened.waiting,
+            disk_bytes: opened.bytes,
+            most,
             memory: VecDeque::new(),
             memory_bytes: 0,
             ahead: VecDeque::new(),
             confirmed: BTreeSet::new(),
             dropped: 0,
             trouble: None,
+            is_being_written: false,
         }
     }
 
-    fn end(&self) -> u64 {
+    /// The number of the next message that is added.
+    pub fn end(&self) -> u64 {
         self.disk.end + self.memory.len() as u64
     }
 
@@ -103,7 +119,7 @@ impl Queue {
     fn next_from_disk(&mut self) -> Option<(u64, Message)> {
         if self.ahead.front().is_none_or(|(number, _)| *number != self.next) {
             let numbers = self.next..self.disk.end;
-            match self.store.as_ref()?.read(numbers, READ_AHEAD) {
+            match self.lane.read(numbers, READ_AHEAD) {
                 Ok(found) => self.ahead = found.into(),
                 Err(why) => {
                     self.trouble = Some(why);
@@ -132,9 +148,18 @@ impl Queue {
         self.forget_confirmed();
     }
 
+    /// The broker has everything below this number that was sent. Returns how many messages that is.
+    pub fn confirm_below(&mut self, number: u64) -> u64 {
+        let numbers = self.first()..number.min(self.next);
+        let count = numbers.end.saturating_sub(numbers.start);
+        self.confirmed.extend(numbers);
+        self.forget_confirmed();
+        count
+    }
+
     /// Takes confirmed messages from the front of the memory, if nothing on disk is before them.
     fn forget_confirmed(&mut self) {
-        while self.disk.is_empty() && self.confirmed.remove(&self.disk.end) {
+        while !self.is_being_written && self.disk.is_empty() && self.confirmed.remove(&self.disk.end) {
             let Some((_, message)) = self.memory.pop_front() else { break };
             self.memory_bytes -= message.size();
             self.disk = self.disk.end + 1..self.disk.end + 1;
@@ -163,61 +188,69 @@ impl Queue {
         self.trouble.as_deref()
     }
 
-    /// Writes to disk what has waited too long, and removes what was confirmed. Blocks until the disk has it.
-    pub fn tick(&mut self, now: Instant) {
-        let old = self
-            .memory
-            .iter()
-            .take_while(|(at, _)| now.saturating_duration_since(*at) >= SPILL_AFTER)
-            .count();
+    /// What has waited too long goes to disk, what was confirmed is removed from it: how many, and the first that stays.
+    fn due(&self, now: Instant) -> Option<Plan> {
+        let is_old = |at: &Instant| now.saturating_duration_since(*at) >= SPILL_AFTER;
+        let count = self.memory.iter().take_while(|(at, _)| is_old(at)).count();
         let keep_from = self.first().min(self.disk.end);
-        if old > 0 || keep_from > self.disk.start {
-            self.spill(old, keep_from);
-        }
-        self.bound();
+        (count > 0 || keep_from > self.disk.start).then_some(Plan { count, keep_from })
     }
 
-    /// Everything to disk: the program ends.
-    pub fn close(&mut self) {
-        let keep_from = self.first().min(self.disk.end);
-        self.spill(self.memory.len(), keep_from);
+    fn all(&self) -> Option<Plan> {
+        Some(Plan { count: self.memory.len(), keep_from: self.first().min(self.disk.end) })
     }
 
-    fn spill(&mut self, count: usize, keep_from: u64) {
-        let Some(store) = &self.store else { return };
-        let add: Vec<_> =
-            (self.disk.end..).zip(self.memory.iter().take(count).map(|(_, message)| message)).collect();
-        match store.commit(&Change { add: &add, keep_from }) {
+    /// What is beyond the bound of the disk.
+    fn excess(&self) -> Option<Plan> {
+        let excess = self.disk_bytes.checked_sub(self.most.disk).filter(|excess| *excess > 0)?;
+        let keep_from = self.lane.number_after(excess).ok()?.min(self.disk.end);
+        Some(Plan { count: 0, keep_from })
+    }
+
+    /// Begins to write: until [`Queue::written`], the messages in memory keep their places.
+    fn begin_write(&mut self, plan: &impl Fn(&Queue) -> Option<Plan>) -> Option<Write> {
+        let plan = plan(self)?;
+        self.is_being_written = true;
+        let messages = self.memory.iter().take(plan.count).map(|(_, message)| message.clone());
+        let change = Change { add: (self.disk.end..).zip(messages).collect(), keep_from: plan.keep_from };
+        Some(Write { lane: self.lane.clone(), plan, change })
+    }
+
+    /// The write has ended: how many bytes are on disk, or why it failed.
+    fn written(&mut self, plan: Plan, bytes: Result<u64, String>) {
+        self.is_being_written = false;
+        match bytes {
             Ok(bytes) => {
                 self.trouble = None;
-                self.disk_bytes = bytes;
-                self.disk = keep_from..self.disk.end + count as u64;
-                for (_, message) in self.memory.drain(..count) {
-                    self.memory_bytes -= message.size();
-                }
-                self.confirmed = self.confirmed.split_off(&keep_from);
+                self.changed(plan, bytes);
+            }
+            Err(why) => {
+                self.trouble = Some(why);
                 self.forget_confirmed();
             }
-            Err(why) => self.trouble = Some(why),
         }
     }
 
-    /// Drops the oldest beyond the bounds.
-    fn bound(&mut self) {
-        if self.disk_bytes > self.most_bytes
-            && let Some(store) = &self.store
-            && let Ok(keep_from) = store.number_after(self.disk_bytes - self.most_bytes)
-        {
-            let gone =
-                (self.disk.start..keep_from).filter(|number| !self.confirmed.contains(number)).count() as u64;
-            self.spill(0, keep_from.min(self.disk.end));
-            self.dropped += gone;
-            self.next = self.next.max(self.disk.start);
+    fn changed(&mut self, plan: Plan, bytes: u64) {
+        let not_confirmed = |number: &u64| !self.confirmed.contains(number);
+        self.dropped += (self.disk.start..plan.keep_from).filter(not_confirmed).count() as u64;
+        self.disk_bytes = bytes;
+        self.disk = plan.keep_from..self.disk.end + plan.count as u64;
+        for (_, message) in self.memory.drain(..plan.count) {
+            self.memory_bytes -= message.size();
+        }
+        self.confirmed = self.confirmed.split_off(&plan.keep_from);
+        if self.next < self.disk.start {
+            self.next = self.disk.start;
             self.ahead.clear();
         }
-        let most = if self.store.is_some() { MEMORY_MOST } else { self.most_bytes.min(MEMORY_MOST) };
+        self.forget_confirmed();
+    }
+
+    /// Drops the oldest beyond the bound of the memory.
+    fn bound_memory(&mut self) {
         // Only while there is nothing on disk can the oldest in memory be dropped without a hole.
-        while self.memory_bytes > most && self.disk.is_empty() {
+        while self.memory_bytes > self.most.memory && self.disk.is_empty() {
             let Some((_, message)) = self.memory.pop_front() else { break };
             self.memory_bytes -= message.size();
             if !self.confirmed.remove(&self.disk.end) {
@@ -227,12 +260,76 @@ impl Queue {
             self.next = self.next.max(self.disk.end);
         }
         // With messages on disk and no way to add to them, the newest are not taken.
-        while self.memory_bytes > most {
+        while self.memory_bytes > self.most.memory {
             let Some((_, message)) = self.memory.pop_back() else { break };
             self.memory_bytes -= message.size();
             self.dropped += 1;
             self.next = self.next.min(self.end());
         }
+    }
+}
+
+/// How many messages of the memory go to disk, and the first number that stays there.
+#[derive(Clone, Copy, Debug)]
+struct Plan {
+    count: usize,
+    keep_from: u64,
+}
+
+/// What of a queue is being written.
+struct Write {
+    lane: Lane,
+    plan: Plan,
+    change: Change,
+}
+
+/// A queue that can be had for a moment. It is not held while the disk writes: whoever uses it does not wait for that.
+pub trait Held {
+    /// Works with it.
+    fn with<T>(&mut self, work: impl FnOnce(&mut Queue) -> T) -> T;
+}
+
+impl Held for &mut Queue {
+    fn with<T>(&mut self, work: impl FnOnce(&mut Queue) -> T) -> T {
+        work(self)
+    }
+}
+
+impl Held for Arc<Mutex<Queue>> {
+    fn with<T>(&mut self, work: impl FnOnce(&mut Queue) -> T) -> T {
+        // A panic of another thread leaves a queue that is whole: it is changed when all is known.
+        work(&mut self.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// Writes to disk what has waited too long, removes what was confirmed and what is beyond the bound. The queues are of one
+/// store. Blocks until the disk has it.
+pub fn tick(queues: &mut [impl Held], now: Instant) {
+    commit(queues, |queue| queue.due(now));
+    commit(queues, Queue::excess);
+    queues.iter_mut().for_each(|queue| queue.with(Queue::bound_memory));
+}
+
+/// Everything to disk: the program ends. Queues as for [`tick`].
+pub fn close(queues: &mut [impl Held]) {
+    commit(queues, Queue::all);
+}
+
+fn commit(queues: &mut [impl Held], plan: impl Fn(&Queue) -> Option<Plan>) {
+    let writes = queues.iter_mut().map(|queue| queue.with(|queue| queue.begin_write(&plan)));
+    let writes: Vec<_> = writes.collect();
+    let changes: Vec<_> = writes.iter().flatten().map(|write| (&write.lane, &write.change)).collect();
+    let Some((lane, _)) = changes.first() else { return };
+    let committed = lane.store().commit(&changes);
+    drop(changes);
+    let mut waiting = committed.as_ref().map_or(&[][..], Vec::as_slice).iter();
+    for (queue, write) in queues.iter_mut().zip(writes) {
+        let Some(Write { plan, .. }) = write else { continue };
+        let bytes = match &committed {
+            Ok(_) => Ok(waiting.next().copied().unwrap_or_default()),
+            Err(why) => Err(why.clone()),
+        };
+        queue.with(|queue| queue.written(plan, bytes));
     }
 }
 

@@ -1,12 +1,21 @@
-//! Messages that wait for the broker, on disk: a table in a `redb` database, by number.
+//! Messages that wait for the broker, on disk: tables in a `redb` database, a message by its number.
 //!
-//! A transaction is whole or not there at all after a crash, and what a commit has returned for is on the disk.
+//! | table | what |
+//! |---|---|
+//! | `queue`, `queue NAME` | the messages of a lane, by number; the lane without a name is the only one of JSON |
+//! | `counters` | `runs`; for each lane `end`, `bytes` (behind them its name, as above) |
+//!
+//! A transaction is whole or not there at all after a crash, and what a commit has returned for is on the disk. After an error
+//! of the disk redb refuses everything: the database is closed then, and opened anew at the next access.
 
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::{Duration, Instant};
 
 use redb::{
-    Database, ReadableDatabase as _, ReadableTable as _, ReadableTableMetadata as _, TableDefinition,
+    Database, ReadTransaction, ReadableDatabase as _, ReadableTable as _, ReadableTableMetadata as _,
+    TableDefinition, TableError,
 };
 
 /// A message for the broker.
@@ -20,36 +29,58 @@ pub struct Message {
     pub retain: bool,
 }
 
-const QUEUE: TableDefinition<'_, u64, &[u8]> = TableDefinition::new("queue");
 const COUNTERS: TableDefinition<'_, &str, u64> = TableDefinition::new("counters");
 /// Starts of this bridge.
 const RUNS: &str = "runs";
-/// The number behind the last message that was ever stored.
+/// Table of a lane.
+const QUEUE: &str = "queue";
+/// The number behind the last message of a lane that was ever stored.
 const END: &str = "end";
-/// Bytes that the messages of the queue take.
+/// Bytes that the messages of a lane take.
 const BYTES: &str = "bytes";
+/// Of what is read and written, the most that redb keeps in memory. It would be a gigabyte otherwise.
+const CACHE_BYTES: usize = 32_000_000;
 
-/// What was found when the store was opened.
+/// What was found in a lane when it was opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Opened {
-    /// Starts of this bridge, this one included.
-    pub run: u64,
     /// Numbers of the messages that wait.
     pub waiting: Range<u64>,
     /// Bytes that they take.
     pub bytes: u64,
 }
 
-/// The store.
+/// The database of a bridge.
 pub struct Store {
-    database: Database,
+    path: PathBuf,
+    access: RwLock<Access>,
+    /// Starts of this bridge, this one included.
+    run: u64,
 }
 
-/// A commit: what is added, and which numbers are no longer needed.
+enum Access {
+    Open(Database),
+    /// Since when and why, if that was an error.
+    Closed(Option<(Instant, String)>),
+}
+
+/// From an error to the next try: a file of gigabytes is checked whole when it is opened after one.
+const TRY_AGAIN: Duration = Duration::from_secs(2);
+
+/// The messages of one queue.
+#[derive(Clone)]
+pub struct Lane {
+    store: Arc<Store>,
+    queue: String,
+    end: String,
+    bytes: String,
+}
+
+/// What changes in a lane: what is added, and which numbers are no longer needed.
 #[derive(Debug)]
-pub struct Change<'a> {
+pub struct Change {
     /// Numbers and messages, ascending.
-    pub add: &'a [(u64, &'a Message)],
+    pub add: Vec<(u64, Message)>,
     /// Everything below this number goes.
     pub keep_from: u64,
 }
@@ -86,102 +117,173 @@ const HEAD: usize = 3;
 
 impl Store {
     /// Opens or makes it. This counts as a start.
-    pub fn open(path: &Path) -> Result<(Store, Opened), String> {
-        let named = |why: &dyn std::fmt::Display| format!("{}: {why}", path.display());
+    pub fn open(path: &Path) -> Result<Arc<Store>, String> {
+        let access = RwLock::new(Access::Closed(None));
+        let mut store = Store { path: path.to_owned(), access, run: 0 };
         if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder).map_err(|why| named(&why))?;
+            std::fs::create_dir_all(folder).map_err(|why| store.named(&why))?;
         }
-        let database = Database::create(path).map_err(|why| named(&why))?;
-        let store = Store { database };
-        let opened = store.begin().map_err(|why| named(&why))?;
-        Ok((store, opened))
-    }
-
-    fn begin(&self) -> Result<Opened, redb::Error> {
-        let transaction = self.database.begin_write()?;
-        let opened = {
-            let queue = transaction.open_table(QUEUE)?;
-            let mut counters = transaction.open_table(COUNTERS)?;
-            let counter = |name: &str, counters: &redb::Table<'_, &str, u64>| -> Result<u64, redb::Error> {
-                Ok(counters.get(name)?.map_or(0, |value| value.value()))
+        store.run = store.with(|database| {
+            let transaction = database.begin_write()?;
+            let run = {
+                let mut counters = transaction.open_table(COUNTERS)?;
+                let run = counters.get(RUNS)?.map_or(0, |value| value.value()) + 1;
+                counters.insert(RUNS, run)?;
+                run
             };
-            let run = counter(RUNS, &counters)? + 1;
-            counters.insert(RUNS, run)?;
-            let first = queue.first()?.map(|(number, _)| number.value());
-            let end = counter(END, &counters)?;
-            Opened { run, waiting: first.unwrap_or(end)..end, bytes: counter(BYTES, &counters)? }
-        };
-        transaction.commit()?;
-        Ok(opened)
+            transaction.commit()?;
+            Ok(run)
+        })?;
+        Ok(Arc::new(store))
     }
 
-    /// Commits a change; returns how many bytes wait afterwards.
-    pub fn commit(&self, change: &Change<'_>) -> Result<u64, String> {
-        self.change(change).map_err(|why| why.to_string())
+    /// Starts of this bridge, this one included.
+    pub fn run(&self) -> u64 {
+        self.run
     }
 
-    fn change(&self, change: &Change<'_>) -> Result<u64, redb::Error> {
-        let transaction = self.database.begin_write()?;
-        let bytes = {
-            let mut queue = transaction.open_table(QUEUE)?;
-            let mut counters = transaction.open_table(COUNTERS)?;
-            let mut bytes = counters.get(BYTES)?.map_or(0, |value| value.value());
-            for (number, message) in change.add {
-                queue.insert(number, message.encode().as_slice())?;
-                bytes = bytes.saturating_add(message.size());
-            }
-            if let Some((last, _)) = change.add.last() {
-                counters.insert(END, last + 1)?;
-            }
-            queue.retain_in(..change.keep_from, |_, stored| {
-                bytes = bytes.saturating_sub(stored.len() as u64);
-                false
-            })?;
-            if queue.is_empty()? {
-                bytes = 0;
-            }
-            counters.insert(BYTES, bytes)?;
-            bytes
+    fn named(&self, why: &dyn std::fmt::Display) -> String {
+        format!("{}: {why}", self.path.display())
+    }
+
+    /// Works with the database, which an error closes.
+    fn with<T>(&self, work: impl FnOnce(&Database) -> Result<T, redb::Error>) -> Result<T, String> {
+        self.open_again()?;
+        let access = self.access.read().unwrap_or_else(PoisonError::into_inner);
+        let Access::Open(database) = &*access else { return Err(self.named(&"an error has closed it")) };
+        let worked = work(database).map_err(|why| self.named(&why));
+        drop(access);
+        worked.inspect_err(|why| {
+            let mut access = self.access.write().unwrap_or_else(PoisonError::into_inner);
+            *access = Access::Closed(Some((Instant::now(), why.clone())));
+        })
+    }
+
+    /// Opens it if an error has closed it, a while ago.
+    fn open_again(&self) -> Result<(), String> {
+        if matches!(&*self.access.read().unwrap_or_else(PoisonError::into_inner), Access::Open(_)) {
+            return Ok(());
+        }
+        let mut access = self.access.write().unwrap_or_else(PoisonError::into_inner);
+        match &*access {
+            Access::Open(_) => return Ok(()),
+            Access::Closed(Some((since, why))) if since.elapsed() < TRY_AGAIN => return Err(why.clone()),
+            Access::Closed(_) => {}
+        }
+        let opened = Database::builder().set_cache_size(CACHE_BYTES).create(&self.path);
+        let opened = opened.map_err(|why| self.named(&why));
+        let failed = opened.as_ref().err().cloned();
+        *access = match opened {
+            Ok(database) => Access::Open(database),
+            Err(why) => Access::Closed(Some((Instant::now(), why))),
         };
-        transaction.commit()?;
-        Ok(bytes)
+        failed.map_or(Ok(()), Err)
+    }
+
+    /// Commits changes of several lanes, all or none; returns how many bytes wait in each afterwards.
+    pub fn commit(&self, changes: &[(&Lane, &Change)]) -> Result<Vec<u64>, String> {
+        self.with(|database| {
+            let transaction = database.begin_write()?;
+            let mut waiting = Vec::new();
+            for (lane, change) in changes {
+                let mut queue = transaction.open_table(lane.table())?;
+                let mut counters = transaction.open_table(COUNTERS)?;
+                let mut bytes = counters.get(&*lane.bytes)?.map_or(0, |value| value.value());
+                for (number, message) in &change.add {
+                    queue.insert(number, message.encode().as_slice())?;
+                    bytes = bytes.saturating_add(message.size());
+                }
+                if let Some((last, _)) = change.add.last() {
+                    counters.insert(&*lane.end, last + 1)?;
+                }
+                queue.retain_in(..change.keep_from, |_, stored| {
+                    bytes = bytes.saturating_sub(stored.len() as u64);
+                    false
+                })?;
+                if queue.is_empty()? {
+                    bytes = 0;
+                }
+                counters.insert(&*lane.bytes, bytes)?;
+                waiting.push(bytes);
+            }
+            transaction.commit()?;
+            Ok(waiting)
+        })
+    }
+}
+
+impl Lane {
+    /// The only lane of a store, or, with a name, one of several.
+    ///
+    /// # Errors
+    /// The store cannot be read.
+    pub fn of(store: &Arc<Store>, name: Option<&str>) -> Result<(Lane, Opened), String> {
+        let named = |what: &str| name.map_or_else(|| what.to_owned(), |name| format!("{what} {name}"));
+        let lane = Lane { store: store.clone(), queue: named(QUEUE), end: named(END), bytes: named(BYTES) };
+        let opened = store.with(|database| {
+            let transaction = database.begin_read()?;
+            let counters = transaction.open_table(COUNTERS)?;
+            let counter =
+                |name: &str| Ok::<_, redb::Error>(counters.get(name)?.map_or(0, |value| value.value()));
+            let end = counter(&lane.end)?;
+            let queue = lane.opened(&transaction)?;
+            let first = queue.map(|queue| queue.first().map(|first| first.map(|(number, _)| number.value())));
+            let first = first.transpose()?.flatten();
+            Ok(Opened { waiting: first.unwrap_or(end)..end, bytes: counter(&lane.bytes)? })
+        })?;
+        Ok((lane, opened))
+    }
+
+    fn table(&self) -> TableDefinition<'_, u64, &'static [u8]> {
+        TableDefinition::new(&self.queue)
+    }
+
+    /// Its table, which is there from the first commit on.
+    fn opened(
+        &self,
+        transaction: &ReadTransaction,
+    ) -> Result<Option<redb::ReadOnlyTable<u64, &'static [u8]>>, redb::Error> {
+        match transaction.open_table(self.table()) {
+            Ok(table) => Ok(Some(table)),
+            Err(TableError::TableDoesNotExist(_)) => Ok(None),
+            Err(why) => Err(why.into()),
+        }
+    }
+
+    /// The store it is in.
+    pub fn store(&self) -> &Store {
+        &self.store
     }
 
     /// The messages with these numbers, as many as there are up to this many. One that cannot be read is left out.
     pub fn read(&self, numbers: Range<u64>, most: usize) -> Result<Vec<(u64, Message)>, String> {
-        self.look(numbers, most).map_err(|why| why.to_string())
-    }
-
-    fn look(&self, numbers: Range<u64>, most: usize) -> Result<Vec<(u64, Message)>, redb::Error> {
-        let transaction = self.database.begin_read()?;
-        let queue = transaction.open_table(QUEUE)?;
-        let mut found = Vec::new();
-        for entry in queue.range(numbers)?.take(most) {
-            let (number, stored) = entry?;
-            if let Some(message) = Message::decode(stored.value()) {
-                found.push((number.value(), message));
+        self.store.with(|database| {
+            let Some(queue) = self.opened(&database.begin_read()?)? else { return Ok(Vec::new()) };
+            let mut found = Vec::new();
+            for entry in queue.range(numbers)?.take(most) {
+                let (number, stored) = entry?;
+                if let Some(message) = Message::decode(stored.value()) {
+                    found.push((number.value(), message));
+                }
             }
-        }
-        Ok(found)
+            Ok(found)
+        })
     }
 
     /// The number of the message up to which (exclusive) this many bytes are freed.
     pub fn number_after(&self, bytes: u64) -> Result<u64, String> {
-        self.sum(bytes).map_err(|why| why.to_string())
-    }
-
-    fn sum(&self, bytes: u64) -> Result<u64, redb::Error> {
-        let transaction = self.database.begin_read()?;
-        let queue = transaction.open_table(QUEUE)?;
-        let (mut freed, mut number) = (0_u64, 0);
-        for entry in queue.iter()? {
-            let (key, stored) = entry?;
-            if freed >= bytes {
-                break;
+        self.store.with(|database| {
+            let Some(queue) = self.opened(&database.begin_read()?)? else { return Ok(0) };
+            let (mut freed, mut number) = (0_u64, 0);
+            for entry in queue.iter()? {
+                let (key, stored) = entry?;
+                if freed >= bytes {
+                    break;
+                }
+                freed += stored.value().len() as u64;
+                number = key.value() + 1;
             }
-            freed += stored.value().len() as u64;
-            number = key.value() + 1;
-        }
-        Ok(number)
+            Ok(number)
+        })
     }
 }

@@ -6,6 +6,7 @@
 
 mod chromium;
 mod debian;
+mod faketime;
 mod libmodbus;
 mod mbpoll;
 mod monitors;
@@ -22,6 +23,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 pub use chromium::Chromium;
+pub use faketime::Faketime;
 pub use libmodbus::Libmodbus;
 pub use mbpoll::Mbpoll;
 pub use monitors::Monitor;

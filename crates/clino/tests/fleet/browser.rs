@@ -2,61 +2,29 @@
 //! them away, nothing is asked of another host, axe finds nothing.
 
 use std::io::{BufRead as _, BufReader};
-use std::process::{Child, Command, Stdio};
+use std::process::Stdio;
 
 use clino_testkit::programs::{Chromium, Node, said, skipped};
 
+use crate::board::Board;
+use crate::gateway::Gateway;
 use crate::program::Program;
 use crate::{folder, free_port};
 
-/// The virtual board in real time.
-struct Board(Child);
-
-impl Board {
-    /// Starts one; the path of its console.
-    fn start(vboard: &str, elf: &str) -> (Board, String) {
-        let arguments = ["--elf", elf, "--realtime", "--console-pty", "--duration", "forever"];
-        let child = Command::new(vboard)
-            .args(arguments)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn();
-        let mut board = Board(child.expect("the virtual board starts"));
-        let out = board.0.stdout.take().expect("it is piped");
-        let mut lines = BufReader::new(out).lines().map_while(Result::ok);
-        let console =
-            lines.find_map(|line| line.strip_prefix("console ").map(str::to_owned)).expect("a console");
-        // Its summary goes to a reader that stays.
-        std::thread::spawn(move || lines.for_each(drop));
-        (board, console)
-    }
-}
-
-impl Drop for Board {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
+/// A browser and what drives it; or a loud skip of this test.
+pub fn browser(test: &str) -> Option<(Chromium, Node)> {
+    let packages = ["playwright-core@1.65.1", "axe-core@4.14.1"];
+    let both = Chromium::get(crate::programs())
+        .and_then(|chromium| Ok((chromium, Node::with(crate::programs(), &packages)?)));
+    both.map_err(|why| skipped(test, &why)).ok()
 }
 
 #[test]
 fn the_page_of_the_shipped_image_in_a_browser() {
     const TEST: &str = "fleet page in a browser";
-    let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
-    let (Some(elf), Some(vboard)) = (variable("CLINO_ELF"), variable("CLINO_VBOARD")) else {
-        return skipped(TEST, "CLINO_ELF and CLINO_VBOARD name no image and no virtual board");
-    };
-    let chromium = match Chromium::get(crate::programs()) {
-        Ok(chromium) => chromium,
-        Err(why) => return skipped(TEST, &why),
-    };
-    let node = match Node::with(crate::programs(), &["playwright-core@1.65.1", "axe-core@4.14.1"]) {
-        Ok(node) => node,
-        Err(why) => return skipped(TEST, &why),
-    };
+    let Some((board, console)) = Board::console(TEST) else { return };
+    let Some((chromium, node)) = browser(TEST) else { return };
     let folder = folder("browser");
-    let (board, console) = Board::start(&vboard, &elf);
     let port = free_port();
     let listen = format!("127.0.0.1:{port}");
     let mut serve =
@@ -84,10 +52,84 @@ fn the_page_of_the_shipped_image_in_a_browser() {
     let output = child.wait_with_output().expect("node ends");
     assert!(output.status.success(), "{}\n{}", told.join("\n"), said(&output));
     assert!(board.is_none() && told.last().is_some_and(|last| last == "all well"), "{told:?}");
-    if let Some(pictures) = variable("CLINO_PICTURES") {
-        for name in ["page-light.png", "page-dark.png", "page-phone.png"] {
-            std::fs::copy(folder.join(name), std::path::Path::new(&pictures).join(name))
-                .expect("a folder for pictures");
+    if crate::updates() {
+        for (picture, name) in [("page-light.png", "fleet-page.png"), ("page-phone.png", "fleet-phone.png")] {
+            let place = crate::repository("docs").join(name);
+            std::fs::copy(folder.join(picture), place).expect("the repository can be written");
         }
     }
+}
+
+/// No sensor, 48 sensors, names that are long, that are HTML, that are in other scripts.
+#[test]
+fn the_page_takes_any_number_of_sensors_and_any_name() {
+    use std::io::Write as _;
+    const TEST: &str = "fleet odd page";
+    let Some((chromium, node)) = browser(TEST) else { return };
+    let folder = folder("odd-page");
+    let (empty, full) = (Gateway::new(), Gateway::new());
+    let mut names: Vec<String> = (0..48).map(|slot| format!("sensor {slot}")).collect();
+    for (slot, name) in [
+        "<img src=x onerror=alert(1)>",
+        "<script>alert(2)</script>",
+        "</span></button><b>bold</b>",
+        "&lt;i&gt; \" ' ` ${alert(3)} {{x}}",
+        "https://example.org/a",
+        "Türme, 塔, برج, 🗼",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        names[slot] = name.to_owned();
+    }
+    names[46] = "long ".repeat(100).trim().to_owned();
+    names[47] = "W".repeat(500);
+    let port = free_port();
+    let mut text = format!("[[gateway]]\nname = \"empty\"\nconsole = \"{}\"\n", empty.endpoint());
+    text += &format!("[[gateway]]\nname = \"{}\"\nconsole = \"{}\"\n", "x".repeat(64), full.endpoint());
+    text += "[gateway.sensors]\n";
+    for (slot, name) in names.iter().enumerate() {
+        // A JSON string is a TOML one.
+        text += &format!("{slot} = {}\n", serde_json::to_string(name).expect("text"));
+    }
+    text += &format!("[serve]\nlisten = \"127.0.0.1:{port}\"\n");
+    let file = folder.join("serve.toml");
+    std::fs::write(&file, text).expect("a folder of this test");
+    let mut serve = Program::start(&folder, &["serve", "--config", &file.display().to_string()]);
+    let address = serve.first_line().replace("127.0.0.1", "localhost");
+    for gateway in [&empty, &full] {
+        gateway.wait_for(1);
+        gateway.end_line();
+    }
+    let is_over = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            for round in 1.. {
+                if is_over.load(std::sync::atomic::Ordering::Relaxed) {
+                    return;
+                }
+                empty.say(r#"{"summary":[],"enabled":0,"online":0,"ok":0}"#);
+                for slot in 0..48 {
+                    full.angle(slot, &format!("{}.000", round % 90), 1, round);
+                }
+                std::thread::sleep(std::time::Duration::from_millis(200));
+            }
+        });
+        let mut child = node
+            .command()
+            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fleet/odd.js"))
+            .arg(&chromium.program)
+            .arg(&address)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("node starts");
+        let told = serde_json::to_vec(&names).expect("text");
+        child.stdin.take().expect("it is piped").write_all(&told).expect("node reads");
+        let output = child.wait_with_output();
+        is_over.store(true, std::sync::atomic::Ordering::Relaxed);
+        let output = output.expect("node ends");
+        assert!(output.status.success(), "{}", said(&output));
+    });
 }

@@ -241,6 +241,146 @@ fn an_hour_without_the_broker_is_delivered_within_five_minutes() {
     let _ = std::fs::remove_dir_all(&folder);
 }
 
+/// A number of protobuf: seven bits a byte, the lowest first (*Encoding*, *Base 128 Varints*).
+fn varint(mut number: u64, to: &mut Vec<u8>) {
+    while number >= 0x80 {
+        to.push(number as u8 | 0x80);
+        number >>= 7;
+    }
+    to.push(number as u8);
+}
+
+/// Fills a store as the bridge would with Sparkplug. Its format is restated from `crates/fleet/src/mqtt/sparkplug/reading.rs`: a
+/// table for each gateway, of records of 32 readings.
+fn fill_sparkplug(path: &std::path::Path, begun_ms: u64) {
+    let database = redb::Database::create(path).expect("a folder of this test");
+    let counters = redb::TableDefinition::<&str, u64>::new("counters");
+    for gateway in 0..GATEWAYS {
+        let transaction = database.begin_write().expect("the disk has room");
+        {
+            let name = format!("queue g{gateway}");
+            let table = redb::TableDefinition::<u64, &[u8]>::new(&name);
+            let mut queue = transaction.open_table(table).expect("a table");
+            let mut bytes = 0;
+            for second in 0..3_600_u64 {
+                // Not retained, and without a topic: its length is 0.
+                let mut message = vec![0, 0, 0];
+                for slot in 0..SENSORS as u64 {
+                    let mut reading = Vec::new();
+                    // 1: slot, 2: place, 3: status, 4: millidegrees (zigzag), 5: time.
+                    reading.push(1 << 3);
+                    varint(slot, &mut reading);
+                    reading.extend(b"\x12\x04t7 1\x1a\x02ok");
+                    reading.push(4 << 3);
+                    varint(2 * 12_345, &mut reading);
+                    reading.push(5 << 3);
+                    varint(begun_ms + second * 1_000, &mut reading);
+                    message.push(1 << 3 | 2);
+                    varint(reading.len() as u64, &mut message);
+                    message.extend(reading);
+                }
+                bytes += message.len() as u64;
+                queue.insert(second, message.as_slice()).expect("the disk has room");
+            }
+            let mut counters = transaction.open_table(counters).expect("a table");
+            for (name, value) in
+                [("runs", 1), (&*format!("end g{gateway}"), 3_600), (&*format!("bytes g{gateway}"), bytes)]
+            {
+                counters.insert(name, value).expect("the disk has room");
+            }
+        }
+        transaction.commit().expect("the disk has room");
+    }
+}
+
+/// The time of the first metric of a payload: fields 1 and 2, then field 3 of the metric (Sparkplug 3.0.0, section 6.4.1).
+fn first_time(payload: &[u8]) -> Option<u64> {
+    let number = |bytes: &mut &[u8]| {
+        let mut number = 0;
+        for shift in (0..64).step_by(7) {
+            let (byte, rest) = bytes.split_first()?;
+            *bytes = rest;
+            number |= u64::from(byte & 0x7F) << shift;
+            if byte & 0x80 == 0 {
+                return Some(number);
+            }
+        }
+        None
+    };
+    let mut rest = payload;
+    loop {
+        let tag = number(&mut rest)?;
+        let value = number(&mut rest)?;
+        match tag {
+            // The payload's time; a metric, whose fields follow; the time of a metric.
+            0x08 | 0x12 => {}
+            0x18 => return Some(value),
+            // A name.
+            0x0A => rest = rest.get(usize::try_from(value).ok()?..)?,
+            _ => return None,
+        }
+    }
+}
+
+/// The broker comes back after an hour, with Sparkplug: everything is delivered as history.
+#[test]
+#[ignore = "a gigabyte on disk: cargo xtask campaign fleet"]
+fn an_hour_without_the_broker_is_history_of_sparkplug_within_five_minutes() {
+    use std::io::Read as _;
+    let Some(mosquitto) = mosquitto("fleet Sparkplug hour") else { return };
+    let folder = folder("sparkplug-hour");
+    let (port, _streams) = fleet();
+    let at = free_port();
+    let text = configuration(port, at, &folder).replace("[mqtt]\n", "[mqtt]\ndialect = \"sparkplug\"\n");
+    let begun_ms = u64::try_from(now_ms()).expect("after 1970") - 3_600_000;
+    let store = folder.join("bridge-sparkplug.redb");
+    fill_sparkplug(&store, begun_ms);
+    let size = std::fs::metadata(&store).expect("the store").len();
+    let broker = Broker::start_with(&mosquitto, &folder, at, "allow_anonymous true\n");
+    let mut subscriber = mosquitto.subscriber();
+    let broker_port = broker.port().to_string();
+    // Topic and length on a line, then the payload and the end of a line.
+    subscriber.args(["-h", "127.0.0.1", "-p", &broker_port, "-t", "spBv1.0/+/DDATA/#", "-F", "%t %l\\n%p"]);
+    let mut child = subscriber.stdout(Stdio::piped()).spawn().expect("mosquitto_sub starts");
+    let mut out = BufReader::new(child.stdout.take().expect("it is piped"));
+    let begun = Instant::now();
+    let bridge = Program::bridge(&folder, &text);
+    let mut last: BTreeMap<String, u64> = BTreeMap::new();
+    let (mut values, mut messages, mut repeated) = (0, 0, 0);
+    let wanted = HOUR * SENSORS;
+    while values < wanted {
+        let mut line = String::new();
+        out.read_line(&mut line).expect("a line");
+        let (topic, length) = line.trim_end().rsplit_once(' ').expect("a topic and a length");
+        let mut payload = vec![0; length.parse::<usize>().expect("a length") + 1];
+        out.read_exact(&mut payload).expect("a payload");
+        let time = first_time(&payload).expect("a metric");
+        let before = last.insert(topic.to_owned(), time).unwrap_or(0);
+        // What was not answered when a connection broke comes again, from the first of it on.
+        if time <= before {
+            last.insert(topic.to_owned(), before);
+            repeated += 1;
+            continue;
+        }
+        // A metric of this name for each value.
+        values += payload.windows(7).filter(|part| *part == b"\x0A\x05Angle").count();
+        messages += 1;
+        assert!(begun.elapsed() < Duration::from_secs(600), "{values} of {wanted} after ten minutes");
+    }
+    let took = begun.elapsed();
+    let (_, peak_mb) = used(bridge.id());
+    let _ = child.kill();
+    let _ = child.wait();
+    println!(
+        "Sparkplug: {} MB on disk; {values} values in {messages} messages were delivered in {:.0} s, in order, {repeated} messages twice; {peak_mb:.0} MB",
+        size / 1_000_000,
+        took.as_secs_f64()
+    );
+    assert_eq!(values, wanted);
+    assert!(took <= Duration::from_secs(300));
+    let _ = std::fs::remove_dir_all(&folder);
+}
+
 /// Sensors of the page, and how often each has a value.
 const PAGE_SENSORS: u16 = 48;
 const PAGE_HZ: u32 = 10;
@@ -250,16 +390,7 @@ const PAGE_SECONDS: u32 = 20;
 #[test]
 #[ignore = "a browser and a quiet computer: cargo xtask campaign fleet"]
 fn the_page_with_48_sensors_ten_times_a_second() {
-    use clino_testkit::programs::{Chromium, Node, skipped};
-    const TEST: &str = "fleet page load";
-    let chromium = match Chromium::get(crate::programs()) {
-        Ok(chromium) => chromium,
-        Err(why) => return skipped(TEST, &why),
-    };
-    let node = match Node::with(crate::programs(), &["playwright-core@1.65.1", "axe-core@4.14.1"]) {
-        Ok(node) => node,
-        Err(why) => return skipped(TEST, &why),
-    };
+    let Some((chromium, node)) = crate::browser::browser("fleet page load") else { return };
     let folder = folder("page-load");
     let gateway = Arc::new(crate::gateway::Gateway::new());
     let port = free_port();

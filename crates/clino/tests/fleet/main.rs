@@ -5,9 +5,13 @@
 #![cfg(all(feature = "fleet", target_os = "linux"))]
 
 mod away;
+mod board;
 mod broker;
 mod browser;
+mod clock;
 mod configuration;
+mod disk;
+mod documents;
 mod gateway;
 mod load;
 mod messages;
@@ -15,7 +19,14 @@ mod metrics;
 mod monitors;
 mod page;
 mod program;
+mod recipes;
+mod registers;
+#[allow(dead_code, reason = "the tests of the simulator use the rest")]
+#[path = "../sim/server.rs"]
+mod server;
+mod sources;
 mod sparkplug;
+mod wire;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -34,6 +45,21 @@ fn folder(test: &str) -> PathBuf {
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("the target directory can be written");
     folder
+}
+
+/// A variable of the environment that is not empty.
+fn variable(name: &str) -> Option<String> {
+    std::env::var(name).ok().filter(|value| !value.is_empty())
+}
+
+/// Whether documents and pictures are to be written anew.
+fn updates() -> bool {
+    variable("UPDATE").is_some()
+}
+
+/// A file of the repository.
+fn repository(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
 }
 
 /// A port of loopback that is free now.

@@ -186,6 +186,91 @@ fn a_broker_that_refuses_is_told_without_the_password() {
     assert!(!said.contains("hunter2"), "{said}");
 }
 
+/// Brokers that are none, in both dialects: nothing listens, a server that closes at once, one that speaks something else, one
+/// that refuses (CONNACK 5). Each is told, in the log and to Prometheus, without the password.
+#[test]
+fn a_broker_that_is_none_is_told_without_the_password() {
+    use std::io::Write as _;
+    let folder = folder("no-broker");
+    let secret = folder.join("password");
+    std::fs::write(&secret, "hunter2hunter2\n").expect("a folder of this test");
+    let server = |greeting: &'static [u8]| {
+        let listener = std::net::TcpListener::bind(("127.0.0.1", 0)).expect("loopback");
+        let port = listener.local_addr().expect("it is bound").port();
+        std::thread::spawn(move || {
+            for mut stream in listener.incoming().map_while(Result::ok) {
+                let _ = stream.write_all(greeting);
+            }
+        });
+        port
+    };
+    let ports = [
+        crate::free_port(),
+        server(b""),
+        server(b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n"),
+        server(b"\x20\x02\x00\x05"),
+    ];
+    let gateway = Gateway::new();
+    for dialect in ["json", "sparkplug"] {
+        for (number, port) in ports.into_iter().enumerate() {
+            let folder = folder.join(format!("{dialect}-{number}"));
+            std::fs::create_dir(&folder).expect("a folder of this test");
+            let metrics = crate::free_port();
+            let more = format!(
+                "dialect = \"{dialect}\"\nuser = \"me\"\npassword = {{ file = \"{}\" }}\n\
+                 [prometheus]\nlisten = \"127.0.0.1:{metrics}\"",
+                secret.display()
+            );
+            let bridge = Program::bridge(&folder, &configuration(&gateway, port, &folder, &more));
+            let said = until("a reason", || {
+                Some(bridge.errors()).filter(|said| said.contains("broker") && said.contains(": "))
+            });
+            assert!(!said.contains("hunter2"), "{said}");
+            until("the gauges", || {
+                let (_, text) = crate::metrics::get(metrics, "/metrics")?;
+                let is_lost = !text.contains("clino_broker_lost_total 0\n");
+                (is_lost && text.contains("clino_broker_connected 0\n")).then_some(())
+            });
+            assert!(bridge.end().success(), "{dialect} {number}: it ends when it is asked to");
+        }
+    }
+}
+
+/// A password that is wrong, then the right one.
+#[test]
+fn a_broker_with_passwords_wants_the_right_one() {
+    let Some(mosquitto) = mosquitto("fleet password") else { return };
+    let folder = folder("password");
+    let passwords = folder.join("passwords");
+    let mut command = mosquitto.passwords();
+    let made = command.args(["-b", "-c"]).arg(&passwords).args(["me", "hunter2hunter2"]).status();
+    assert!(made.expect("mosquitto_passwd starts").success());
+    // Started by root, the broker would otherwise give up the right to read it. The listener of the test has a door of its own.
+    let (open, closed) = (crate::free_port(), crate::free_port());
+    let more = format!(
+        "user root\nper_listener_settings true\nallow_anonymous true\nlistener {closed} 127.0.0.1\nallow_anonymous false\npassword_file {}\n",
+        passwords.display()
+    );
+    let broker = Broker::start_with(&mosquitto, &folder, open, &more);
+    let heard = broker.listen(&mosquitto);
+    let gateway = Gateway::new();
+    let secret = folder.join("secret");
+    for (password, is_right) in [("hunter3hunter3", false), ("hunter2hunter2", true)] {
+        std::fs::write(&secret, format!("{password}\n")).expect("a folder of this test");
+        let more = format!("user = \"me\"\npassword = {{ file = \"{}\" }}", secret.display());
+        let bridge = Program::bridge(&folder, &configuration(&gateway, closed, &folder, &more));
+        if is_right {
+            until("the bridge", || {
+                (heard.of("clino/bridge/site/status").last()?.payload == b"online").then_some(())
+            });
+        } else {
+            until("a refusal", || Some(bridge.errors()).filter(|said| said.contains("broker 127.0.0.1")));
+            assert!(heard.of("clino/bridge/site/status").is_empty());
+        }
+        assert!(!bridge.errors().contains("hunter"), "{}", bridge.errors());
+    }
+}
+
 /// An authority and a certificate for localhost that it has signed, by `openssl`.
 fn certificates(folder: &std::path::Path) -> Result<(), String> {
     let steps = [

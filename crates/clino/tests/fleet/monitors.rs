@@ -6,19 +6,24 @@ use std::process::{Child, Stdio};
 
 use clino_testkit::programs::{Monitor, skipped};
 
+use crate::documents::document;
 use crate::gateway::Gateway;
 use crate::metrics::get;
 use crate::program::Program;
 use crate::{folder, free_port, until};
 
 /// A program that is ended with its test.
-struct Running(Child);
+pub struct Running(Child);
 
 impl Running {
     fn start(command: &mut std::process::Command, log: &std::path::Path) -> Running {
-        let log = std::fs::File::create(log).expect("a folder of this test");
-        let child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log).spawn();
-        Running(child.expect("it starts"))
+        Running::start_with(command.stdin(Stdio::null()).stdout(Stdio::null()), log)
+    }
+
+    /// With its own input and output.
+    pub fn start_with(command: &mut std::process::Command, errors: &std::path::Path) -> Running {
+        let errors = std::fs::File::create(errors).expect("a folder of this test");
+        Running(command.stderr(errors).spawn().expect("it starts"))
     }
 }
 
@@ -42,9 +47,12 @@ fn prometheus_has_a_value_while_it_is_right_and_none_when_the_gateway_is_gone() 
         gateway.endpoint()
     );
     let _bridge = Program::bridge(&folder, &configuration);
-    let scrape = format!(
-        "global: {{scrape_interval: 1s}}\nscrape_configs: [{{job_name: clino, static_configs: [{{targets: ['127.0.0.1:{metrics}']}}]}}]\n"
-    );
+    // The recipe of the document as it stands, but for the port; it asks more often, so that the test is short.
+    let page = document("docs/fleet.md");
+    let recipe = page.split('`').find(|part| part.starts_with("scrape_configs: ")).expect("a recipe");
+    assert_eq!(recipe.matches("localhost:9184").count(), 1, "{recipe}");
+    let recipe = recipe.replace("localhost:9184", &format!("localhost:{metrics}"));
+    let scrape = format!("global: {{scrape_interval: 1s}}\n{recipe}\n");
     let file = folder.join("prometheus.yml");
     std::fs::write(&file, scrape).expect("a folder of this test");
     let mut command = prometheus.command();

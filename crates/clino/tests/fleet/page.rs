@@ -156,3 +156,82 @@ fn beyond_loopback_everything_needs_the_token() {
     let said = serve.errors();
     assert!(!said.contains("0123456789abcdef"), "{said}");
 }
+
+/// What an attacker or a broken program sends: each is refused, and the page goes on.
+#[test]
+fn requests_that_are_none_are_refused_and_nothing_leaves_the_program() {
+    let folder = folder("hostile");
+    let (gateway, port) = (Gateway::new(), free_port());
+    let listen = format!("127.0.0.1:{port}");
+    let endpoint = gateway.endpoint();
+    let mut serve =
+        Program::start(&folder, &["serve", "--port", &endpoint, "--listen", &listen, "--allow-writes"]);
+    serve.first_line();
+    let host = format!("Host: localhost:{port}");
+    for path in [
+        "/../Cargo.toml",
+        "/..%2f..%2fetc%2fpasswd",
+        "/%2e%2e/%2e%2e/etc/passwd",
+        "/page.js/../../../etc/passwd",
+        "/page.js%00.html",
+        "//etc/passwd",
+        "/api/state/",
+        "/API/STATE",
+        "/metrics",
+        "/.git/config",
+    ] {
+        let (status, text) = asked(port, &format!("GET {path}"), &[&host], "");
+        assert!(status == 404 && !text.contains("root:"), "{path}: {text}");
+    }
+    for (request, status) in [
+        ("POST /", 405),
+        ("PUT /api/command", 405),
+        ("DELETE /api/state", 405),
+        ("GET /api/command", 405),
+        ("GET /api/history?gateway=gateway&slot=65536&span_s=60", 400),
+        ("GET /api/history?gateway=gateway&slot=0&span_s=4294967296", 400),
+        ("GET /api/csv?gateway=%0d%0aSet-Cookie:x=1&slot=0&span_s=60", 404),
+        ("GET /login?token=", 401),
+        ("GET /login", 400),
+    ] {
+        assert_eq!(asked(port, request, &[&host], "").0, status, "{request}");
+    }
+    let json = "Content-Type: application/json";
+    let long = format!("{{\"gateway\":\"{}\"}}", "x".repeat(3_000_000));
+    for (head, body, status) in [
+        (&[host.as_str(), json][..], "{", 400),
+        (&[&host, json], "[]", 422),
+        (&[&host], "{}", 415),
+        (&[&host, "Content-Type: text/plain"], r#"{"gateway":"gateway","command":"scan"}"#, 415),
+        (&[&host, json], &long, 413),
+    ] {
+        assert_eq!(asked(port, "POST /api/command", head, body).0, status, "{head:?} {:.40}", body);
+    }
+    // Headers beyond any measure, no host, two hosts, no HTTP: a refusal or an end, never a page.
+    let long = format!("X: {}", "x".repeat(1_000_000));
+    let many: String = (0..1_000).map(|n| format!("X-{n}: x\r\n")).collect();
+    for text in [
+        format!("GET / HTTP/1.1\r\n{host}\r\n{long}\r\n\r\n"),
+        format!("GET / HTTP/1.1\r\n{host}\r\n{many}\r\n"),
+        format!("GET /{} HTTP/1.1\r\n{host}\r\n\r\n", "x".repeat(1_000_000)),
+        "GET / HTTP/1.1\r\n\r\n".to_owned(),
+        "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n".to_owned(),
+        "\x16\x03\x01\x02\x00\x01\x00\x01".to_owned(),
+        "CONNECT evil.example:80 HTTP/1.1\r\nHost: evil.example:80\r\n\r\n".to_owned(),
+        "\r\n\r\n\r\n\r\n".to_owned(),
+    ] {
+        let mut stream = until("the page", || TcpStream::connect(("127.0.0.1", port)).ok());
+        // It may close before everything is written.
+        let _ = stream.write_all(text.as_bytes());
+        let _ = stream.shutdown(std::net::Shutdown::Write);
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        let answer = String::from_utf8_lossy(&answer);
+        assert!(!answer.starts_with("HTTP/1.1 2"), "{text:.60}: {answer}");
+    }
+    assert_eq!(asked(port, "GET /", &[&host], "").0, 200, "the page goes on");
+    assert_eq!(
+        gateway.asked().iter().filter(|line| line.contains("scan") || line.contains("zero")).count(),
+        0
+    );
+}

@@ -7,7 +7,8 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-const CLINO: &str = env!("CARGO_BIN_EXE_clino");
+/// The tool.
+pub const CLINO: &str = env!("CARGO_BIN_EXE_clino");
 
 /// A run of `clino bridge` or `clino serve`.
 pub struct Program {
@@ -25,10 +26,16 @@ impl Program {
 
     /// Starts the tool.
     pub fn start(folder: &Path, arguments: &[&str]) -> Program {
+        let mut command = Command::new(CLINO);
+        command.args(arguments);
+        Program::run(folder, command)
+    }
+
+    /// Starts the tool as this command has it.
+    pub fn run(folder: &Path, mut command: Command) -> Program {
         let errors = folder.join("stderr");
         let log = File::options().create(true).append(true).open(&errors).expect("a folder of this test");
-        let mut command = Command::new(CLINO);
-        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(log);
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(log);
         Program { child: command.spawn().expect("the tool starts"), errors }
     }
 

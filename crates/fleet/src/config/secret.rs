@@ -6,12 +6,25 @@ use serde::Deserialize;
 
 /// Where a secret is.
 #[derive(Clone, Deserialize)]
-#[serde(rename_all = "lowercase", deny_unknown_fields)]
+#[serde(try_from = "toml::Value")]
 pub enum Secret {
     /// The first line of this file.
     File(std::path::PathBuf),
     /// This variable of the environment.
     Env(String),
+}
+
+impl TryFrom<toml::Value> for Secret {
+    type Error = String;
+
+    /// Not derived: an error would show what was written, which may be the secret itself.
+    fn try_from(value: toml::Value) -> Result<Secret, String> {
+        let place = value.as_table().filter(|table| table.len() == 1).and_then(|table| {
+            let text = |key: &str| table.get(key)?.as_str().map(str::to_owned);
+            text("file").map(|path| Secret::File(path.into())).or_else(|| text("env").map(Secret::Env))
+        });
+        place.ok_or_else(|| "expected { file = \"…\" } or { env = \"…\" }, not the secret itself".to_owned())
+    }
 }
 
 impl Secret {

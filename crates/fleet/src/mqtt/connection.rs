@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use rumqttc::{AsyncClient, Event, MqttOptions, Outgoing as Sent, Packet, QoS};
@@ -11,7 +11,8 @@ use tokio::task::block_in_place;
 use tokio::time::{MissedTickBehavior, interval, sleep_until, timeout};
 
 use super::WINDOW;
-use crate::queue::{Queue, TICK};
+use crate::health::BridgeHealth;
+use crate::queue::{self, Queue, TICK};
 use crate::say::say;
 use crate::store::Message;
 
@@ -24,23 +25,6 @@ pub enum Outgoing {
     Retained(Message),
     /// Is of no use later: it is sent now or never.
     Live(Message),
-}
-
-/// Figures of the connection, for those who watch the bridge.
-#[derive(Debug, Default)]
-pub struct BrokerHealth {
-    /// Connected now.
-    pub is_connected: AtomicBool,
-    /// Messages that wait.
-    pub waiting: AtomicU64,
-    /// Messages that were dropped.
-    pub dropped: AtomicU64,
-    /// Messages that were confirmed.
-    pub confirmed: AtomicU64,
-    /// Connections that were lost.
-    pub lost: AtomicU64,
-    /// The disk does not take what it should.
-    pub has_disk_trouble: AtomicBool,
 }
 
 /// How a connection ends for good.
@@ -60,7 +44,7 @@ pub struct Connection {
     /// What is to be sent.
     pub input: mpsc::UnboundedReceiver<Outgoing>,
     /// Its figures.
-    pub health: Arc<BrokerHealth>,
+    pub health: Arc<BridgeHealth>,
 }
 
 /// From one try to connect to the next: the first, and the most it grows to.
@@ -90,7 +74,7 @@ impl Connection {
             match end {
                 End::Closed => {
                     session.farewell(&closing.last, &mut self).await;
-                    block_in_place(|| self.queue.close());
+                    block_in_place(|| queue::close(&mut [&mut self.queue]));
                     return;
                 }
                 End::Lost(why) => {
@@ -104,7 +88,7 @@ impl Connection {
                 wait = TRY_AGAIN;
             }
             if self.pause(wait, &mut retained).await {
-                block_in_place(|| self.queue.close());
+                block_in_place(|| queue::close(&mut [&mut self.queue]));
                 return;
             }
             wait = (wait * 2).min(TRY_AGAIN_MOST);
@@ -130,15 +114,8 @@ impl Connection {
     }
 
     fn tick(&mut self) {
-        let had_trouble = self.queue.trouble().is_some();
-        block_in_place(|| self.queue.tick(Instant::now()));
-        if let (Some(why), false) = (self.queue.trouble(), had_trouble) {
-            say(format_args!("store: {why}; messages wait in memory"));
-        }
-        let health = &self.health;
-        health.waiting.store(self.queue.waiting(), Ordering::Relaxed);
-        health.dropped.store(self.queue.dropped(), Ordering::Relaxed);
-        health.has_disk_trouble.store(self.queue.trouble().is_some(), Ordering::Relaxed);
+        block_in_place(|| queue::tick(&mut [&mut self.queue], Instant::now()));
+        self.health.note(&mut [&mut self.queue]);
     }
 }
 

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::batch::Batches;
 use super::connection::Outgoing;
 use super::{discovery, payload};
-use crate::clock::{JumpWatch, Wall};
+use crate::clock::Wall;
 use crate::config::{HomeAssistant, Mqtt};
 use crate::hub::{Hub, News, Told};
 use crate::store::Message;
@@ -23,7 +23,6 @@ pub struct Translator {
     since: Vec<Wall>,
     /// When a sensor was last sent to Home Assistant.
     singles: BTreeMap<(usize, u16), Instant>,
-    jumps: JumpWatch,
     bridge_sequence: u64,
 }
 
@@ -40,7 +39,6 @@ impl Translator {
             sequence: vec![first; gateways],
             since: vec![Wall::now(); gateways],
             singles: BTreeMap::new(),
-            jumps: JumpWatch::new(),
             bridge_sequence: first,
             hub,
             mqtt,
@@ -71,12 +69,6 @@ impl Translator {
         let take = |gateway| self.batches.take(gateway).map(|values| (gateway, values));
         let rest: Vec<_> = (0..self.hub.len()).filter_map(take).collect();
         rest.into_iter().filter_map(|(gateway, values)| self.batch(gateway, &values)).collect()
-    }
-
-    /// Looks at the clock.
-    pub fn look_at_clock(&mut self) -> Option<Outgoing> {
-        let jump = self.jumps.look(Instant::now(), Wall::now())?;
-        Some(self.bridge_event("clock_jumped", &format!("\"by_ms\":{jump}")))
     }
 
     /// Something about the bridge itself.

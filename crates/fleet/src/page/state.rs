@@ -15,7 +15,7 @@ use crate::sensor::Outcome;
 const REMEMBERED: usize = 480;
 /// The small plots show a minute, a point a second.
 const SMALL: Duration = Duration::from_secs(60);
-const SMALL_POINTS: usize = 60;
+const SMALL_POINT: Duration = Duration::from_secs(1);
 
 /// The memory of the plots.
 pub struct Memory {
@@ -47,7 +47,9 @@ impl Memory {
     /// A point a second of the last minute, in millidegrees.
     fn small(&self, gateway: usize, slot: u16, now: Instant) -> Vec<Option<i32>> {
         let Some(span) = self.last(gateway, slot, SMALL, now) else { return Vec::new() };
-        let each = span.extents.len().div_ceil(SMALL_POINTS).max(1);
+        // Of a sensor that is new there are fewer points, not points that are closer together.
+        let each = SMALL_POINT.as_millis() / span.interval.as_millis().max(1);
+        let each = usize::try_from(each).unwrap_or(usize::MAX).max(1);
         span.extents
             .chunks(each)
             .map(|points| points.iter().rev().flatten().next().map(|(_, high)| high.mdeg()))
@@ -119,4 +121,26 @@ pub fn whole(hub: &Hub, memory: &Memory, allows_writes: bool) -> Value {
         })
         .collect();
     json!({ "allows_writes": allows_writes, "gateways": gateways })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_plot_has_a_point_a_second_from_the_first_second_on() {
+        let (memory, since) = (Memory::new(), Instant::now());
+        let mut history = History::new(since);
+        let after = |tenths: u32| since + Duration::from_millis(100) * tenths;
+        for (tenths, points) in [(5, 1), (25, 3), (595, 60), (1_195, 60)] {
+            for tenth in 0..=tenths {
+                history
+                    .add(after(tenth), Angle::from_mdeg(i32::try_from(tenth).expect("few")).expect("a turn"));
+            }
+            memory.sensors.lock().expect("no panic").insert((0, 0), history);
+            let small = memory.small(0, 0, after(tenths));
+            assert_eq!((small.len(), small.last().copied().flatten()), (points, i32::try_from(tenths).ok()));
+            history = memory.sensors.lock().expect("no panic").remove(&(0, 0)).expect("it was put there");
+        }
+    }
 }

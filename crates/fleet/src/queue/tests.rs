@@ -1,4 +1,5 @@
 use super::*;
+use crate::store::Store;
 
 use std::collections::BTreeMap;
 
@@ -20,7 +21,8 @@ impl Folder {
     }
 
     fn open(&self, most: u64) -> Queue {
-        Queue::new(Some(Store::open(&self.0.join("queue.redb")).expect("a store")), most)
+        let store = Store::open(&self.0.join("queue.redb")).expect("a store");
+        Queue::new(Lane::of(&store, None).expect("a lane"), Bounds::shared(most, 1))
     }
 }
 
@@ -83,7 +85,7 @@ fn everything_arrives_in_order_whatever_happens() {
                     flight.clear();
                 }
                 _ => {
-                    queue.tick(now);
+                    tick(&mut [&mut queue], now);
                     memory.retain(|_, at| now - *at < SPILL_AFTER);
                     if dice.roll(6) == 0 {
                         // Killed.
@@ -101,7 +103,7 @@ fn everything_arrives_in_order_whatever_happens() {
             arrived.push(number(&sent));
             queue.confirm(id);
         }
-        queue.tick(now);
+        tick(&mut [&mut queue], now);
         let mut seen = BTreeSet::new();
         let firsts: Vec<_> = arrived.iter().copied().filter(|number| seen.insert(*number)).collect();
         assert!(firsts.is_sorted(), "seed {seed}: {firsts:?}");
@@ -120,13 +122,14 @@ fn a_broker_that_confirms_at_once_leaves_the_disk_alone() {
         queue.push(message(n), now);
         let (id, _) = queue.send_next().expect("one");
         queue.confirm(id);
-        queue.tick(now + SPILL_AFTER);
+        tick(&mut [&mut queue], now + SPILL_AFTER);
     }
     assert_eq!(queue.disk, 1_000..1_000);
     assert_eq!(queue.disk_bytes, 0);
     drop(queue);
-    let (_, opened) = Store::open(&folder.0.join("queue.redb")).expect("a store");
-    assert_eq!((opened.waiting, opened.run), (0..0, 2));
+    let store = Store::open(&folder.0.join("queue.redb")).expect("a store");
+    let (_, opened) = Lane::of(&store, None).expect("a lane");
+    assert_eq!((opened.waiting, store.run()), (0..0, 2));
 }
 
 #[test]
@@ -138,7 +141,7 @@ fn beyond_the_bound_the_oldest_go_and_are_counted() {
     for n in 10..40 {
         queue.push(message(n), now);
         now += SPILL_AFTER;
-        queue.tick(now);
+        tick(&mut [&mut queue], now);
     }
     assert_eq!(queue.dropped(), 20);
     let left: Vec<_> = std::iter::from_fn(|| queue.send_next()).map(|(_, sent)| number(&sent)).collect();
@@ -146,13 +149,32 @@ fn beyond_the_bound_the_oldest_go_and_are_counted() {
 }
 
 #[test]
-fn without_a_store_the_memory_is_bounded() {
-    let each = message(10).size();
-    let mut queue = Queue::new(None, 10 * each);
+fn queues_of_one_store_are_written_together_and_kept_apart() {
+    let folder = Folder::new("lanes");
+    let path = folder.0.join("queue.redb");
+    let lanes = |store: &std::sync::Arc<Store>| {
+        ["north", "south"].map(|name| {
+            let lane = Lane::of(store, Some(name)).expect("a lane");
+            Queue::new(lane, Bounds::shared(1_000_000, 2))
+        })
+    };
+    let store = Store::open(&path).expect("a store");
+    let mut queues = lanes(&store);
     let now = Instant::now();
-    for n in 10..40 {
-        queue.push(message(n), now);
-        queue.tick(now);
+    for n in 0..6 {
+        queues[usize::from(n >= 2)].push(message(n), now);
     }
-    assert_eq!((queue.dropped(), queue.waiting()), (20, 10));
+    tick(&mut queues.iter_mut().collect::<Vec<_>>(), now + SPILL_AFTER);
+    // The first of the north arrives, in the answer to what was sent behind it.
+    assert_eq!(queues[0].send_next().map(|(id, _)| id), Some(0));
+    assert_eq!(queues[0].confirm_below(1), 1);
+    tick(&mut queues.iter_mut().collect::<Vec<_>>(), now + SPILL_AFTER);
+    drop((queues, store));
+    let store = Store::open(&path).expect("a store");
+    let left = lanes(&store).map(|mut queue| {
+        let sent = std::iter::from_fn(|| queue.send_next());
+        sent.map(|(_, sent)| number(&sent)).collect::<Vec<_>>()
+    });
+    assert_eq!(left, [vec![1], vec![2, 3, 4, 5]]);
+    assert_eq!(store.run(), 2);
 }

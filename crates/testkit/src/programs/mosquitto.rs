@@ -55,6 +55,11 @@ impl Mosquitto {
         self.command("usr/bin/mosquitto_pub")
     }
 
+    /// What makes files of passwords, without arguments.
+    pub fn passwords(&self) -> Command {
+        self.command("usr/bin/mosquitto_passwd")
+    }
+
     fn command(&self, program: &str) -> Command {
         let Some(root) = &self.root else { return Command::new(Path::new("/").join(program)) };
         let mut command = Command::new(root.join(program));

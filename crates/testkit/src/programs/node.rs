@@ -38,6 +38,11 @@ impl Node {
         node
     }
 
+    /// The folder of a package.
+    pub fn module(&self, name: &str) -> PathBuf {
+        self.modules.join(name)
+    }
+
     fn has(&self, packages: &[&str]) -> bool {
         let check = "for (const p of process.argv.slice(1)) {\n\
                      const [n, v] = p.split('@'); require(n); \
