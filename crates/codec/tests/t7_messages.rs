@@ -236,6 +236,34 @@ fn product_names_are_free_text() {
     assert_eq!(text(b"T7-1  ").as_bytes(), b"T7-1  ");
 }
 
+/// Guide section 1: a single-axis device measures axis 2 only. Its product type ends in `-1` (section 2.7.1).
+#[test]
+fn a_product_type_tells_which_axes_a_device_has() {
+    let of = |product: &[u8; 6]| DeviceInformation {
+        serial: 25_033,
+        firmware: Text::new(*b"0.32  "),
+        product: Text::new(*product),
+        calibration_state: 0,
+    };
+    let axes = |product| Axis::ALL.map(|axis| of(product).has_axis(axis));
+    for single in [b"T7-1  ", b"X4-1  ", b"X4-1\0\0", b"T7-X-1"] {
+        assert!(of(single).is_single_axis(), "{single:?}");
+        assert_eq!(axes(single), [false, false, true], "{single:?}");
+    }
+    // What is not known to lack an axis has it.
+    for other in [b"T7-3  ", b"T7-11 ", b"1     ", b"-     ", b"T7 1  ", b"      ", b"\0\0\0\0\0\0"] {
+        assert!(!of(other).is_single_axis(), "{other:?}");
+        assert_eq!(axes(other), [true; 3], "{other:?}");
+    }
+}
+
+#[test]
+fn a_status_says_what_it_means() {
+    assert_eq!(Status::new(3).to_string(), "status 3, invalid parameter");
+    assert_eq!(Status::new(8).to_string(), "status 8, its memory could not be written");
+    assert_eq!(Status::new(2).to_string(), "status 2, no documented meaning");
+}
+
 // T6
 #[test]
 fn discovery_asks_every_address_a_device_can_have() {

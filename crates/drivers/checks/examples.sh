@@ -20,6 +20,10 @@ for example in "$@"; do
             echo "examples: $program of $example has $lines lines, and should have less than 60" >&2
             exit 1
         fi
+        name=$(basename "$program" .rs)
+        [ "$name" != main ] || name=$example
+        size=$(flash_of "$CARGO_TARGET_DIR/examples/${target:+$target/}release/$name")
+        echo "examples: $example, $name: $size bytes"
     done
     echo "examples: $example builds, programs: $programs, $(($(date +%s) - begun)) s"
 done

@@ -43,6 +43,8 @@ pub static ENTRIES: &[Entry] = &entries![
     t7::Response::status,
     t7::Text::trimmed,
     t7::Text::as_str,
+    t7::DeviceInformation::is_single_axis,
+    t7::DeviceInformation::has_axis,
     t7::Acceleration::micro_g,
     t7::Temperature::is_documented,
     t7::Millidegrees::angle,
