@@ -249,8 +249,11 @@ impl<P: Protocol> Master<P> {
         if !self.engine.heard(character, at) {
             return None;
         }
-        let progress = P::push(&mut self.listener.as_mut()?.decoder, character);
-        self.progressed(progress, at)
+        match P::push(&mut self.listener.as_mut()?.decoder, character) {
+            // The usual course of things: what is handed on is large.
+            DecodeProgress::More => None,
+            progress => self.progressed(progress, at),
+        }
     }
 
     /// What a decoder's progress means in the state at hand.

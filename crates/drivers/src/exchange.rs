@@ -13,18 +13,16 @@
 //! at least as long as its figure, and longer by what the code takes. Received characters prove the passing of time,
 //! too: `n` of them take as long as `n` characters last, so that no babble lasts for ever on a slow processor.
 
-mod link;
-mod one;
 mod phases;
 #[cfg(feature = "commissioning")]
 mod task;
 mod witness;
 
-use clino_bus::{Duration, ExchangeOutcome, Fault, Isu, Master, Protocol, Retry, T7, Timing};
+use clino_bus::{Duration, ExchangeOutcome, Fault, Instant, Isu, Master, Protocol, Retry, T7, Timing};
 
 use crate::{Port, Suspect};
-use link::Link;
-use one::{Exchange, Step};
+use phases::{Exchange, Step};
+use witness::{Heard, History};
 
 /// What a driver has to know besides the protocol.
 pub trait Sensor: Protocol {
@@ -69,27 +67,52 @@ pub enum Failure<S: Sensor, E> {
 /// What lasts from one exchange to the next.
 pub struct Exchanges<S: Sensor> {
     master: Master<S>,
-    link: Link,
+    now: Instant,
+    /// The driver of the last frame went off.
+    released: Instant,
+    /// Characters heard since.
+    heard: u32,
+    /// What was heard since.
+    witness: Heard,
+    history: History,
+    /// The last frame did not get out whole.
+    half_sent: bool,
+    /// There is one sensor on the line, and no other.
+    single: bool,
+    /// The longest wait in one piece, where the port cannot say when a character came.
+    piece: Option<Duration>,
+    retry: Retry,
 }
 
 impl<S: Sensor> Exchanges<S> {
     /// For a port that says when a character came.
     pub fn new(timing: Timing, single: bool) -> Self {
-        Self { master: Master::new(timing), link: Link::new(single, S::COMMAND_TIMEOUT) }
+        let (now, released) = (Instant::ZERO, Instant::ZERO);
+        let (witness, history) = (Heard::default(), History::default());
+        Self {
+            master: Master::new(timing),
+            now,
+            released,
+            heard: 0,
+            witness,
+            history,
+            half_sent: false,
+            single,
+            piece: None,
+            retry: Retry::NEVER,
+        }
     }
 
     /// For a port that only knows in which span a character came.
     #[cfg(feature = "async")]
     pub fn in_pieces(timing: Timing, single: bool) -> Self {
-        let mut exchanges = Self::new(timing, single);
-        exchanges.link.piece = Some(timing.gap);
-        exchanges
+        Self { piece: Some(timing.gap), ..Self::new(timing, single) }
     }
 
     /// Whether there is one sensor on the line, and no other.
     #[cfg(feature = "commissioning")]
     pub const fn is_single(&self) -> bool {
-        self.link.single
+        self.single
     }
 
     pub fn master(&self) -> &Master<S> {
@@ -98,20 +121,20 @@ impl<S: Sensor> Exchanges<S> {
 
     /// Other waits from the next exchange on.
     pub fn set_timing(&mut self, timing: Timing) {
-        self.link.piece = self.link.piece.map(|_| timing.gap);
+        self.piece = self.piece.map(|_| timing.gap);
         self.master.set_timing(timing);
     }
 
     /// How often to repeat from the next exchange on.
     pub fn set_retry(&mut self, retry: Retry) {
-        self.link.retry = retry;
+        self.retry = retry;
     }
 
     /// So much time has passed besides what the port has waited.
     pub fn pass(&mut self, span: Duration) {
-        self.link.now = self.link.now + span;
+        self.now = self.now + span;
         // What was in hand, if a future was dropped, may have passed its deadline.
-        let _ = self.master.poll(self.link.now);
+        let _ = self.master.poll(self.now);
     }
 
     /// Opens an exchange. Nothing is sent yet.
@@ -120,7 +143,7 @@ impl<S: Sensor> Exchanges<S> {
         address: S::Address,
         request: &'a S::Request,
     ) -> Result<Exchange<'a, S>, Failure<S, E>> {
-        if S::is_broadcast(address) && !self.link.single {
+        if S::is_broadcast(address) && !self.single {
             return Err(Failure::NotSingleDevice);
         }
         S::encode(address, request).map_err(Failure::Request)?;

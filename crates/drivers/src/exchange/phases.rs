@@ -1,52 +1,49 @@
-//! The phases of one exchange, whatever its protocol: one copy for all of them.
+//! The phases of one exchange. The caller has the port: [`step`](Exchange::step) says what to do, the other methods
+//! take the result.
 
-use clino_bus::{Duration, Engine, ExpectedReply, Fault, Instant};
-use clino_codec::checks::Check;
+use core::ops::ControlFlow;
 
-use super::link::Link;
+use clino_bus::{Duration, Event, ExchangeOutcome, Fault, Instant};
+use clino_codec::character::Character;
+
+use super::witness::{Heard, suspect};
+use super::{Exchanges, Failure, Sensor};
+use crate::Suspect;
 
 /// More unsolicited characters than this are not left over in a receive buffer, but come from a node that does
 /// not stop transmitting. Our choice: larger than the usual buffers.
 const MOST_STALE: u32 = 1_024;
 
-/// What is to be done.
-pub enum Todo {
-    /// Listen for this long.
+/// Characters after which the time that they took is added up: a [`Duration`] holds it at 300 bit/s and above.
+const MOST_COUNTED: u32 = 100_000;
+
+/// What the port has to do next.
+pub enum Step<S: Sensor> {
+    /// Hand over what is heard, and say when the span has passed.
     Listen(Duration),
-    /// Begin the exchange, and send.
-    Send,
-    /// Nothing: no exchange is in hand, and so nothing comes.
-    Nothing,
+    /// Send, and say whether it got out whole.
+    Send(S::Frame),
+    /// One of several answers, to an exchange that collects them. It is not over.
+    Partly(ExchangeOutcome<S>),
+    /// Nothing more.
+    Over(ExchangeOutcome<S>),
 }
 
-/// What a character, or time that has passed, means.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Means {
-    /// Nothing yet.
-    Nothing,
-    /// The rest of the span is of no interest.
-    Enough,
-    /// If the master has an outcome, it is one of this exchange.
-    Outcome,
-    /// The line does not fall silent: the request ends before it is sent.
-    GivenUp,
-}
-
-/// Where an exchange is.
-pub struct Phases {
-    /// The answer that the request calls for.
-    expected: ExpectedReply,
-    /// The request changes the sensor's non-volatile memory.
-    writes: bool,
+/// One exchange.
+pub struct Exchange<'a, S: Sensor> {
+    all: &'a mut Exchanges<S>,
+    address: S::Address,
+    request: &'a S::Request,
     /// Tries that failed.
-    pub tried: u8,
+    tried: u8,
     /// The next one not before this.
     next: Instant,
-    phase: Phase,
+    /// Any number of sensors may answer until so long after the request.
+    window: Option<Duration>,
+    phase: Phase<S>,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Phase {
+enum Phase<S: Sensor> {
     /// What was before still has its effects. What is heard may be a late answer.
     Settling {
         /// Until then, a sensor may take what we send for the end of a frame that was cut.
@@ -63,11 +60,11 @@ enum Phase {
     /// The frame is on its way, or the answer.
     Waiting,
     /// One of several answers is here.
-    Partly,
-    Over,
+    Partly(ExchangeOutcome<S>),
+    Over(ExchangeOutcome<S>),
 }
 
-impl Phase {
+impl<S: Sensor> Phase<S> {
     const SETTLING: Self = Self::Settling { recovered_at: None };
 }
 
@@ -79,109 +76,201 @@ enum Silence {
     Kept,
 }
 
-impl Phases {
-    /// Those of a request that calls for this answer.
-    pub fn new(expected: ExpectedReply, writes: bool) -> Self {
-        Self { expected, writes, tried: 0, next: Instant::ZERO, phase: Phase::SETTLING }
+// What the loop around an exchange calls stays in functions of its own: inlined, it takes 0.8 KB more for each protocol.
+impl<'a, S: Sensor> Exchange<'a, S> {
+    pub fn new(all: &'a mut Exchanges<S>, address: S::Address, request: &'a S::Request) -> Self {
+        Self { all, address, request, tried: 0, next: Instant::ZERO, window: None, phase: Phase::SETTLING }
+    }
+
+    /// The same, after this many tries that failed.
+    #[cfg(feature = "commissioning")]
+    pub fn after(self, tried: u8) -> Self {
+        Self { tried, ..self }
+    }
+
+    /// The same, for any number of answers.
+    #[cfg(feature = "commissioning")]
+    pub fn collecting(self, window: Duration) -> Self {
+        Self { window: Some(window), ..self }
     }
 
     /// What to do next.
-    pub fn next(&mut self, link: &mut Link, engine: &Engine) -> Todo {
+    #[inline(never)]
+    pub fn step(&mut self) -> Result<Step<S>, S::EncodeError> {
+        if let Some(next) = self.again_at() {
+            (self.tried, self.next) = (self.tried.saturating_add(1), next);
+            self.phase = Phase::SETTLING;
+        }
         if let Phase::Settling { .. } = self.phase {
-            match self.settled_at(link, engine) {
-                Some(at) if at > link.now => return Todo::Listen(link.until(at)),
+            match self.settled_at() {
+                Some(at) if at > self.all.now => return Ok(self.listen_until(at)),
                 _ => {
-                    let give_up = link.now + engine.timing().line_busy;
+                    let give_up = self.all.now + self.all.master.timing().line_busy;
                     self.phase = Phase::Guarding { give_up, stale: 0, silence: Silence::Unknown };
                 }
             }
         }
-        match self.phase {
+        match core::mem::replace(&mut self.phase, Phase::Waiting) {
             Phase::Guarding { silence: Silence::Kept, .. } => {
-                self.phase = Phase::Waiting;
-                Todo::Send
+                let frame = self.begin()?;
+                // Until the port says otherwise, the frame may have been cut: a future can be dropped.
+                self.all.half_sent = true;
+                Ok(Step::Send(frame))
             }
-            Phase::Waiting => match engine.poll_at() {
-                Some(deadline) => Todo::Listen(link.until(deadline)),
-                None => Todo::Nothing,
-            },
-            _ => Todo::Listen(engine.timing().guard),
+            Phase::Over(outcome) => Ok(Step::Over(outcome)),
+            Phase::Partly(outcome) => Ok(Step::Partly(outcome)),
+            Phase::Waiting => Ok(match self.all.master.poll_at() {
+                Some(deadline) => self.listen_until(deadline),
+                // Nothing is in hand, and so nothing comes.
+                None => Step::Over(ExchangeOutcome { result: Err(Fault::NotSent), at: self.all.now }),
+            }),
+            other => {
+                self.phase = other;
+                Ok(Step::Listen(self.all.master.timing().guard))
+            }
         }
     }
 
     /// From when on the request may be sent.
-    fn settled_at(&mut self, link: &mut Link, engine: &Engine) -> Option<Instant> {
-        if link.half_sent
+    fn settled_at(&mut self) -> Option<Instant> {
+        let all = &mut *self.all;
+        if all.half_sent
             && let Phase::Settling { recovered_at } = &mut self.phase
         {
-            let at = *recovered_at.get_or_insert(link.now + link.command_timeout);
-            if at > link.now {
+            let at = *recovered_at.get_or_insert(all.now + S::COMMAND_TIMEOUT);
+            if at > all.now {
                 return Some(at);
             }
-            link.half_sent = false;
+            all.half_sent = false;
         }
         // An exchange that was dropped is still in hand: it has a deadline.
-        let clear = engine.ask_at(&self.expected);
-        clear.map(|clear| clear.max(self.next)).or_else(|| engine.poll_at())
+        let clear = all.master.ask_at(self.address, self.request);
+        clear.map(|clear| clear.max(self.next)).or_else(|| all.master.poll_at())
     }
 
-    /// A character came, which proves that this time has passed; `has_outcome` if it has ended an exchange.
-    pub fn heard(&mut self, link: &mut Link, engine: &Engine, has_outcome: bool, proven: Instant) -> Means {
-        let means = match &mut self.phase {
-            Phase::Settling { .. } => {
-                let is_settled = self.settled_at(link, engine).is_none_or(|at| at <= proven);
-                if is_settled { Means::Enough } else { Means::Nothing }
-            }
+    fn listen_until(&self, at: Instant) -> Step<S> {
+        let span = at.since(self.all.now);
+        Step::Listen(self.all.piece.map_or(span, |piece| piece.max(Duration::from_micros(1)).min(span)))
+    }
+
+    /// A character came `after` the beginning of the span. Breaks when the rest of the span is of no interest.
+    #[inline(never)]
+    pub fn heard(&mut self, character: Character, after: Duration) -> ControlFlow<()> {
+        let all = &mut *self.all;
+        all.witness.take(character);
+        all.history.take(character, all.now + after, all.piece.is_none());
+        all.heard = all.heard.saturating_add(1);
+        if all.heard > MOST_COUNTED {
+            all.heard = all.heard.saturating_sub(MOST_COUNTED);
+            all.released = all.released + all.master.timing().serial.characters(MOST_COUNTED);
+        }
+        // The first may have begun before our driver was off.
+        let proven = all.released + all.master.timing().serial.characters(all.heard.saturating_sub(1));
+        let at = (all.now + after).max(proven);
+        let outcome = all.master.on(Event::Heard { character, at }).or_else(|| all.master.poll(proven));
+        let enough = match &mut self.phase {
+            Phase::Settling { .. } => self.settled_at().is_none_or(|at| at <= proven),
             Phase::Guarding { stale, silence, .. } => {
                 *silence = Silence::Broken;
                 *stale = stale.saturating_add(1);
-                if *stale > MOST_STALE { Means::GivenUp } else { Means::Nothing }
+                *stale > MOST_STALE
             }
-            Phase::Waiting if has_outcome => Means::Outcome,
-            Phase::Waiting => Means::Nothing,
-            Phase::Partly | Phase::Over => Means::Enough,
+            Phase::Waiting => outcome.is_some(),
+            Phase::Partly(_) | Phase::Over(_) => true,
         };
-        if means != Means::Nothing {
-            link.now = link.now.max(proven);
+        if !enough {
+            return ControlFlow::Continue(());
         }
-        means
+        self.all.now = self.all.now.max(proven);
+        match outcome {
+            Some(outcome) if matches!(self.phase, Phase::Waiting) => self.ended(outcome),
+            _ if matches!(self.phase, Phase::Guarding { .. }) => self.give_up(),
+            _ => {}
+        }
+        ControlFlow::Break(())
     }
 
-    /// The span that was listened to has passed.
-    pub fn passed(&mut self, now: Instant) -> Means {
+    /// The span has passed.
+    #[inline(never)]
+    pub fn passed(&mut self, span: Duration) {
+        let all = &mut *self.all;
+        all.now = all.now + span;
+        let outcome = all.master.poll(all.now);
         match &mut self.phase {
-            Phase::Settling { .. } | Phase::Partly | Phase::Over => Means::Nothing,
-            Phase::Guarding { silence: silence @ Silence::Unknown, .. } => {
-                *silence = Silence::Kept;
-                Means::Nothing
-            }
+            Phase::Settling { .. } | Phase::Partly(_) | Phase::Over(_) => {}
+            Phase::Guarding { silence: silence @ Silence::Unknown, .. } => *silence = Silence::Kept,
             Phase::Guarding { silence, give_up, .. } => {
                 *silence = Silence::Unknown;
-                if now >= *give_up { Means::GivenUp } else { Means::Nothing }
+                if all.now >= *give_up {
+                    self.give_up();
+                }
             }
-            Phase::Waiting => Means::Outcome,
+            Phase::Waiting => {
+                if let Some(outcome) = outcome {
+                    self.ended(outcome);
+                }
+            }
         }
     }
 
-    /// There is an outcome: the last one, or one of several.
-    pub fn ended(&mut self, is_last: bool) {
-        self.phase = if is_last { Phase::Over } else { Phase::Partly };
+    /// The master has an outcome. One that collects has several, of which the last says so.
+    fn ended(&mut self, outcome: ExchangeOutcome<S>) {
+        let last = self.window.is_none()
+            || matches!(outcome.result, Err(Fault::Over { .. } | Fault::NotSent | Fault::LineBusy));
+        self.phase = if last { Phase::Over(outcome) } else { Phase::Partly(outcome) };
     }
 
-    /// The outcome is being handed over. Returns whether it is the last.
-    pub fn hand_over(&mut self) -> bool {
-        let is_last = self.phase == Phase::Over;
-        if !is_last {
-            self.phase = Phase::Waiting;
+    /// The frame is out, or did not get out whole.
+    #[inline(never)]
+    pub fn sent(&mut self, whole: bool) {
+        let all = &mut *self.all;
+        (all.released, all.heard, all.half_sent) = (all.now, 0, !whole);
+        all.witness = Heard::default();
+        let at = all.now;
+        let event = if whole { Event::Released { at } } else { Event::Forced { at } };
+        if let Some(outcome) = all.master.on(event) {
+            self.phase = Phase::Over(outcome);
         }
-        is_last
     }
 
-    /// The exchange has ended with this fault: returns whether it begins again.
-    pub fn begins_again(&mut self, link: &Link, fault: &Fault<Check>, at: Instant) -> bool {
-        let tried = self.tried.saturating_add(1);
-        let Some(next) = link.retry.after(tried, self.writes, fault, at) else { return false };
-        (self.tried, self.next, self.phase) = (tried, next, Phase::SETTLING);
-        true
+    /// Why there is no answer, and what to suspect.
+    pub fn failure<E>(&self, fault: Fault<S::DecodeError>) -> Failure<S, E> {
+        let Exchanges { master, released, now, witness, history, .. } = &*self.all;
+        let frame = S::encode(self.address, self.request);
+        let sent = frame.as_ref().ok().map(AsRef::as_ref);
+        let suspect = suspect::<S>(&fault, sent, witness, history, master.counters());
+        let fault = match suspect {
+            // Whatever the decoder made of our own characters: the sensor said nothing.
+            Suspect::OwnEcho => Fault::NoAnswer { waited: now.since(*released) },
+            _ => fault,
+        };
+        Failure::Fault(fault, suspect)
+    }
+
+    /// The line does not fall silent: the request ends before it is sent.
+    fn give_up(&mut self) {
+        let at = self.all.now;
+        if self.begin().is_ok()
+            && let Some(outcome) = self.all.master.on(Event::GivenUp { at })
+        {
+            self.phase = Phase::Over(outcome);
+        }
+    }
+
+    fn begin(&mut self) -> Result<S::Frame, S::EncodeError> {
+        let Exchanges { master, now, .. } = &mut *self.all;
+        if let Some(window) = self.window {
+            return master.begin_collecting(self.address, self.request, window, *now);
+        }
+        match self.tried {
+            0 => master.begin(self.address, self.request, *now),
+            _ => master.begin_retry(self.address, self.request, *now),
+        }
+    }
+
+    /// When to try again after what came out.
+    fn again_at(&self) -> Option<Instant> {
+        let Phase::Over(ExchangeOutcome { result: Err(fault), at }) = &self.phase else { return None };
+        self.all.retry.after(self.tried.saturating_add(1), S::writes(self.request), fault, *at)
     }
 }

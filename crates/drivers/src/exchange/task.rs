@@ -9,7 +9,7 @@ use clino_bus::{Duration, Event, ExchangeOutcome, Fault, Serial, Timing};
 use clino_codec::character::Character;
 use clino_commissioning::{Commissionable, Operation, Step};
 
-use super::one::Exchange;
+use super::phases::Exchange;
 use super::{Ended, Exchanges, Failure, Sensor};
 use crate::Port;
 use crate::run::RunError;
@@ -64,14 +64,14 @@ where
     }
 
     fn next(&mut self, all: &Exchanges<O::Protocol>) -> Todo<O::Protocol, Result<O, E>> {
-        match self.operation.next(all.link.now) {
+        match self.operation.next(all.now) {
             Step::Ask { address, request, tries } => {
                 Todo::Exchange(Asked { address, request, tries, window: None })
             }
             Step::Collect { address, request, window } => {
                 Todo::Exchange(Asked { address, request, tries: 1, window: Some(window) })
             }
-            Step::Wait { until } => Todo::Wait(until.since(all.link.now)),
+            Step::Wait { until } => Todo::Wait(until.since(all.now)),
             Step::Serial(serial) => Todo::Rate(serial),
             Step::Done => Todo::Done(match self.operation.result() {
                 Some(Ok(report)) => Ok(report),
@@ -101,14 +101,14 @@ where
         if failed && may_repeat {
             return None;
         }
-        Some(self.operation.on(&ExchangeOutcome { result, at: all.link.now }))
+        Some(self.operation.on(&ExchangeOutcome { result, at: all.now }))
     }
 }
 
 impl<S: Sensor + Commissionable> Exchanges<S> {
     /// A character that belongs to no exchange came within the span that is listened to.
     fn overhear(&mut self, character: Character, after: Duration) -> ControlFlow<()> {
-        let at = self.link.now + after;
+        let at = self.now + after;
         // Outcomes are those of an exchange in hand, and there is none.
         let _ = self.master.on(Event::Heard { character, at });
         ControlFlow::Continue(())

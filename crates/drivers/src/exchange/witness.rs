@@ -1,9 +1,10 @@
 //! What was heard besides what the master counts, and what it suggests.
 
-use clino_bus::{BusCounters, Fault, Instant};
+use clino_bus::{BusCounters, FailedCheck, Fault, Instant};
 use clino_codec::character::Character;
 use clino_codec::checks::Check;
 
+use super::Sensor;
 use crate::Suspect;
 
 /// Characters of an answer that are kept. All that an echo of a reading T7 command has, and enough of any other.
@@ -64,18 +65,15 @@ impl History {
     }
 }
 
-/// What to suspect when an exchange ends so. `sent` is its frame; `prints_lines` as
-/// [`Sensor::PRINTS_LINES`](super::Sensor::PRINTS_LINES).
-#[inline(never)]
-pub fn suspect(
-    prints_lines: bool,
-    fault: &Fault<Check>,
+/// What to suspect when an exchange ends so. `sent` is its frame.
+pub fn suspect<S: Sensor>(
+    fault: &Fault<S::DecodeError>,
     sent: Option<&[u8]>,
     heard: &Heard,
     history: &History,
     counters: &BusCounters,
 ) -> Suspect {
-    if prints_lines && history.ascii {
+    if S::PRINTS_LINES && history.ascii {
         return Suspect::AsciiOutput;
     }
     if sent.is_some_and(|frame| heard.is(frame)) {
@@ -83,7 +81,7 @@ pub fn suspect(
     }
     let check = match fault {
         Fault::NoAnswer { .. } => None,
-        Fault::Bad(check) => Some(*check),
+        Fault::Bad(error) => Some(error.failed_check()),
         _ => Some(Check::LineErrors),
     };
     let never = counters.good == 0;
