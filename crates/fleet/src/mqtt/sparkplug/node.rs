@@ -32,8 +32,8 @@ const MODULUS: u64 = 256;
 const REBIRTH: &str = "Node Control/Rebirth";
 /// Records that are sent together: of history, a message has up to so much of a device.
 const RECORDS: usize = 64;
-/// Barriers that may be on their way before more is sent.
-const BARRIERS: usize = 4;
+/// Barriers that may be on their way before more is sent: what hundreds of nodes send at once must not swamp the broker.
+const BARRIERS: usize = 1;
 
 /// An edge node.
 pub struct Node {
