@@ -266,8 +266,8 @@ impl Gateway {
     /// A slot means something else now.
     fn reset(&mut self, index: usize) {
         let Some(Polled { slot: Slot { config, .. }, .. }) = self.slots.get(index) else { return };
-        for traffic in [self.t7.traffic_mut(), self.isu.traffic_mut()] {
-            traffic.forget(index, config);
+        for bus in Bus::ALL {
+            on!(mut self, bus, task => task.traffic_mut().forget(index, config));
         }
         self.watched.set(index, config.enabled && config.source != Source::Off && config.alarm.no_value > 0);
         self.changed.set(index, true);
