@@ -77,11 +77,14 @@ impl<'a> Writer<'a> {
         Writer { sink, crc: CHECKSUM.digest() }
     }
 
+    /// Once in the image, and not at each of its calls: the checksum is a loop.
+    #[inline(never)]
     pub fn byte(&mut self, byte: u8) {
         self.crc.update(&[byte]);
         self.sink.put(byte);
     }
 
+    #[inline(never)]
     pub fn wide(&mut self, mut value: u64) {
         while value > 0x7F {
             self.byte(value as u8 | 0x80);
