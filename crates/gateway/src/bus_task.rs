@@ -196,6 +196,10 @@ impl<P: Serve> BusTask<P> {
     /// Asks for the slot that is due, if one is; says whether it has.
     #[inline(never)]
     fn ask(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
+        // On a bus full of characters nothing can be asked, and each of them would have all slots looked through.
+        if now < self.master.engine().clear_at() {
+            return false;
+        }
         let Some((index, purpose)) = self.traffic.polling.next(self.master.engine(), now, slots) else {
             return false;
         };
@@ -228,7 +232,8 @@ impl<P: Serve> BusTask<P> {
             (None, Some(_), None) => Some(traffic.polling.silent_until()),
             _ => None,
         };
-        let polling = if self.is_exclusive() { None } else { traffic.polling.poll_at() };
+        let clear_at = self.master.engine().clear_at();
+        let polling = traffic.polling.poll_at().filter(|_| !self.is_exclusive()).map(|at| at.max(clear_at));
         let pending = traffic.pending.then_some(Instant::ZERO);
         earliest(earliest(master, task), earliest(polling, pending))
     }

@@ -27,6 +27,14 @@ pub(crate) struct Opening {
 }
 
 impl Engine {
+    /// No request may be asked before this: the line is not quiet yet after the last exchange. [`Instant::ZERO`] if it is.
+    pub fn clear_at(&self) -> Instant {
+        match self.state {
+            State::Quiet { clear, .. } => clear,
+            _ => Instant::ZERO,
+        }
+    }
+
     /// From when on a request that calls for this answer may be asked: see [`Master::ask_at`](crate::Master::ask_at).
     pub fn ask_at(&self, expected: &ExpectedReply) -> Option<Instant> {
         let on_the_list = self.outstanding.clear_at(expected);
