@@ -286,7 +286,18 @@ fn exclusive(it: &Parting<'_>) -> bool {
     let kept = (it.word)(address).unwrap_or_default();
     let expected = [(Place::R(rd), 1, 0), (Place::Memory(address), kept, it.before.r[usize::from(rt)])];
     let is_refused = it.differences.iter().any(|difference| difference.place == Place::R(rd));
-    it.tagged.is_some_and(|tagged| tagged != address) && is_refused && it.all(&expected)
+    let goes_on = [it.board, it.witness].iter().all(|core| core.exception() == it.before.exception());
+    let is_stored = goes_on && is_refused && it.all(&expected);
+    // Where there is no memory, the one that stores faults.
+    let mut refused = it.before.r;
+    refused[usize::from(rd)] = 1;
+    let has_faulted = it.board.r[..15] == refused[..15]
+        && it.board.s == it.before.s
+        && it.board.exception() == it.before.exception()
+        && it.witness.bfar == address
+        && it.witness.exception() == HARD_FAULT
+        && (it.word)(address).is_none();
+    it.tagged.is_some_and(|tagged| tagged != address) && (is_stored || has_faulted)
 }
 
 /// One of the two faults, at an address in the alias.

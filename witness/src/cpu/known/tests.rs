@@ -137,6 +137,16 @@ fn examples() -> Vec<Example> {
             it.tagged = Some(POINTER + 8);
             it.memory = vec![(POINTER, 3)];
         }),
+        Example::new("STREX r0, r1, [r4] to no memory", [0xE844, 0x1000], &[(Place::R(0), 1, 0)]).with(
+            |it| {
+                it.before.r[4] = 0x0E00;
+                it.board = it.before.clone();
+                it.board.r[0] = 1;
+                (it.witness.xpsr, it.witness.bfar) = (HARD_FAULT, 0x0E00);
+                it.tagged = Some(POINTER);
+                it.is_open = true;
+            },
+        ),
         Example::new("LDR r0, [r4] across words of an alias", [0x6820, 0], &[(Place::R(0), 1, 0)]).with(
             |it| {
                 it.before.r[4] = BIT_BAND.start + 2;
@@ -244,6 +254,10 @@ fn another_cause_is_found() {
     };
     change("STREX r0, r1, [r4]", |it| it.tagged = Some(POINTER));
     change("STREX r0, r1, [r4]", |it| it.tagged = None);
+    change("STREX r0, r1, [r4] to no memory", |it| it.board.r[0] = 0);
+    change("STREX r0, r1, [r4] to no memory", |it| it.board.r[5] = 1);
+    change("STREX r0, r1, [r4] to no memory", |it| it.witness.bfar = POINTER);
+    change("STREX r0, r1, [r4] to no memory", |it| it.tagged = Some(0x0E00));
     change("BX r1", |it| it.before.r[1] |= 1);
     change("BX r1", |it| it.board.cfsr = 0);
     change("POP {pc}", |it| it.memory[1].1 |= 1);
