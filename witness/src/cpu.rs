@@ -325,10 +325,12 @@ fn finding(parting: &Parting<'_>, trial: &Trial, count: u64) -> Finding {
     Finding { known: known::known(parting), label: format!("{} {kind}", name(*first, *second)), text }
 }
 
-/// Whether one enters the handler of a fault with the instruction, and the other before the next one.
+/// Whether one enters the handler of a fault with the instruction, and the other before the next one: of the same fault, not of
+/// one of its own.
 fn meets_again(pair: &mut Pair, trial: &Trial, count: u64) -> bool {
     pair.run(trial, count + 1, |_| {});
-    pair.board.state().exception() == pair.witness.state().exception()
+    let (board, witness) = (pair.board.state(), pair.witness.state());
+    board.exception() == witness.exception() && board.bfar == witness.bfar
 }
 
 /// The instruction's name in the emulator's decoder.

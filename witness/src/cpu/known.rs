@@ -27,6 +27,8 @@ const PRIORITY_NOT_THERE: u32 = 0x0F;
 /// `xPSR`: Thumb state, and the state of an IT block.
 const T: u32 = 1 << 24;
 const IT: u32 = 0x0600_FC00;
+/// The program counter among the registers.
+const PC: u32 = 15;
 /// HardFault: every fault here.
 const HARD_FAULT: u32 = 3;
 /// Where nothing is executed (B3.1): peripherals, devices, the system.
@@ -71,7 +73,7 @@ pub struct Parting<'a> {
 /// A kind of difference.
 type Rule = (fn(&Parting<'_>) -> bool, &'static str);
 
-const RULES: [Rule; 13] = [
+const RULES: [Rule; 14] = [
     (empty_list, "STM or LDM of no register, in data that a call jumped into: UNPREDICTABLE (A7.7.41)"),
     (
         abandoned_load,
@@ -80,6 +82,10 @@ const RULES: [Rule; 13] = [
     (
         even_target,
         "PC and T in the frame after a branch to an even address: the fault is the next instruction's (A2.3.1)",
+    ),
+    (
+        even_target_interrupted,
+        "an interrupt between a branch to an even address and the fault, which is the next instruction's (A2.3.1)",
     ),
     (never_executed, "CFSR after a fetch from where nothing is executed (B3.1): IACCVIOL, not IBUSERR"),
     (
@@ -146,6 +152,20 @@ impl Parting<'_> {
         !self.differences.is_empty() && self.differences.iter().all(is_expected)
     }
 
+    /// Where a branch to an address in a register or in memory leads, and its link.
+    fn branch(&self) -> Option<(u32, Option<u32>)> {
+        match self.instruction() {
+            Insn::Bx { rm } => Some((self.before.r[usize::from(rm)], None)),
+            Insn::Blx { rm } => Some((self.before.r[usize::from(rm)], Some((self.at + 2) | 1))),
+            // The last of the list.
+            Insn::LoadStoreMultiple { load: true, list, .. } if list >> PC != 0 => {
+                let last = 4 * (list.count_ones() - 1);
+                Some(((self.word)(self.access()?.0.wrapping_add(last))?, None))
+            }
+            _ => None,
+        }
+    }
+
     /// The first address that a load or store accesses, bytes of each access, and the register that a load of one writes.
     fn access(&self) -> Option<(u32, u32, Option<u8>)> {
         let r = |number: u8| self.before.r[usize::from(number)];
@@ -206,17 +226,40 @@ fn abandoned_load(it: &Parting<'_>) -> bool {
 
 /// `rsemu` faults at the branch; the manual has the target as the address of the fault, its T bit clear, and the branch done.
 fn even_target(it: &Parting<'_>) -> bool {
-    let (target, link) = match it.instruction() {
-        Insn::Bx { rm } => (it.before.r[usize::from(rm)], None),
-        Insn::Blx { rm } => (it.before.r[usize::from(rm)], Some((it.at + 2) | 1)),
-        _ => return false,
-    };
+    let Some((target, link)) = it.branch() else { return false };
     let both = [it.board, it.witness].iter().all(|it| it.cfsr & INVSTATE != 0);
     let status = (it.word)(it.board.r[13].wrapping_add(frame::XPSR)).unwrap_or_default();
     let mut expected =
         vec![(it.framed(frame::PC), it.at, target), (it.framed(frame::XPSR), status, status & !(T | IT))];
     expected.extend(link.map(|link| (it.framed(frame::LR), it.before.r[14], link)));
     it.faulted() && both && target & 1 == 0 && status & T != 0 && it.all(&expected)
+}
+
+/// The same, and an interrupt comes between the branch and the fault: `rsemu` has faulted, the second emulator has not yet.
+fn even_target_interrupted(it: &Parting<'_>) -> bool {
+    let Some((target, link)) = it.branch() else { return false };
+    let (before, board) = (it.before, it.board);
+    let mut branched = before.clone();
+    branched.r[15] = target;
+    branched.r[14] = link.unwrap_or(before.r[14]);
+    branched.xpsr &= !(T | IT);
+    let [r0, r1, r2, r3, .., r12, _, lr, _] = before.r;
+    let framed = [r0, r1, r2, r3, r12, lr, it.at];
+    let is_framed = framed
+        .iter()
+        .zip(0..)
+        .all(|(value, nth)| (it.word)(board.r[13].wrapping_add(4 * nth)) == Some(*value));
+    let is_in_frame = |difference: &Difference| match difference.place {
+        Place::Memory(address) => address.wrapping_sub(board.r[13]) <= frame::XPSR,
+        _ => true,
+    };
+    target & 1 == 0
+        && it.witness == &branched
+        && board.exception() == HARD_FAULT
+        && board.cfsr == INVSTATE
+        && (board.r[..13] == before.r[..13] && board.s == before.s)
+        && is_framed
+        && it.differences.iter().all(is_in_frame)
 }
 
 fn never_executed(it: &Parting<'_>) -> bool {
@@ -243,7 +286,18 @@ fn exclusive(it: &Parting<'_>) -> bool {
     let kept = (it.word)(address).unwrap_or_default();
     let expected = [(Place::R(rd), 1, 0), (Place::Memory(address), kept, it.before.r[usize::from(rt)])];
     let is_refused = it.differences.iter().any(|difference| difference.place == Place::R(rd));
-    it.tagged.is_some_and(|tagged| tagged != address) && is_refused && it.all(&expected)
+    let goes_on = [it.board, it.witness].iter().all(|core| core.exception() == it.before.exception());
+    let is_stored = goes_on && is_refused && it.all(&expected);
+    // Where there is no memory, the one that stores faults.
+    let mut refused = it.before.r;
+    refused[usize::from(rd)] = 1;
+    let has_faulted = it.board.r[..15] == refused[..15]
+        && it.board.s == it.before.s
+        && it.board.exception() == it.before.exception()
+        && it.witness.bfar == address
+        && it.witness.exception() == HARD_FAULT
+        && (it.word)(address).is_none();
+    it.tagged.is_some_and(|tagged| tagged != address) && (is_stored || has_faulted)
 }
 
 /// One of the two faults, at an address in the alias.

@@ -151,10 +151,12 @@ fn served(image: &Image<'_>, document: &str, report: &mut Report) -> Result<(), 
     }
     let text = person.text();
     let says = |what: &[&str]| {
-        what.iter()
-            .filter(|what| !text.contains(**what))
-            .map(|what| format!("no {what:?}"))
-            .collect::<Vec<_>>()
+        let missing = what.iter().filter(|what| !text.contains(**what));
+        let mut wrong: Vec<String> = missing.map(|what| format!("no {what:?}")).collect();
+        if !wrong.is_empty() {
+            wrong.push(format!("it begins {:?}", text.chars().take(300).collect::<String>()));
+        }
+        wrong
     };
     report.check(
         "console: what a person types is answered",

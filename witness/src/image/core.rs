@@ -28,6 +28,12 @@ const NMIPENDSET: u64 = 1 << 31;
 const RCC_CR: u64 = 0x4002_3800;
 const HSERDY: u64 = 1 << 17;
 
+/// `DBGMCU_IDCODE`, its bits for the device, and the number of an F407 there (RM0090 section 38.6.1): the image says on any other
+/// part that it is the wrong one, and does nothing.
+const DBGMCU_IDCODE: u64 = 0xE004_2000;
+const DEVICE: u64 = 0xFFF;
+const F407: u64 = 0x413;
+
 /// Where the part has nothing, and answers with a bus error (RM0090 section 2.3). The emulator reads 0 there.
 const HOLES: [std::ops::Range<u64>; 5] = [
     0x0020_0000..0x0800_0000,
@@ -129,7 +135,11 @@ impl CoreBus for Through<'_> {
         }
         let is_ready = access.kind == AccessKind::Read && access.address == RCC_CR && self.crystal_is_dead;
         let value = self.bus.access(access, from_code)?;
-        Some(if is_ready { value & !HSERDY } else { value })
+        Some(match access.address {
+            _ if is_ready => value & !HSERDY,
+            DBGMCU_IDCODE if access.kind == AccessKind::Read => value & !DEVICE | F407,
+            _ => value,
+        })
     }
 
     fn time(&self, instructions: u64) -> VirtualNanos {

@@ -35,6 +35,11 @@ const FEED: u64 = 0xAAAA;
 const MODBUS_CHARACTER: Ns = 11 * 1_000_000_000 / 19_200;
 /// PWM input 1 is channel 2 of TIM5, input 2 channel 1 of TIM2 (`docs/wiring.md`): timer, channel.
 const PWM: [(usize, u8); 2] = [(3, 2), (0, 1)];
+/// System memory (RM0090 section 39): the part's number, and the halfword with its flash in KiB. The emulator's is empty, and the
+/// image says on a part with too little flash that it is the wrong one, and does nothing.
+const UID: u64 = 0x1FFF_7A10;
+const FLASH_SIZE: u64 = 0x1FFF_7A22;
+const FLASH_KB: u16 = 1_024;
 /// `RCC_CSR`.
 const RCC_CSR: u64 = 0x4002_3874;
 
@@ -247,8 +252,10 @@ pub fn run(
         instructions: 0,
     };
     let image = Image::new(elf, bytes.to_vec(), None).map_err(|error| said(&error))?;
+    let system =
+        Image::new(Path::new("system memory"), system_memory(), Some(UID)).map_err(|error| said(&error))?;
     let session = Session::new(Box::new(board), 0, VirtualNanos(MS)).map_err(|error| said(&error))?;
-    let images = [image];
+    let images = [image, system];
     let mut finished = emulator::run(session, &Start::new(&images), driver).map_err(|error| said(&error))?;
     let session = &mut finished.session;
     if let Some(error) = session.take_error() {
@@ -292,6 +299,14 @@ pub fn run(
         registers: driver.registers,
         instructions: driver.instructions,
     })
+}
+
+/// From the part's number to the size of flash.
+fn system_memory() -> Vec<u8> {
+    let mut bytes = b"WITNESS 0001".to_vec();
+    bytes.resize((FLASH_SIZE - UID) as usize, 0);
+    bytes.extend(FLASH_KB.to_le_bytes());
+    bytes
 }
 
 fn t7_nodes(motion: &[Motion; 6]) -> Vec<Box<dyn Node>> {

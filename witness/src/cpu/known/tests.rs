@@ -7,6 +7,7 @@ const FRAME: u32 = 0x2000_1000;
 /// Of a pointer, an instruction.
 const POINTER: u32 = 0x2000_0400;
 const AT: u32 = 0x0800_0410;
+const TARGET: u32 = 0x2000_0100;
 
 /// A difference that a rule knows.
 struct Example {
@@ -69,7 +70,6 @@ impl Example {
 
 /// One of each rule; of some, several.
 fn examples() -> Vec<Example> {
-    const TARGET: u32 = 0x2000_0100;
     const NAN: u32 = 0x7FC0_1234;
     const DENORMAL: u32 = 0x0000_0001;
     let branch =
@@ -96,6 +96,26 @@ fn examples() -> Vec<Example> {
         }),
         even(Example::new("BX r1", [0x4708, 0], &branch)),
         even(Example::new("BLX r1", [0x4788, 0], &with_link)),
+        even(Example::new("POP {pc}", [0xBD00, 0], &branch)).with(|it| {
+            it.before.r[13] = POINTER;
+            it.memory.push((POINTER, TARGET));
+        }),
+        Example::new(
+            "BX r1, and an interrupt",
+            [0x4708, 0],
+            &[(Place::R(15), 0x1FFF_0400, TARGET), (Place::Memory(FRAME + 24), AT, 0)],
+        )
+        .with(|it| {
+            (it.before.r[1], it.before.xpsr) = (TARGET, T);
+            it.witness = it.before.clone();
+            (it.witness.r[15], it.witness.xpsr) = (TARGET, 0);
+            it.board = it.before.clone();
+            (it.board.r[13], it.board.xpsr, it.board.cfsr) = (FRAME, HARD_FAULT, INVSTATE);
+            it.memory = (0..6).map(|nth| (FRAME + 4 * nth, 0)).collect();
+            it.memory[1].1 = TARGET;
+            it.memory.push((FRAME + 24, AT));
+            it.is_open = true;
+        }),
         Example::new("a fetch from a device", [0x4708, 0], &[(Place::Cfsr, IBUSERR, IACCVIOL)])
             .faulted()
             .with(|it| it.memory = vec![(FRAME + 24, 0xF000_0000)]),
@@ -117,6 +137,16 @@ fn examples() -> Vec<Example> {
             it.tagged = Some(POINTER + 8);
             it.memory = vec![(POINTER, 3)];
         }),
+        Example::new("STREX r0, r1, [r4] to no memory", [0xE844, 0x1000], &[(Place::R(0), 1, 0)]).with(
+            |it| {
+                it.before.r[4] = 0x0E00;
+                it.board = it.before.clone();
+                it.board.r[0] = 1;
+                (it.witness.xpsr, it.witness.bfar) = (HARD_FAULT, 0x0E00);
+                it.tagged = Some(POINTER);
+                it.is_open = true;
+            },
+        ),
         Example::new("LDR r0, [r4] across words of an alias", [0x6820, 0], &[(Place::R(0), 1, 0)]).with(
             |it| {
                 it.before.r[4] = BIT_BAND.start + 2;
@@ -224,8 +254,17 @@ fn another_cause_is_found() {
     };
     change("STREX r0, r1, [r4]", |it| it.tagged = Some(POINTER));
     change("STREX r0, r1, [r4]", |it| it.tagged = None);
+    change("STREX r0, r1, [r4] to no memory", |it| it.board.r[0] = 0);
+    change("STREX r0, r1, [r4] to no memory", |it| it.board.r[5] = 1);
+    change("STREX r0, r1, [r4] to no memory", |it| it.witness.bfar = POINTER);
+    change("STREX r0, r1, [r4] to no memory", |it| it.tagged = Some(0x0E00));
     change("BX r1", |it| it.before.r[1] |= 1);
     change("BX r1", |it| it.board.cfsr = 0);
+    change("POP {pc}", |it| it.memory[1].1 |= 1);
+    change("BX r1, and an interrupt", |it| it.witness.r[3] = 1);
+    change("BX r1, and an interrupt", |it| it.board.r[3] = 1);
+    change("BX r1, and an interrupt", |it| it.memory[3].1 = 1);
+    change("BX r1, and an interrupt", |it| it.witness.r[15] = TARGET + 4);
     change("a fetch from a device", |it| it.memory = vec![(FRAME + 24, 0x2000_0000)]);
     change("no operation of a coprocessor", |it| it.code = [0xEE20, 0x0100]);
     change("LDR r0, [r4] across words of an alias", |it| it.before.r[4] = BIT_BAND.start);
