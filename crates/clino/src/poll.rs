@@ -1,12 +1,15 @@
 //! Reading the same sensors again and again, as an operation: `watch` and `log` run it until the user wants to stop.
 //!
 //! Sensors take turns. One that is silent several times in a row is asked once a second, so that it costs the others little.
+//!
+//! A single-axis T7 has axis 2 and answers zero for the others (guide section 1). So a T7 that is read at another axis is asked
+//! what it is before its first value, and again when it was silent: another one may be in its place.
 
 use std::convert::Infallible;
 
 use clino_bus::{Duration, ExchangeOutcome, Fault, Instant, Isu, Protocol, T7};
 use clino_codec::isu::Response as IsuResponse;
-use clino_codec::t7::{DecodeError, Field, Response as T7Response};
+use clino_codec::t7::{Axis, DecodeError, Field, Request as T7Request, Response as T7Response};
 use clino_commissioning::{Commissionable, Operation, Step, StepOf, TaskProgress};
 use clino_gateway::Status;
 
@@ -37,6 +40,19 @@ pub trait Measures: Protocol<Request: Copy> + Commissionable {
 
     /// What an answer that was refused comes to.
     fn refused(error: &Self::DecodeError) -> Status;
+
+    /// What the sensor is asked before this request's values are believed, if it has to be asked.
+    fn doubt(_: &Self::Request) -> Option<Self::Request> {
+        None
+    }
+
+    /// Whether its answer to that lets this request's values be believed.
+    ///
+    /// # Errors
+    /// It does not: what the values come to.
+    fn is_believed(_: &Self::Request, _: &Self::Answer) -> Result<(), Status> {
+        Ok(())
+    }
 }
 
 impl Measures for T7 {
@@ -54,6 +70,22 @@ impl Measures for T7 {
         match error {
             DecodeError::Value { field: Field::Angle, .. } => Status::OutOfRange,
             _ => Status::BadAnswer,
+        }
+    }
+
+    fn doubt(request: &T7Request) -> Option<T7Request> {
+        match request {
+            T7Request::GetAngle(Axis::Zero | Axis::One) => Some(T7Request::GetDeviceInformation),
+            _ => None,
+        }
+    }
+
+    fn is_believed(request: &T7Request, answer: &Self::Answer) -> Result<(), Status> {
+        match (request, answer.response) {
+            (T7Request::GetAngle(axis), T7Response::GetDeviceInformation(information)) => {
+                if information.has_axis(*axis) { Ok(()) } else { Err(Status::ConfigFault) }
+            }
+            _ => Err(Status::BadAnswer),
         }
     }
 }
@@ -90,6 +122,8 @@ pub struct Polled {
 
 struct Turn<P: Protocol> {
     question: Question<P>,
+    /// What it is asked first.
+    doubt: Option<P::Request>,
     /// Not before.
     due: Option<Instant>,
     silent: u8,
@@ -109,7 +143,11 @@ pub struct Poll<P: Protocol> {
 impl<P: Measures> Poll<P> {
     /// Reads each of them once in `period`; as often as the bus allows if that is zero.
     pub fn new(questions: impl IntoIterator<Item = Question<P>>, period: Duration) -> Self {
-        let turns = questions.into_iter().map(|question| Turn { question, due: None, silent: 0 }).collect();
+        let turn = |question: Question<P>| {
+            let doubt = P::doubt(&question.request);
+            Turn { question, doubt, due: None, silent: 0 }
+        };
+        let turns = questions.into_iter().map(turn).collect();
         Self { turns, period, current: None, last: 0, is_over: false }
     }
 
@@ -135,8 +173,8 @@ impl<P: Measures> Operation for Poll<P> {
         }
         self.current = self.current.or_else(|| self.choose(now));
         match self.current.and_then(|index| self.turns.get(index)) {
-            Some(Turn { question: Question { address, request }, .. }) => {
-                Step::Ask { address: *address, request: *request, tries: TRIES }
+            Some(Turn { question: Question { address, request }, doubt, .. }) => {
+                Step::Ask { address: *address, request: doubt.unwrap_or(*request), tries: TRIES }
             }
             None => {
                 let due = self.turns.iter().filter_map(|turn| turn.due).min();
@@ -152,7 +190,16 @@ impl<P: Measures> Operation for Poll<P> {
     fn on(&mut self, outcome: &ExchangeOutcome<P>) -> Option<Polled> {
         let sensor = self.current.take()?;
         self.last = sensor;
+        let turn = self.turns.get_mut(sensor)?;
         let result = match &outcome.result {
+            Ok(answer) if turn.doubt.is_some() => match P::is_believed(&turn.question.request, answer) {
+                // It is due still.
+                Ok(()) => {
+                    turn.doubt = None;
+                    return None;
+                }
+                Err(status) => Err(status),
+            },
             Ok(answer) => P::measured(answer),
             Err(Fault::NoAnswer { .. }) => Err(Status::NoAnswer),
             Err(Fault::Garbled { .. }) => Err(Status::BadAnswer),
@@ -161,8 +208,12 @@ impl<P: Measures> Operation for Poll<P> {
                 Err(Status::NotSent)
             }
         };
-        let turn = self.turns.get_mut(sensor)?;
-        turn.silent = if result == Err(Status::NoAnswer) { turn.silent.saturating_add(1) } else { 0 };
+        if result == Err(Status::NoAnswer) {
+            turn.silent = turn.silent.saturating_add(1);
+            turn.doubt = P::doubt(&turn.question.request);
+        } else {
+            turn.silent = 0;
+        }
         let now = outcome.at;
         turn.due = Some(if turn.silent >= SILENT {
             now + self.period.longer(SELDOM)

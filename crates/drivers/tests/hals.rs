@@ -167,6 +167,14 @@ fn board(row: &Row, baud: u32, echo: bool, stations: Vec<clino_segment::Station>
     Board::new(baud, row.model, settings, stations)
 }
 
+/// Does this on each row that is used so, without an echo and with one.
+fn on_every_row(how: Use, on: fn(&Row, Echo, Use)) {
+    for row in ROWS.iter().filter(|row| row.uses.contains(&how)) {
+        on(row, Echo::Off, how);
+        on(row, Echo::Expected, how);
+    }
+}
+
 fn is_true(board: &Board, angle: Angle, row: &Row) -> bool {
     // Its age: 2° a second, and what the receiver has kept it. The row's handover at 9600 bit/s is 37 ms.
     let age = sensors::TURNING.at(board.now()) - i64::from(angle.udeg());

@@ -174,6 +174,23 @@ fn rows_have_fixed_columns_and_the_time_of_the_reception() {
 }
 
 #[test]
+fn an_axis_that_a_single_axis_t7_does_not_have_is_no_zero() {
+    let folder = Folder::new("axis");
+    let server = Server::start("--t7 5,angle=12.345 --t7 6,model=t7-3,angle0=45 --pty");
+    let (file, port) = (folder.file(), server.path());
+    let child = start(&format!("log t7 5 6 -a 0 --latency 80 --csv {} --port {port}", file.display()));
+    wait_for(&file, "five values of one and five refusals of the other", |text| {
+        text.matches(",ok,").count() >= 5 && text.matches(",config_fault,").count() >= 5
+    });
+    end(child);
+    let text = fs::read_to_string(file).unwrap();
+    for row in text.lines().skip(1).map(row) {
+        let is_ok = row.status == "ok";
+        assert!(!is_ok || (row.sensor.1, row.angle.as_str()) == (6, "45.000"), "{text}");
+    }
+}
+
+#[test]
 fn a_port_that_vanishes_is_told_once_and_the_log_goes_on() {
     let folder = Folder::new("vanished");
     let link = folder.0.join("port");

@@ -61,24 +61,17 @@ macro_rules! directly {
 
 #[test]
 fn on_every_hal_through_nb() {
-    on_every_hal(Use::Nb);
+    on_every_row(Use::Nb, on);
 }
 
 #[test]
 fn on_every_hal_through_io() {
-    on_every_hal(Use::Io);
+    on_every_row(Use::Io, on);
 }
 
 #[test]
 fn on_every_hal_async() {
-    on_every_hal(Use::Async);
-}
-
-fn on_every_hal(how: Use) {
-    for row in ROWS.iter().filter(|row| row.uses.contains(&how)) {
-        on(row, Echo::Off, how);
-        on(row, Echo::Expected, how);
-    }
+    on_every_row(Use::Async, on);
 }
 
 fn on(row: &Row, echo: Echo, how: Use) {
