@@ -38,6 +38,25 @@ fn check(sensors: &str, rows: &[Row]) {
 }
 
 #[test]
+fn a_t7_of_three_axes_is_read_at_each() {
+    check(
+        "--t7 5,model=t7-3,angle=-12.345,angle0=45 --pty",
+        &[
+            (
+                "t7 angle 5 -a 0",
+                "angle: address 5, axis 0, angle_deg 45.000",
+                json!({"what":"angle","address":5,"axis":0,"angle_deg":45.0}),
+            ),
+            (
+                "t7 angle 5",
+                "angle: address 5, axis 2, angle_deg -12.345",
+                json!({"what":"angle","address":5,"axis":2,"angle_deg":-12.345}),
+            ),
+        ],
+    );
+}
+
+#[test]
 fn a_t7_is_read_and_set_up() {
     check(
         "--t7 5,angle=-12.345,serial=25033 --pty",
@@ -54,11 +73,6 @@ fn a_t7_is_read_and_set_up() {
                 "t7 angle 5",
                 "angle: address 5, axis 2, angle_deg -12.345",
                 json!({"what":"angle","address":5,"axis":2,"angle_deg":-12.345}),
-            ),
-            (
-                "t7 angle 5 -a 0",
-                "angle: address 5, axis 0, angle_deg 0.000",
-                json!({"what":"angle","address":5,"axis":0,"angle_deg":0.0}),
             ),
             (
                 "t7 damping 5 50 --yes",
