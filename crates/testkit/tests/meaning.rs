@@ -173,7 +173,7 @@ fn a_write_that_may_have_happened_counts_as_one() {
         let mut house = House::new(&table(), &AT_REST);
         run(&mut house, 2 * SECOND, 0, "before");
         let before = writes(&house);
-        let offset = DeviceSetting::Offset { axis: Axis::Zero, offset: Millidegrees(45_000) };
+        let offset = DeviceSetting::Offset { axis: Axis::Two, offset: Millidegrees(45_000) };
         house.order(Order::T7(t7::Task::Set(device(1), offset))).unwrap();
         house.order(Order::Isu(isu::Task::ResetNull(module()))).unwrap();
         for _ in 0..40 {

@@ -10,6 +10,7 @@ use std::thread;
 use defmt_decoder::Table;
 
 use crate::arguments::Arguments;
+use crate::ports::Ports;
 use crate::qemu::Qemu;
 
 /// For `probe-rs`, as in `xtask/src/flash.rs`.
@@ -17,17 +18,6 @@ const CHIP: &str = "STM32F407VGTx";
 
 /// What the virtual board has at its PWM inputs, in degrees.
 pub const VIRTUAL_PWM: [f64; 2] = [89.56, 333.3];
-
-/// Where the ports are.
-#[derive(Clone, Debug)]
-pub struct Ports {
-    /// The console.
-    pub console: String,
-    /// The pairs, where there is an adapter.
-    pub t7: Option<String>,
-    pub isu: Option<String>,
-    pub modbus: Option<String>,
-}
 
 /// A board that runs the image.
 pub enum Board {

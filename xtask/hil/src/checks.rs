@@ -13,8 +13,9 @@ use std::io::{BufRead as _, stdin};
 use serde_json::Value;
 
 use crate::arguments::Arguments;
-use crate::board::{Board, Ports};
+use crate::board::Board;
 use crate::console::Console;
+use crate::ports::Ports;
 use crate::report::Report;
 use crate::sensors::Sensors;
 

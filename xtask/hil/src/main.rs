@@ -22,6 +22,7 @@ mod console;
 mod modbus;
 mod patience;
 mod port;
+mod ports;
 mod qemu;
 mod report;
 mod sensors;

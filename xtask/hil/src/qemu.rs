@@ -28,7 +28,7 @@ use std::time::{Duration, Instant};
 use clino_testkit::programs::Qemu as Programs;
 use serde_json::Value;
 
-use crate::board::Ports;
+use crate::ports::Ports;
 use guest::Guest;
 pub use guest::{PC, SP};
 use part::Part;
