@@ -166,6 +166,11 @@ fn examples() -> Vec<Example> {
             (it.witness.xpsr, it.witness.cfsr) = (HARD_FAULT, UNDEFINSTR);
             it.is_open = true;
         }),
+        Example::new("LDR r9, [r11] without a use of #1", [0xF85B, 0x9801], &[(Place::Cfsr, 0, UNDEFINSTR)])
+            .with(|it| {
+                (it.witness.xpsr, it.witness.cfsr) = (HARD_FAULT, UNDEFINSTR);
+                it.is_open = true;
+            }),
         Example::new("MSR BASEPRI, r1", [0xF381, 0x8811], &[(Place::Basepri, 0x87, 0x80)])
             .with(|it| it.before.r[1] = 0x1287),
         Example::new("VMSR FPSCR, r1", [0xEEE1, 0x1A10], &[(Place::Fpscr, 1, FPSCR_AHP | 1)])
@@ -277,6 +282,9 @@ fn another_cause_is_found() {
     change("LDRSB pc, [r5], #-141", |it| it.code = [0xF915, 0xFC8D]);
     change("LDRSB pc, [r5], #-141", |it| it.board.r[3] = 1);
     change("LDRSB pc, [r5], #-141", |it| it.witness.cfsr = 0);
+    change("LDR r9, [r11] without a use of #1", |it| it.code[1] |= 1 << 10);
+    change("LDR r9, [r11] without a use of #1", |it| it.code[1] |= 1 << 8);
+    change("LDR r9, [r11] without a use of #1", |it| it.witness.cfsr = 0);
     change("VFMA s0, s1, s2 of a denormal and a NaN", |it| it.before.s[0] = 0);
     change("VSUB s0, s1, s2 of a NaN", |it| it.before.s[2] = 0);
 }
