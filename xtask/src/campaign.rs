@@ -99,7 +99,8 @@ const CAMPAIGNS: &[Campaign] = &[
     Campaign {
         name: "fleet",
         shows: "300 gateways on one broker: loss, times, load; an hour without the broker; the page (10 min, 10 GB)",
-        runs: &[Tests("clino::fleet", "load::", &[])],
+        // One after the other: each measures what a computer with nothing else to do can.
+        runs: &[Tests("clino::fleet", "load::", &[("RUST_TEST_THREADS", "1")])],
     },
     Campaign {
         name: "storage",

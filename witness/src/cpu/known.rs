@@ -108,7 +108,7 @@ const RULES: [Rule; 16] = [
     ),
     (
         bit_band,
-        "an access across the words of a bit-band alias, or behind the memory it stands for (left open)",
+        "an access to a bit-band alias that is not aligned, or behind the memory it stands for (left open)",
     ),
     (
         private_bus,
@@ -333,7 +333,8 @@ fn bit_band(it: &Parting<'_>) -> bool {
         && it.access().is_some_and(|(address, bytes, _)| {
             // A word of the alias is a bit of the region.
             let stands_for = 0x2000_0000 + address.wrapping_sub(BIT_BAND.start) / 32;
-            BIT_BAND.contains(&address) && (address % 4 + bytes > 4 || (it.word)(stands_for & !3).is_none())
+            let is_unaligned = address % 4 + bytes > 4 || address % bytes != 0;
+            BIT_BAND.contains(&address) && (is_unaligned || (it.word)(stands_for & !3).is_none())
         })
 }
 

@@ -155,6 +155,14 @@ fn examples() -> Vec<Example> {
                 it.is_open = true;
             },
         ),
+        Example::new("LDRH r0, [r4] of an alias, not aligned", [0x8820, 0], &[(Place::R(0), 1, 0)]).with(
+            |it| {
+                it.before.r[4] = BIT_BAND.start + 1;
+                (it.witness.xpsr, it.witness.bfar) = (HARD_FAULT, BIT_BAND.start + 1);
+                it.memory = vec![(0x2000_0000, 0)];
+                it.is_open = true;
+            },
+        ),
         Example::new("LDR r0, [r4] of a register of the core", [0x6820, 0], &[(Place::R(0), 1, 0)]).with(
             |it| {
                 it.before.r[4] = 0xE000_1004;
@@ -278,6 +286,7 @@ fn another_cause_is_found() {
     change("a fetch from a device", |it| it.memory = vec![(FRAME + 24, 0x2000_0000)]);
     change("no operation of a coprocessor", |it| it.code = [0xEE20, 0x0100]);
     change("LDR r0, [r4] across words of an alias", |it| it.before.r[4] = BIT_BAND.start);
+    change("LDRH r0, [r4] of an alias, not aligned", |it| it.before.r[4] = BIT_BAND.start + 2);
     change("LDR r0, [r4] of a register of the core", |it| it.before.r[4] = POINTER);
     change("LDRSB pc, [r5], #-141", |it| it.code = [0xF915, 0xFC8D]);
     change("LDRSB pc, [r5], #-141", |it| it.board.r[3] = 1);
