@@ -3,6 +3,33 @@
 //! what the error says.
 #![cfg(all(feature = "embedded-io", feature = "nb", feature = "commissioning", feature = "async"))]
 
+/// A call that blocks.
+macro_rules! directly {
+    ($call:expr) => {
+        $call
+    };
+}
+
+/// The tests of a driver that does this with a row.
+macro_rules! on_every_hal {
+    ($on:ident) => {
+        #[test]
+        fn on_every_hal_through_nb() {
+            on_every_row(Use::Nb, $on);
+        }
+
+        #[test]
+        fn on_every_hal_through_io() {
+            on_every_row(Use::Io, $on);
+        }
+
+        #[test]
+        fn on_every_hal_async() {
+            on_every_row(Use::Async, $on);
+        }
+    };
+}
+
 #[path = "../examples/common/mod.rs"]
 mod common;
 #[path = "hals/dropped.rs"]

@@ -53,26 +53,7 @@ macro_rules! everything {
     }};
 }
 
-macro_rules! directly {
-    ($call:expr) => {
-        $call
-    };
-}
-
-#[test]
-fn on_every_hal_through_nb() {
-    on_every_row(Use::Nb, on);
-}
-
-#[test]
-fn on_every_hal_through_io() {
-    on_every_row(Use::Io, on);
-}
-
-#[test]
-fn on_every_hal_async() {
-    on_every_row(Use::Async, on);
-}
+on_every_hal!(on);
 
 fn on(row: &Row, echo: Echo, how: Use) {
     let stations = vec![sensors::station("isu", sensors::isu(3, 90_000_000))];

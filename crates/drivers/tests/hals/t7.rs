@@ -82,26 +82,7 @@ macro_rules! everything {
     }};
 }
 
-macro_rules! directly {
-    ($call:expr) => {
-        $call
-    };
-}
-
-#[test]
-fn on_every_hal_through_nb() {
-    on_every_row(Use::Nb, on);
-}
-
-#[test]
-fn on_every_hal_through_io() {
-    on_every_row(Use::Io, on);
-}
-
-#[test]
-fn on_every_hal_async() {
-    on_every_row(Use::Async, on);
-}
+on_every_hal!(on);
 
 fn on(row: &Row, echo: Echo, how: Use) {
     let stations = [sensors::t7(5), still(9)].map(|sensor| sensors::station("t7", sensor));
