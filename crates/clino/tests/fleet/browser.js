@@ -1,25 +1,14 @@
 // Looks at the live page with a browser: node browser.js CHROMIUM ADDRESS FOLDER
 "use strict";
 const assert = require("assert");
-const { chromium } = require("playwright-core");
+const { look, watched } = require("./look");
 const axe = require("fs").readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 
 const [program, address, folder] = process.argv.slice(2);
 const SECOND = 1000;
 
-(async () => {
-  const browser = await chromium.launch({
-    executablePath: program,
-    args: ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
-  });
-  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, bypassCSP: false });
-  const page = await context.newPage();
-  const errors = [];
-  const foreign = [];
-  page.on("console", (message) => { if (message.type() === "error") errors.push(message.text()); });
-  page.on("pageerror", (error) => errors.push(String(error)));
-  page.on("request", (request) => { if (!request.url().startsWith(address) && !/^(data|blob):/.test(request.url())) foreign.push(request.url()); });
-
+look(program, 1280, 900, async (page) => {
+  const { errors, foreign } = watched(page, address);
   await page.goto(address);
   await page.waitForSelector(".sensor .angle", { timeout: 60 * SECOND });
   await page.waitForFunction(() => document.querySelectorAll(".sensor .angle").length >= 5, null, { timeout: 60 * SECOND });
@@ -90,9 +79,5 @@ const SECOND = 1000;
 
   assert.deepEqual(foreign, [], "no request to another host");
   assert.deepEqual(errors, [], "no error in the console");
-  await browser.close();
   console.log("all well");
-})().catch((error) => {
-  console.log(String(error && error.stack || error));
-  process.exit(1);
 });

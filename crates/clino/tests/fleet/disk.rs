@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::Command;
+use std::time::Duration;
 
 use clino_testkit::programs::{said, skipped};
 
@@ -73,10 +74,7 @@ fn a_full_disk_is_told_and_nothing_is_lost_when_there_is_room_again() {
     gateway.end_line();
     let mut told = 0;
     let mut tell = |count: u32| {
-        for _ in 0..count {
-            told += 1;
-            gateway.angle(0, &format!("{}.{:03}", told / 1_000, told % 1_000), 1, told);
-        }
+        gateway.angles(count, &mut told, 1, Duration::ZERO);
         told
     };
     tell(10);

@@ -1,15 +1,10 @@
 // Frames per second of the live page: node frames.js CHROMIUM ADDRESS SENSORS SECONDS. Prints {"fps":…,"changes":…}.
 "use strict";
-const { chromium } = require("playwright-core");
+const { look } = require("./look");
 
 const [program, address, sensors, seconds] = process.argv.slice(2);
 
-(async () => {
-  const browser = await chromium.launch({
-    executablePath: program,
-    args: ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
-  });
-  const page = await (await browser.newContext({ viewport: { width: 1280, height: 900 } })).newPage();
+look(program, 1280, 900, async (page) => {
   await page.goto(address);
   await page.waitForFunction((count) => document.querySelectorAll(".sensor .angle").length === count, Number(sensors), { timeout: 60000 });
   const figures = await page.evaluate(async (seconds) => {
@@ -25,8 +20,4 @@ const [program, address, sensors, seconds] = process.argv.slice(2);
     return { fps: frames / passed, changes: changes / passed };
   }, Number(seconds));
   console.log(JSON.stringify(figures));
-  await browser.close();
-})().catch((error) => {
-  console.log(String((error && error.stack) || error));
-  process.exit(1);
 });

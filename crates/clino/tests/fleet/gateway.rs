@@ -4,6 +4,7 @@ use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::thread;
+use std::time::Duration;
 
 /// A gateway.
 pub struct Gateway {
@@ -72,6 +73,15 @@ impl Gateway {
     /// Ends the line that was begun before the listener came.
     pub fn end_line(&self) {
         self.say("\n");
+    }
+
+    /// Right readings of slot 0, each with an angle of its own: that of `seq`, after `last`, is as many thousandths.
+    pub fn angles(&self, count: u32, last: &mut u32, age_ms: u64, every: Duration) {
+        for _ in 0..count {
+            *last += 1;
+            self.angle(0, &format!("{}.{:03}", *last / 1_000, *last % 1_000), age_ms, *last);
+            std::thread::sleep(every);
+        }
     }
 
     /// A reading that is right.

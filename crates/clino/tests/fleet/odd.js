@@ -2,25 +2,15 @@
 // One has no sensor, one has 48 with names of every kind. The names come from the program on standard input, as JSON.
 "use strict";
 const assert = require("assert");
-const { chromium } = require("playwright-core");
+const { look, watched } = require("./look");
 const axe = require("fs").readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 
 const [program, address] = process.argv.slice(2);
 const names = JSON.parse(require("fs").readFileSync(0, "utf8"));
 const PATIENCE = { timeout: 60 * 1000 };
 
-(async () => {
-  const browser = await chromium.launch({
-    executablePath: program,
-    args: ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
-  });
-  const page = await (await browser.newContext({ viewport: { width: 390, height: 844 } })).newPage();
-  const errors = [];
-  const foreign = [];
-  page.on("console", (message) => { if (message.type() === "error") errors.push(message.text()); });
-  page.on("pageerror", (error) => errors.push(String(error)));
-  page.on("dialog", (dialog) => { errors.push("dialog: " + dialog.message()); dialog.dismiss(); });
-  page.on("request", (request) => { if (!request.url().startsWith(address) && !/^(data|blob):/.test(request.url())) foreign.push(request.url()); });
+look(program, 390, 844, async (page) => {
+  const { errors, foreign } = watched(page, address);
   await page.goto(address);
   await page.waitForFunction((count) => document.querySelectorAll(".sensor .angle").length === count, names.length, PATIENCE);
   const shown = await page.locator(".sensor .sensor-head > span:first-child").allTextContents();
@@ -41,9 +31,5 @@ const PATIENCE = { timeout: 60 * 1000 };
   assert.deepEqual(result.violations.map((found) => found.id + ": " + found.nodes.map((node) => node.target.join(" ")).join(", ")), []);
   assert.deepEqual(foreign, [], "no request to another host");
   assert.deepEqual(errors, [], "no error in the console");
-  await browser.close();
   console.log("all well");
-})().catch((error) => {
-  console.log(String(error && error.stack || error));
-  process.exit(1);
 });

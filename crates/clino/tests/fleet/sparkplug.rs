@@ -2,6 +2,7 @@
 
 use clino_testkit::programs::{Node, skipped};
 use serde_json::Value;
+use std::time::{Duration, Instant};
 
 use crate::broker::{Broker, Listener, mosquitto};
 use crate::gateway::Gateway;
@@ -155,7 +156,6 @@ fn configuration(gateway: &Gateway, port: u16, folder: &std::path::Path) -> Stri
 /// for the last second of the one that was killed.
 #[test]
 fn what_came_without_the_broker_is_history_when_it_is_back() {
-    use std::time::{Duration, Instant};
     const TEST: &str = "fleet Sparkplug history";
     let Some(mosquitto) = mosquitto(TEST) else { return };
     let node = match Node::with(crate::programs(), &["sparkplug-payload@1.0.3"]) {
@@ -244,11 +244,7 @@ fn what_was_on_a_wire_that_was_cut_comes_again() {
     gateway.end_line();
     let mut told = 0;
     let mut tell = |count: u32| {
-        for _ in 0..count {
-            told += 1;
-            gateway.angle(0, &format!("{}.{:03}", told / 1_000, told % 1_000), 0, told);
-            std::thread::sleep(std::time::Duration::from_millis(2));
-        }
+        gateway.angles(count, &mut told, 0, Duration::from_millis(2));
         told
     };
     tell(10);
