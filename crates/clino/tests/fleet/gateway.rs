@@ -80,7 +80,7 @@ impl Gateway {
         for _ in 0..count {
             *last += 1;
             self.angle(0, &format!("{}.{:03}", *last / 1_000, *last % 1_000), age_ms, *last);
-            std::thread::sleep(every);
+            thread::sleep(every);
         }
     }
 

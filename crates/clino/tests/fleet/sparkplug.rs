@@ -1,8 +1,9 @@
 //! Sparkplug B, decoded by npm's `sparkplug-payload`.
 
+use std::time::{Duration, Instant};
+
 use clino_testkit::programs::{Node, skipped};
 use serde_json::Value;
-use std::time::{Duration, Instant};
 
 use crate::broker::{Broker, Listener, mosquitto};
 use crate::gateway::Gateway;
