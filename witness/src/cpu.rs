@@ -5,6 +5,7 @@
 
 mod board;
 mod chance;
+mod code;
 mod functions;
 mod known;
 mod layout;
@@ -15,10 +16,12 @@ mod witness;
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::rc::Rc;
 
 use rsemu::cpu::arm::v7m::isa::{Cond, Insn, decode};
 
 use chance::Chance;
+use code::Code;
 use known::Parting;
 use layout::{Region, SHORT, SHORT_RAM, TABLE};
 use sequence::{BEGIN, LENGTH, Sequence};
@@ -88,14 +91,18 @@ impl Pair {
         self.board.arrange(&trial.state);
         self.witness.arrange(&trial.state);
         let first = trial.interrupt.map_or(count, |after| after.min(count));
-        self.board.run(first, &mut seen);
-        self.witness.run(first);
-        if first < count {
+        if self.run_on(trial, first, &mut seen) && first < count {
             self.board.interrupt();
             self.witness.interrupt();
-            self.board.run(count - first, &mut seen);
-            self.witness.run(count - first);
+            self.run_on(trial, count - first, &mut seen);
         }
+    }
+
+    /// Executes `count` instructions more; whether that did not lead out of the code.
+    fn run_on(&mut self, trial: &Trial, count: u64, seen: impl FnMut(u32)) -> bool {
+        let left = self.board.run(count, &trial.code, seen);
+        self.witness.run(left.unwrap_or(count));
+        left.is_none()
     }
 
     /// In what they differ.
@@ -127,6 +134,8 @@ fn word(bytes: &[u8], at: usize) -> u32 {
 /// What both begin with.
 struct Trial {
     memory: Vec<(u32, Vec<u8>)>,
+    /// Where instructions begin.
+    code: Rc<Code>,
     state: State,
     /// After this number of instructions an interrupt becomes pending.
     interrupt: Option<u64>,
@@ -139,10 +148,12 @@ impl Trial {
     fn sequence(seed: u64) -> Trial {
         let mut chance = Chance(seed);
         let c = &mut chance;
-        let memory = vec![(BEGIN, Sequence::new(c).bytes()), (SHORT_RAM.base, sequence::ram(c))];
+        let sequence = Sequence::new(c);
+        let memory = vec![(BEGIN, sequence.bytes()), (SHORT_RAM.base, sequence::ram(c))];
+        let code = Rc::new(Code::new([(BEGIN, sequence.into_halves())]));
         let state = sequence::state(c);
         let interrupt = c.once_in(INTERRUPTED).then(|| u64::from(c.below(LENGTH as u32)));
-        Trial { memory, state, interrupt, executed: EXECUTED }
+        Trial { memory, code, state, interrupt, executed: EXECUTED }
     }
 }
 

@@ -8,6 +8,7 @@ use rsemu::core::space::{AddressSpace, Mapping, Perms, RamStore, Region as Mappe
 use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config, Regs};
 
+use super::code::Code;
 use super::layout::{INTERRUPT, INTERRUPT_EXCEPTION, Region, STOP, TABLE};
 use super::state::{Condition, State};
 
@@ -138,15 +139,20 @@ impl Core {
         self.bare.core.pend_irq(INTERRUPT);
     }
 
-    /// Executes `count` instructions, or up to the handler of a fault; calls `seen` with the address of each.
-    pub fn run(&mut self, count: u64, mut seen: impl FnMut(u32)) {
+    /// Executes `count` instructions, or up to the handler of a fault, or up to data; calls `seen` with the address of each.
+    /// Returns how many there were before data.
+    pub fn run(&mut self, count: u64, code: &Code, mut seen: impl FnMut(u32)) -> Option<u64> {
         let mut done = 0;
         while done < count {
             let core = &self.bare.core;
             let before = core.current_exception().0;
             let pc = core.pc();
             if core.is_locked_up() || pc == STOP {
-                return;
+                return None;
+            }
+            // Where no memory is, the fetch fails, and that is compared.
+            if self.has(pc) && !code.has(pc) {
+                return Some(done);
             }
             self.bare.step();
             let after = self.bare.core.current_exception().0;
@@ -157,6 +163,7 @@ impl Core {
                 done += 1;
             }
         }
+        None
     }
 
     /// Instructions that the fast path has executed.

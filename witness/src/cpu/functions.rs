@@ -4,11 +4,14 @@
 //! what is compared is what the two made of the image's own code up to there.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
+use std::rc::Rc;
 
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSymbol, SymbolKind};
 
 use super::chance::Chance;
+use super::code::Code;
 use super::layout::{CCM, FLASH, RAM, STOP, WHOLE};
 use super::state::State;
 use super::{Outcome, Pair, Trial};
@@ -42,13 +45,16 @@ pub fn functions(elf: &[u8], calls: u32, seed: u64) -> Result<(Outcome, String),
         .filter(is_function)
         .map(|symbol| (symbol.address() as u32 & !1, symbol.size() as u32))
         .collect();
-    let code: u32 = places.iter().map(|(_, size)| size).sum();
+    let length: u32 = places.iter().map(|(_, size)| size).sum();
+    let halves = |stretch: Range<u32>| stretch.step_by(2).map(|at| pair.half(at)).collect();
+    let stretches = instructions(&file).into_iter().map(|stretch| (stretch.start, halves(stretch)));
+    let code = Rc::new(Code::new(stretches));
     let mut chance = Chance(seed);
     let mut outcome = Outcome::default();
     let mut reached = BTreeSet::new();
     for (address, _) in &places {
         for _ in 0..calls {
-            let trial = call(*address, &mut chance);
+            let trial = call(*address, &code, &mut chance);
             outcome.take(&mut pair, &trial, |pc| {
                 reached.insert(pc);
             });
@@ -56,12 +62,30 @@ pub fn functions(elf: &[u8], calls: u32, seed: u64) -> Result<(Outcome, String),
     }
     outcome.by_fast_path = pair.board.by_fast_path();
     let bytes: u32 = reached.iter().map(|pc| if pair.half(*pc) >> 11 >= 0x1D { 4 } else { 2 }).sum();
-    let line = format!("{} functions, {bytes} of {code} bytes of code reached", places.len());
+    let line = format!("{} functions, {bytes} of {length} bytes of code reached", places.len());
     Ok((outcome, line))
 }
 
+/// Where the image has instructions: from each mapping symbol `$t` to the next one (ELF for the Arm architecture, section 5.5.5).
+fn instructions(file: &ElfFile32<'_>) -> Vec<Range<u32>> {
+    let mut marks: Vec<(u32, bool)> = file
+        .symbols()
+        .filter_map(|symbol| {
+            let name = symbol.name().ok()?;
+            let is_code = name.starts_with("$t");
+            (is_code || name.starts_with("$d")).then_some((symbol.address() as u32, is_code))
+        })
+        .filter(|(address, _)| address.wrapping_sub(FLASH.base) < FLASH.length)
+        .collect();
+    marks.sort_unstable();
+    marks.dedup_by_key(|(address, _)| *address);
+    let ends = marks.iter().skip(1).map(|(end, _)| *end);
+    let stretches = marks.iter().zip(ends).filter(|((_, is_code), _)| *is_code);
+    stretches.map(|((start, _), end)| *start..end).collect()
+}
+
 /// A call of the function at `address`.
-fn call(address: u32, c: &mut Chance) -> Trial {
+fn call(address: u32, code: &Rc<Code>, c: &mut Chance) -> Trial {
     let pointer = |c: &mut Chance| RAM.base + 4 * c.below(FILLED);
     let mut state = State { xpsr: T, control: 1 << 2, ..State::default() };
     for register in &mut state.r {
@@ -88,5 +112,11 @@ fn call(address: u32, c: &mut Chance) -> Trial {
     let mut ram: Vec<u8> = words.collect();
     ram.resize(RAM.length as usize, 0);
     let stack = vec![0; CCM.length as usize];
-    Trial { memory: vec![(RAM.base, ram), (CCM.base, stack)], state, interrupt: None, executed: EXECUTED }
+    Trial {
+        memory: vec![(RAM.base, ram), (CCM.base, stack)],
+        code: Rc::clone(code),
+        state,
+        interrupt: None,
+        executed: EXECUTED,
+    }
 }

@@ -73,18 +73,7 @@ pub struct Parting<'a> {
 /// A kind of difference.
 type Rule = (fn(&Parting<'_>) -> bool, &'static str);
 
-const RULES: [Rule; 16] = [
-    (empty_list, "STM or LDM of no register, in data that a call jumped into: UNPREDICTABLE (A7.7.41)"),
-    (
-        hint_with_writeback,
-        "a byte or halfword loaded to PC, which would be a hint, with its base written back, in data that a call jumped into: \
-         UNPREDICTABLE (A5.3.8, A5.3.9)",
-    ),
-    (
-        no_index_no_writeback,
-        "a load or store that neither adds its offset nor writes its base back, in data that a call jumped into: UNDEFINED \
-         (A5.3.7 to A5.3.10)",
-    ),
+const RULES: [Rule; 13] = [
     (
         abandoned_load,
         "registers of an LDM after a fault: the instruction is abandoned, its base is as before (B1.5.10)",
@@ -204,27 +193,6 @@ impl Parting<'_> {
             _ => None,
         }
     }
-}
-
-fn empty_list(it: &Parting<'_>) -> bool {
-    it.code[0] & 0xF0FF == 0xC000
-}
-
-/// `rsemu` takes it for a hint and goes on, the second emulator refuses it.
-fn hint_with_writeback(it: &Parting<'_>) -> bool {
-    let [first, second] = it.code;
-    let is_load = matches!(first >> 4, 0xF81 | 0xF83 | 0xF91 | 0xF93) && first & 0xF != 0xF;
-    let went_on = it.board.r[..15] == it.before.r[..15] && it.board.r[15] == it.at.wrapping_add(4);
-    let refused = it.witness.exception() == HARD_FAULT && it.witness.cfsr == UNDEFINSTR;
-    is_load && second & 0xF900 == 0xF900 && went_on && refused
-}
-
-/// `rsemu` carries it out, the second emulator refuses it.
-fn no_index_no_writeback(it: &Parting<'_>) -> bool {
-    let [first, second] = it.code;
-    let is_access = matches!(first >> 4, 0xF80..=0xF85 | 0xF91 | 0xF93) && first & 0xF != 0xF;
-    let refused = it.witness.exception() == HARD_FAULT && it.witness.cfsr == UNDEFINSTR;
-    is_access && second & 0x0D00 == 0x0800 && refused
 }
 
 /// `rsemu` has written the base back before the loads, and keeps what it has loaded; the second emulator has everything as

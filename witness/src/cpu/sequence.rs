@@ -78,6 +78,11 @@ impl Sequence {
         Sequence { code }
     }
 
+    /// Its halfwords.
+    pub fn into_halves(self) -> Vec<u16> {
+        self.code
+    }
+
     /// Its bytes.
     pub fn bytes(&self) -> Vec<u8> {
         self.code.iter().flat_map(|half| half.to_le_bytes()).collect()

@@ -169,16 +169,6 @@ fn examples() -> Vec<Example> {
                 it.is_open = true;
             },
         ),
-        Example::new("LDRSB pc, [r5], #-141", [0xF915, 0xF98D], &[(Place::Cfsr, 0, UNDEFINSTR)]).with(|it| {
-            it.board.r[15] = AT + 4;
-            (it.witness.xpsr, it.witness.cfsr) = (HARD_FAULT, UNDEFINSTR);
-            it.is_open = true;
-        }),
-        Example::new("LDR r9, [r11] without a use of #1", [0xF85B, 0x9801], &[(Place::Cfsr, 0, UNDEFINSTR)])
-            .with(|it| {
-                (it.witness.xpsr, it.witness.cfsr) = (HARD_FAULT, UNDEFINSTR);
-                it.is_open = true;
-            }),
         Example::new("MSR BASEPRI, r1", [0xF381, 0x8811], &[(Place::Basepri, 0x87, 0x80)])
             .with(|it| it.before.r[1] = 0x1287),
         Example::new("VMSR FPSCR, r1", [0xEEE1, 0x1A10], &[(Place::Fpscr, 1, FPSCR_AHP | 1)])
@@ -205,8 +195,7 @@ fn each_rule_knows_its_difference() {
         examples().iter().map(|it| it.known().unwrap_or_else(|| panic!("not known: {}", it.name))).collect();
     reasons.sort_unstable();
     reasons.dedup();
-    // Of the first rule no example is needed: the encoding itself is UNPREDICTABLE.
-    assert_eq!(reasons.len() + 1, RULES.len(), "{reasons:#?}");
+    assert_eq!(reasons.len(), RULES.len(), "{reasons:#?}");
 }
 
 /// A register, a word or a flag more that differs.
@@ -288,12 +277,6 @@ fn another_cause_is_found() {
     change("LDR r0, [r4] across words of an alias", |it| it.before.r[4] = BIT_BAND.start);
     change("LDRH r0, [r4] of an alias, not aligned", |it| it.before.r[4] = BIT_BAND.start + 2);
     change("LDR r0, [r4] of a register of the core", |it| it.before.r[4] = POINTER);
-    change("LDRSB pc, [r5], #-141", |it| it.code = [0xF915, 0xFC8D]);
-    change("LDRSB pc, [r5], #-141", |it| it.board.r[3] = 1);
-    change("LDRSB pc, [r5], #-141", |it| it.witness.cfsr = 0);
-    change("LDR r9, [r11] without a use of #1", |it| it.code[1] |= 1 << 10);
-    change("LDR r9, [r11] without a use of #1", |it| it.code[1] |= 1 << 8);
-    change("LDR r9, [r11] without a use of #1", |it| it.witness.cfsr = 0);
     change("VFMA s0, s1, s2 of a denormal and a NaN", |it| it.before.s[0] = 0);
     change("VSUB s0, s1, s2 of a NaN", |it| it.before.s[2] = 0);
 }
