@@ -117,9 +117,9 @@ pub struct Swept {
     pub devices: u16,
     /// Addresses at which something unintelligible answered.
     pub suspects: u16,
-    /// Addresses dealt with, at each rate and in each pass.
+    /// Addresses dealt with, at each rate and in each pass; all of a rate at which nothing answered a call.
     pub asked: u16,
-    /// Nothing was left out; `false` after a cancel.
+    /// Every rate was dealt with; `false` after a cancel.
     pub complete: bool,
 }
 
