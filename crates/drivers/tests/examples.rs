@@ -11,6 +11,13 @@ mod t7_blocking;
 #[path = "../examples/t7_nb.rs"]
 mod t7_nb;
 
+#[cfg(feature = "commissioning")]
+#[path = "../examples/isu_address.rs"]
+mod isu_address;
+#[cfg(feature = "commissioning")]
+#[path = "../examples/t7_address.rs"]
+mod t7_address;
+
 #[cfg(feature = "async")]
 #[path = "../examples/isu_async.rs"]
 mod isu_async;
@@ -31,6 +38,18 @@ fn t7_nb() {
 #[test]
 fn isu_blocking() {
     isu_blocking::main().unwrap();
+}
+
+#[cfg(feature = "commissioning")]
+#[test]
+fn t7_address() {
+    t7_address::main().unwrap();
+}
+
+#[cfg(feature = "commissioning")]
+#[test]
+fn isu_address() {
+    isu_address::main().unwrap();
 }
 
 #[test]
