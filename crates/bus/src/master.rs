@@ -51,6 +51,8 @@ pub struct Master<P: Protocol> {
     engine: Engine,
     /// Of the exchange in hand, or the last one: it is taken up again for the next, which is cheaper than a new one.
     listener: Option<Listener<P>>,
+    /// Of the exchange that has ended last.
+    outcome: Option<ExchangeOutcome<P>>,
 }
 
 /// Listens for the answer to one request.
@@ -82,7 +84,7 @@ impl<P: Protocol> Master<P> {
     /// A master with nothing in hand. Inlined, for it is large: so it is made where it is to stay.
     #[inline(always)]
     pub fn new(timing: Timing) -> Self {
-        Master { engine: Engine::new(timing), listener: None }
+        Master { engine: Engine::new(timing), listener: None, outcome: None }
     }
 
     /// The part that is the same for all protocols.
@@ -200,6 +202,7 @@ impl<P: Protocol> Master<P> {
         };
         let rest = if self.engine.is_quiet() { self.finish() } else { Rest::default() };
         self.engine.begin(&opening, rest, now);
+        self.outcome = None;
         match &mut self.listener {
             Some(listener) => {
                 P::restart(&mut listener.decoder, expected);
@@ -224,16 +227,44 @@ impl<P: Protocol> Master<P> {
 
     /// Takes an event of the line. A collecting exchange has more than one outcome.
     pub fn on(&mut self, event: Event) -> Option<ExchangeOutcome<P>> {
-        let failed = |fault, at| ExchangeOutcome { result: Err(fault), at };
+        self.observe(event)?;
+        self.take_outcome()
+    }
+
+    /// As [`Master::on`], for a caller that has no use for an outcome of its own: an ISU's takes up to 280 bytes.
+    pub fn observe(&mut self, event: Event) -> Option<&ExchangeOutcome<P>> {
         match event {
             Event::Heard { character, at } => return self.heard(character, at),
             Event::Released { at } => self.released(at),
-            Event::Forced { at } => return self.engine.forced(at).then(|| failed(Fault::NotSent, at)),
-            Event::GivenUp { at } => return self.engine.given_up(at).then(|| failed(Fault::LineBusy, at)),
+            Event::Forced { at } if self.engine.forced(at) => return self.failed(Fault::NotSent, at),
+            Event::GivenUp { at } if self.engine.given_up(at) => return self.failed(Fault::LineBusy, at),
+            Event::Forced { .. } | Event::GivenUp { .. } => {}
             Event::Echo { .. } => self.engine.echoed(),
             Event::Contention { .. } => self.engine.contended(),
         }
         None
+    }
+
+    /// What [`Master::observe`] or [`Master::lapse`] has returned last, until it is taken or another exchange begins.
+    pub fn outcome(&self) -> Option<&ExchangeOutcome<P>> {
+        self.outcome.as_ref()
+    }
+
+    /// Takes that out.
+    pub fn take_outcome(&mut self) -> Option<ExchangeOutcome<P>> {
+        self.outcome.take()
+    }
+
+    fn ended(
+        &mut self,
+        result: Result<P::Answer, Fault<P::DecodeError>>,
+        at: Instant,
+    ) -> Option<&ExchangeOutcome<P>> {
+        Some(self.outcome.insert(ExchangeOutcome { result, at }))
+    }
+
+    fn failed(&mut self, fault: Fault<P::DecodeError>, at: Instant) -> Option<&ExchangeOutcome<P>> {
+        self.ended(Err(fault), at)
     }
 
     fn released(&mut self, at: Instant) {
@@ -245,7 +276,7 @@ impl<P: Protocol> Master<P> {
         }
     }
 
-    fn heard(&mut self, character: Character, at: Instant) -> Option<ExchangeOutcome<P>> {
+    fn heard(&mut self, character: Character, at: Instant) -> Option<&ExchangeOutcome<P>> {
         if !self.engine.heard(character, at) {
             return None;
         }
@@ -261,7 +292,7 @@ impl<P: Protocol> Master<P> {
         &mut self,
         progress: DecodeProgress<P::Answer, P::DecodeError>,
         at: Instant,
-    ) -> Option<ExchangeOutcome<P>> {
+    ) -> Option<&ExchangeOutcome<P>> {
         match progress {
             DecodeProgress::More => None,
             DecodeProgress::Bad(error) => {
@@ -271,7 +302,7 @@ impl<P: Protocol> Master<P> {
                         self.listener.as_mut()?.bad = Some(error);
                         None
                     }
-                    Refused::Reported => Some(ExchangeOutcome { result: Err(Fault::Bad(error)), at }),
+                    Refused::Reported => self.failed(Fault::Bad(error), at),
                 }
             }
             DecodeProgress::Frame(answer) => {
@@ -285,16 +316,22 @@ impl<P: Protocol> Master<P> {
                         self.engine.discard(rest);
                     }
                 }
-                Some(ExchangeOutcome { result: Ok(answer), at })
+                self.ended(Ok(answer), at)
             }
         }
     }
 
     /// Lets time pass. To be called again while it returns an outcome.
     pub fn poll(&mut self, now: Instant) -> Option<ExchangeOutcome<P>> {
+        self.lapse(now)?;
+        self.take_outcome()
+    }
+
+    /// As [`Master::poll`], and as [`Master::observe`].
+    pub fn lapse(&mut self, now: Instant) -> Option<&ExchangeOutcome<P>> {
         match self.engine.poll(now) {
             Due::Nothing => None,
-            Due::NotSent => Some(ExchangeOutcome { result: Err(Fault::NotSent), at: now }),
+            Due::NotSent => self.failed(Fault::NotSent, now),
             Due::Answer => self.miss(now),
             Due::Clear => {
                 let rest = self.finish();
@@ -307,7 +344,7 @@ impl<P: Protocol> Master<P> {
     /// The deadline has passed.
     #[cold]
     #[inline(never)]
-    fn miss(&mut self, now: Instant) -> Option<ExchangeOutcome<P>> {
+    fn miss(&mut self, now: Instant) -> Option<&ExchangeOutcome<P>> {
         // What the decoder has held back until now; each report takes at least a character, so this ends.
         while self.engine.is_waiting() {
             let listener = self.listener.as_mut()?;
@@ -317,11 +354,10 @@ impl<P: Protocol> Master<P> {
                 let bad = listener.bad.take();
                 let check = bad.as_ref().map(FailedCheck::failed_check);
                 let (fault, at) = self.engine.missed(check, discarded, now)?;
-                return Some(ExchangeOutcome { result: Err(fault.with(bad)), at });
+                return self.failed(fault.with(bad), at);
             }
-            let outcome = self.progressed(progress, self.engine.last_heard());
-            if outcome.is_some() {
-                return outcome;
+            if self.progressed(progress, self.engine.last_heard()).is_some() {
+                return self.outcome();
             }
         }
         None

@@ -134,7 +134,7 @@ impl<S: Sensor> Exchanges<S> {
     pub fn pass(&mut self, span: Duration) {
         self.now = self.now + span;
         // What was in hand, if a future was dropped, may have passed its deadline.
-        let _ = self.master.poll(self.now);
+        let _ = self.master.lapse(self.now);
     }
 
     /// Opens an exchange. Nothing is sent yet.
@@ -203,8 +203,8 @@ fn lead<S: Sensor, P: Port>(
                 exchange.sent(sent.is_ok());
                 sent.map_err(Failure::Port)?;
             }
-            Step::Partly(outcome) => tell(&outcome),
-            Step::Over(outcome) => return Ok(outcome.result),
+            Step::Partly => tell(&exchange.take()),
+            Step::Over => return Ok(exchange.take().result),
         }
     }
 }
@@ -229,8 +229,8 @@ async fn lead_async<S: Sensor, P: crate::AsyncPort>(
                 exchange.sent(sent.is_ok());
                 sent.map_err(Failure::Port)?;
             }
-            Step::Partly(outcome) => tell(&outcome),
-            Step::Over(outcome) => return Ok(outcome.result),
+            Step::Partly => tell(&exchange.take()),
+            Step::Over => return Ok(exchange.take().result),
         }
     }
 }

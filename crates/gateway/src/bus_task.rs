@@ -12,7 +12,7 @@
 //!   settings change between two exchanges of the task.
 //! - A task that has changed the bit rate for good leaves that rate, and nothing else, in the settings.
 
-use clino_bus::{Event, ExchangeOutcome, Fault, Instant, Master, Serial, Timing, earliest};
+use clino_bus::{Event, Fault, Instant, Master, Serial, Timing, earliest};
 use clino_commissioning::{RunnerAction, TaskProgress};
 
 use crate::Status;
@@ -120,12 +120,12 @@ impl<P: Serve> BusTask<P> {
 
     /// Takes an event of the line. Returns the exchange that it has ended.
     pub fn on(&mut self, event: Event, slots: &mut [Polled]) -> Option<Ended> {
-        let outcome = self.master.on(event);
+        let over = self.master.observe(event).is_some();
         if let Event::Released { at } = event {
             self.traffic.polling.look_ahead(at, slots);
         }
         self.traffic.polling.look_again();
-        self.settle(outcome.as_ref()?, slots)
+        if over { self.settle(slots) } else { None }
     }
 
     /// Lets time pass. Returns the exchange that is over.
@@ -153,8 +153,8 @@ impl<P: Serve> BusTask<P> {
     /// The exchange under way may be over.
     #[inline(never)]
     fn end(&mut self, now: Instant, slots: &mut [Polled]) -> Option<Ended> {
-        let outcome = self.master.poll(now);
-        self.settle(outcome.as_ref()?, slots)
+        self.master.lapse(now)?;
+        self.settle(slots)
     }
 
     /// Begins the next exchange, if one is due: of the polling or of the task, whichever has its turn.
@@ -243,8 +243,9 @@ impl<P: Serve> BusTask<P> {
     }
 
     #[inline(never)]
-    fn settle(&mut self, outcome: &ExchangeOutcome<P>, slots: &mut [Polled]) -> Option<Ended> {
-        let (engine, at) = (self.master.engine(), outcome.at);
+    fn settle(&mut self, slots: &mut [Polled]) -> Option<Ended> {
+        let (engine, outcome) = (self.master.engine(), self.master.outcome()?);
+        let at = outcome.at;
         if let Some(runner) = self.work.as_mut().map(P::runner).filter(|runner| runner.is_asking()) {
             let fault = outcome.result.as_ref().err().map(Fault::by_check);
             let ended = self.traffic.task_settled(engine, fault.as_ref(), at, slots);

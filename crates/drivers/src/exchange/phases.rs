@@ -23,10 +23,10 @@ pub enum Step<S: Sensor> {
     Listen(Duration),
     /// Send, and say whether it got out whole.
     Send(S::Frame),
-    /// One of several answers, to an exchange that collects them. It is not over.
-    Partly(ExchangeOutcome<S>),
-    /// Nothing more.
-    Over(ExchangeOutcome<S>),
+    /// Nothing: an outcome is here, see [`Exchange::take`]. One of several, if the exchange collects them.
+    Partly,
+    /// Nothing more: the last outcome is here.
+    Over,
 }
 
 /// One exchange.
@@ -40,10 +40,11 @@ pub struct Exchange<'a, S: Sensor> {
     next: Instant,
     /// Any number of sensors may answer until so long after the request.
     window: Option<Duration>,
-    phase: Phase<S>,
+    phase: Phase,
 }
 
-enum Phase<S: Sensor> {
+#[derive(Clone, Copy)]
+enum Phase {
     /// What was before still has its effects. What is heard may be a late answer.
     Settling {
         /// Until then, a sensor may take what we send for the end of a frame that was cut.
@@ -59,12 +60,13 @@ enum Phase<S: Sensor> {
     },
     /// The frame is on its way, or the answer.
     Waiting,
-    /// One of several answers is here.
-    Partly(ExchangeOutcome<S>),
-    Over(ExchangeOutcome<S>),
+    /// One of several outcomes is here; the master keeps it.
+    Partly,
+    /// The last one is.
+    Over,
 }
 
-impl<S: Sensor> Phase<S> {
+impl Phase {
     const SETTLING: Self = Self::Settling { recovered_at: None };
 }
 
@@ -110,25 +112,34 @@ impl<'a, S: Sensor> Exchange<'a, S> {
                 }
             }
         }
-        match core::mem::replace(&mut self.phase, Phase::Waiting) {
+        match self.phase {
             Phase::Guarding { silence: Silence::Kept, .. } => {
                 let frame = self.begin()?;
+                self.phase = Phase::Waiting;
                 // Until the port says otherwise, the frame may have been cut: a future can be dropped.
                 self.all.half_sent = true;
                 Ok(Step::Send(frame))
             }
-            Phase::Over(outcome) => Ok(Step::Over(outcome)),
-            Phase::Partly(outcome) => Ok(Step::Partly(outcome)),
+            Phase::Over => Ok(Step::Over),
+            Phase::Partly => {
+                self.phase = Phase::Waiting;
+                Ok(Step::Partly)
+            }
             Phase::Waiting => Ok(match self.all.master.poll_at() {
                 Some(deadline) => self.listen_until(deadline),
                 // Nothing is in hand, and so nothing comes.
-                None => Step::Over(ExchangeOutcome { result: Err(Fault::NotSent), at: self.all.now }),
+                None => Step::Over,
             }),
-            other => {
-                self.phase = other;
+            Phase::Guarding { .. } | Phase::Settling { .. } => {
                 Ok(Step::Listen(self.all.master.timing().guard))
             }
         }
+    }
+
+    /// The outcome that is here.
+    pub fn take(&mut self) -> ExchangeOutcome<S> {
+        let nothing = ExchangeOutcome { result: Err(Fault::NotSent), at: self.all.now };
+        self.all.master.take_outcome().unwrap_or(nothing)
     }
 
     /// From when on the request may be sent.
@@ -167,7 +178,8 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         // The first may have begun before our driver was off.
         let proven = all.released + all.master.timing().serial.characters(all.heard.saturating_sub(1));
         let at = (all.now + after).max(proven);
-        let outcome = all.master.on(Event::Heard { character, at }).or_else(|| all.master.poll(proven));
+        let ended = all.master.observe(Event::Heard { character, at }).is_some()
+            || all.master.lapse(proven).is_some();
         let enough = match &mut self.phase {
             Phase::Settling { .. } => self.settled_at().is_none_or(|at| at <= proven),
             Phase::Guarding { stale, silence, .. } => {
@@ -175,16 +187,16 @@ impl<'a, S: Sensor> Exchange<'a, S> {
                 *stale = stale.saturating_add(1);
                 *stale > MOST_STALE
             }
-            Phase::Waiting => outcome.is_some(),
-            Phase::Partly(_) | Phase::Over(_) => true,
+            Phase::Waiting => ended,
+            Phase::Partly | Phase::Over => true,
         };
         if !enough {
             return ControlFlow::Continue(());
         }
         self.all.now = self.all.now.max(proven);
-        match outcome {
-            Some(outcome) if matches!(self.phase, Phase::Waiting) => self.ended(outcome),
-            _ if matches!(self.phase, Phase::Guarding { .. }) => self.give_up(),
+        match self.phase {
+            Phase::Waiting => self.ended(),
+            Phase::Guarding { .. } => self.give_up(),
             _ => {}
         }
         ControlFlow::Break(())
@@ -195,9 +207,9 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     pub fn passed(&mut self, span: Duration) {
         let all = &mut *self.all;
         all.now = all.now + span;
-        let outcome = all.master.poll(all.now);
+        let ended = all.master.lapse(all.now).is_some();
         match &mut self.phase {
-            Phase::Settling { .. } | Phase::Partly(_) | Phase::Over(_) => {}
+            Phase::Settling { .. } | Phase::Partly | Phase::Over => {}
             Phase::Guarding { silence: silence @ Silence::Unknown, .. } => *silence = Silence::Kept,
             Phase::Guarding { silence, give_up, .. } => {
                 *silence = Silence::Unknown;
@@ -205,19 +217,15 @@ impl<'a, S: Sensor> Exchange<'a, S> {
                     self.give_up();
                 }
             }
-            Phase::Waiting => {
-                if let Some(outcome) = outcome {
-                    self.ended(outcome);
-                }
-            }
+            Phase::Waiting if ended => self.ended(),
+            Phase::Waiting => {}
         }
     }
 
     /// The master has an outcome. One that collects has several, of which the last says so.
-    fn ended(&mut self, outcome: ExchangeOutcome<S>) {
-        let last = self.window.is_none()
-            || matches!(outcome.result, Err(Fault::Over { .. } | Fault::NotSent | Fault::LineBusy));
-        self.phase = if last { Phase::Over(outcome) } else { Phase::Partly(outcome) };
+    fn ended(&mut self) {
+        let last = self.window.is_none() || !self.all.master.is_asking();
+        self.phase = if last { Phase::Over } else { Phase::Partly };
     }
 
     /// The frame is out, or did not get out whole.
@@ -228,8 +236,8 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         all.witness = Heard::default();
         let at = all.now;
         let event = if whole { Event::Released { at } } else { Event::Forced { at } };
-        if let Some(outcome) = all.master.on(event) {
-            self.phase = Phase::Over(outcome);
+        if all.master.observe(event).is_some() {
+            self.phase = Phase::Over;
         }
     }
 
@@ -250,10 +258,8 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     /// The line does not fall silent: the request ends before it is sent.
     fn give_up(&mut self) {
         let at = self.all.now;
-        if self.begin().is_ok()
-            && let Some(outcome) = self.all.master.on(Event::GivenUp { at })
-        {
-            self.phase = Phase::Over(outcome);
+        if self.begin().is_ok() && self.all.master.observe(Event::GivenUp { at }).is_some() {
+            self.phase = Phase::Over;
         }
     }
 
@@ -270,7 +276,8 @@ impl<'a, S: Sensor> Exchange<'a, S> {
 
     /// When to try again after what came out.
     fn again_at(&self) -> Option<Instant> {
-        let Phase::Over(ExchangeOutcome { result: Err(fault), at }) = &self.phase else { return None };
+        let Phase::Over = self.phase else { return None };
+        let ExchangeOutcome { result: Err(fault), at } = self.all.master.outcome()? else { return None };
         self.all.retry.after(self.tried.saturating_add(1), S::writes(self.request), fault, *at)
     }
 }

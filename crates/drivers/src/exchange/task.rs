@@ -110,7 +110,7 @@ impl<S: Sensor + Commissionable> Exchanges<S> {
     fn overhear(&mut self, character: Character, after: Duration) -> ControlFlow<()> {
         let at = self.now + after;
         // Outcomes are those of an exchange in hand, and there is none.
-        let _ = self.master.on(Event::Heard { character, at });
+        let _ = self.master.observe(Event::Heard { character, at });
         ControlFlow::Continue(())
     }
 
