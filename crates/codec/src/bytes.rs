@@ -12,44 +12,40 @@ impl<'a> Reader<'a> {
         Self(bytes)
     }
 
-    #[inline(always)]
+    /// A field of bytes.
     pub(crate) fn array<const N: usize>(&mut self) -> [u8; N] {
-        match self.0.split_first_chunk() {
-            Some((field, rest)) => {
-                self.0 = rest;
-                *field
-            }
-            None => [0; N],
-        }
+        let Some((field, rest)) = self.0.split_first_chunk() else { return [0; N] };
+        self.0 = rest;
+        *field
     }
 
     pub(crate) fn u8(&mut self) -> u8 {
-        u8::from_be_bytes(self.array())
+        self.number(1) as u8
     }
 
     pub(crate) fn u16(&mut self) -> u16 {
-        u16::from_be_bytes(self.array())
+        self.number(2) as u16
     }
 
     pub(crate) fn i16(&mut self) -> i16 {
-        i16::from_be_bytes(self.array())
+        self.number(2) as i16
     }
 
     pub(crate) fn u32(&mut self) -> u32 {
-        u32::from_be_bytes(self.array())
+        self.number(4)
     }
 
     pub(crate) fn i32(&mut self) -> i32 {
-        i32::from_be_bytes(self.array())
+        self.number(4) as i32
     }
-}
 
-/// These bytes with zeros behind, or as many of them as fit.
-#[inline(never)]
-pub(crate) fn padded<const N: usize>(bytes: &[u8]) -> [u8; N] {
-    let mut padded = [0; N];
-    copy(&mut padded, bytes);
-    padded
+    /// A field of at most four bytes. One function for all of them: what is read all day does not come this way.
+    #[inline(never)]
+    fn number(&mut self, width: usize) -> u32 {
+        let Some((field, rest)) = self.0.split_at_checked(width) else { return 0 };
+        self.0 = rest;
+        field.iter().fold(0, |number, &byte| number << u8::BITS | u32::from(byte))
+    }
 }
 
 /// Puts fields at the front.

@@ -130,6 +130,8 @@ fn isu_angles_all_65_536_through_the_decoder() {
     assert_eq!(decoder.discarded(), 0);
 }
 
+/// With every length: short messages have their own test, `short_messages`.
+#[cfg(feature = "long-messages")]
 #[test]
 fn isu_all_pairs_of_length_and_second_byte() {
     for length in 0..=u8::MAX {

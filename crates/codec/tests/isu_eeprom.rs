@@ -119,8 +119,8 @@ fn the_documented_data_words_are_found() {
 fn an_image_is_put_together_from_what_is_read() {
     let words = sound(ChecksumReading::WordsLeftOut);
     let mut image = Image::new([0; 256]);
-    for start in (0..=255).step_by(32) {
-        let read = Words::new(&words[start..start + 32]).unwrap();
+    for start in (0..=255).step_by(16) {
+        let read = Words::new(&words[start..start + 16]).unwrap();
         image.fill(start as u8, read.iter());
     }
     assert_eq!(image, Image::new(words));

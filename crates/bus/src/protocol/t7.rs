@@ -4,7 +4,7 @@ use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
 use clino_codec::checks::{Check, Checks};
 use clino_codec::t7::{
-    Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Opcode, Request,
+    Address, Answer, AnswerDecoder, CommandFrame, DecodeError, EncodeError, Expected, Opcode, Request,
 };
 
 use crate::{ExpectedReply, FailedCheck, Protocol, ReplyHeader};
@@ -19,11 +19,11 @@ impl Protocol for T7 {
     type Answer = Answer;
     type EncodeError = EncodeError;
     type DecodeError = DecodeError;
-    type Frame = Frame;
+    type Frame = CommandFrame;
     type Expected = Expected;
     type Decoder = AnswerDecoder;
 
-    fn encode(address: Address, request: &Request) -> Result<Frame, EncodeError> {
+    fn encode(address: Address, request: &Request) -> Result<CommandFrame, EncodeError> {
         request.encode(address)
     }
 

@@ -2,11 +2,11 @@
 
 use super::envelope::{Envelope, Speaker};
 use super::error::{DecodeError, Differs};
-use super::frame::{BODY, Frame, OVERHEAD};
+use super::frame::{AnswerFrame, OVERHEAD};
 use super::opcode::{PRINTED_GET_ALL_ANGLES_LENGTH, is_quirk};
 use super::{Address, Axis, Millidegrees, Opcode, Response, fields};
-use crate::bytes::{Reader, padded, sum};
-use crate::checks::Checks;
+use crate::bytes::sum;
+use crate::checks::{Checks, ValueRange};
 
 /// Length byte of Get Angle. Source: §2.1.2.
 const GET_ANGLE_LENGTH: u8 = Opcode::GetAngle0.response_length();
@@ -94,32 +94,42 @@ impl Answer {
     /// # Errors
     /// The first check of `checks` that refuses the bytes.
     pub fn decode_with(bytes: &[u8], checks: Checks) -> Result<Self, DecodeError> {
-        if let &[address, GET_ANGLE_LENGTH, code, a, b, c, d, _] = bytes
-            && let Some(axis) = Axis::new(code.wrapping_sub(Opcode::GetAngle0.get()))
-            && let Some(address) = Address::new(address)
-            && sum(bytes) == 0
-            && checks.values.allows(Millidegrees(i32::from_be_bytes([a, b, c, d])))
-        {
-            // The answer that is polled all day, with no check that fails: a short cut.
-            let angle = Millidegrees(i32::from_be_bytes([a, b, c, d]));
-            return Ok(Self { address, response: Response::GetAngle { axis, angle }, length_quirk: false });
+        if let Some(answer) = Self::angle(bytes, checks.values) {
+            return Ok(answer);
         }
-        Self::decode_any(bytes, checks)
+        let Envelope { address, length, opcode, body } = Envelope::open(bytes, Speaker::Device, checks)?;
+        Self::read(address, length, opcode, body, checks)
     }
 
-    /// The long way, for all other answers and for everything that is wrong.
+    /// The answer that is polled all day, if it is one that no check refuses: a short cut.
+    #[inline]
+    pub(super) fn angle(bytes: &[u8], values: ValueRange) -> Option<Self> {
+        let &[address, GET_ANGLE_LENGTH, code, a, b, c, d, _] = bytes else { return None };
+        let axis = Axis::new(code.wrapping_sub(Opcode::GetAngle0.get()))?;
+        let address = Address::new(address)?;
+        let angle = Millidegrees(i32::from_be_bytes([a, b, c, d]));
+        let is_good = sum(bytes) == 0 && values.allows(angle);
+        is_good.then_some(Self { address, response: Response::GetAngle { axis, angle }, length_quirk: false })
+    }
+
+    /// Reads a body that is as long as answers to this command are.
     #[inline(never)]
-    fn decode_any(bytes: &[u8], checks: Checks) -> Result<Self, DecodeError> {
-        let Envelope { address, length, opcode, body } = Envelope::open(bytes, Speaker::Device, checks)?;
+    pub(super) fn read(
+        address: Address,
+        length: u8,
+        opcode: Opcode,
+        body: &[u8],
+        checks: Checks,
+    ) -> Result<Self, DecodeError> {
         if !opcode.is_set() {
             fields::check(opcode, body, checks.values)?;
         }
-        let response = Response::read(opcode, Reader::new(&padded::<BODY>(body)));
+        let response = Response::read(opcode, body);
         Ok(Self { address, response, length_quirk: is_quirk(length, opcode) })
     }
 
     /// The answer as the device sends it, length quirk included.
-    pub fn encode(&self) -> Frame {
+    pub fn encode(&self) -> AnswerFrame {
         let mut frame = self.response.encode(self.address);
         if self.length_quirk && self.response.opcode() == Opcode::GetAllAngles {
             frame.set_length_byte(PRINTED_GET_ALL_ANGLES_LENGTH);

@@ -1,6 +1,7 @@
 //! Streaming decoder for the answer to one command.
 
 use super::answer::size;
+use super::envelope::{body, check_sum};
 use super::error::DecodeError;
 use super::frame::HEADER;
 use super::opcode::length_fits;
@@ -75,7 +76,7 @@ impl AnswerDecoder {
                 self.stream.wait(self.answers.size);
                 return DecodeProgress::More;
             }
-            if let Ok(answer) = Answer::decode_with(bytes, self.answers.checks) {
+            if let Some(answer) = Answer::angle(bytes, self.answers.checks.values) {
                 self.stream.clear();
                 self.stream.wait(HEADER);
                 return DecodeProgress::Frame(answer);
@@ -127,6 +128,17 @@ impl Answers {
         Self { expected, checks, header, size: size(opcode) }
     }
 
+    /// Reads a frame whose header is that of an expected answer, and that is as long.
+    fn read(&self, from: Address, length: u8, opcode: Opcode, frame: &[u8]) -> Result<Answer, DecodeError> {
+        if from.is_all() {
+            return Err(DecodeError::UnknownAddress { address: from.get() });
+        }
+        if self.checks.checksum {
+            check_sum(frame)?;
+        }
+        Answer::read(from, length, opcode, body(frame), self.checks)
+    }
+
     /// What starts with these bytes.
     fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut DecodeProgress) -> Verdict {
         let Some(&[address, length, command]) = bytes.first_chunk() else {
@@ -162,7 +174,7 @@ impl Answers {
         }
         match self.checks.complaint(errors) {
             Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),
-            None => seen.settle(Answer::decode_with(frame, self.checks), size),
+            None => seen.settle(self.read(from, length, opcode, frame), size),
         }
     }
 }

@@ -44,13 +44,25 @@ impl<'a> Envelope<'a> {
         if bytes.len() != expected {
             return Err(DecodeError::Size { received: bytes.len(), expected });
         }
-        let total = if host && !opcode.is_set() { 0 } else { sum(bytes) };
-        if checks.checksum && total != 0 {
-            // Taking the total from the last byte leaves the byte that would have made the total zero.
-            let received = bytes.last().copied().unwrap_or(0);
-            return Err(DecodeError::Checksum { received, computed: received.wrapping_sub(total) });
+        if checks.checksum && (!host || opcode.is_set()) {
+            check_sum(bytes)?;
         }
-        let body = bytes.get(HEADER..).unwrap_or(&[]);
-        Ok(Self { address, length, opcode, body })
+        Ok(Self { address, length, opcode, body: body(bytes) })
     }
+}
+
+/// What follows the header.
+pub(super) fn body(bytes: &[u8]) -> &[u8] {
+    bytes.get(HEADER..).unwrap_or(&[])
+}
+
+/// A message with a checksum sums to zero.
+pub(super) fn check_sum(bytes: &[u8]) -> Result<(), DecodeError> {
+    let total = sum(bytes);
+    if total == 0 {
+        return Ok(());
+    }
+    // Taking the total from the last byte leaves the byte that would have made the total zero.
+    let received = bytes.last().copied().unwrap_or(0);
+    Err(DecodeError::Checksum { received, computed: received.wrapping_sub(total) })
 }

@@ -5,34 +5,37 @@ use super::parameters::{MAX_DAMPING_MS, MIN_DAMPING_MS};
 use super::{Address, Axis, BaudRate, DeviceType, Opcode};
 use crate::checks::ValueRange;
 
-/// Lowest command code.
-const FIRST: u8 = Opcode::GetAllAngles.get();
-/// Most fields of one message.
-const MOST: usize = 3;
-/// Place of a field, counted from the byte after the command code.
-type Place = Option<(Field, u8)>;
-
-/// The fields of each message, by command code: of the command itself if it is a Set command, of the answer if
-/// it is a Get command. Nothing in the other direction has limits.
-const FIELDS: [[Place; MOST]; 18] = [
-    /* 80 */ [Some((Field::Angle, 0)), Some((Field::Angle, 4)), Some((Field::Angle, 8))],
-    /* 81 */ [Some((Field::Angle, 0)), None, None],
-    /* 82 */ [Some((Field::Angle, 0)), None, None],
-    /* 83 */ [Some((Field::Angle, 0)), None, None],
-    /* 84 */ [Some((Field::Axis, 0)), Some((Field::Angle, 1)), None],
-    /* 85 */ [Some((Field::Offset, 0)), Some((Field::Offset, 4)), Some((Field::Offset, 8))],
-    /* 86 */ [Some((Field::Axis, 0)), Some((Field::Offset, 1)), None],
-    /* 87 */ [Some((Field::Angle, 0)), Some((Field::Angle, 4)), Some((Field::Angle, 8))],
-    /* 88 */ [Some((Field::Direction, 0)), Some((Field::Direction, 1)), Some((Field::Direction, 2))],
-    /* 89 */ [Some((Field::Axis, 0)), Some((Field::Direction, 1)), None],
-    /* 8A */ [Some((Field::Damping, 0)), None, None],
-    /* 8B */ [Some((Field::Damping, 0)), None, None],
-    /* 8C */ [Some((Field::OutputRange, 0)), None, None],
-    /* 8D */ [Some((Field::OutputRange, 0)), None, None],
-    /* 8E */ [None, None, None],
-    /* 8F */ [Some((Field::BaudRate, 0)), None, None],
-    /* 90 */ [None, None, None],
-    /* 91 */ [Some((Field::DeviceType, 0)), Some((Field::NewAddress, 5)), None],
+/// The fields that have limits, and their places, counted from the byte after the command code: of a Set command, or of the
+/// answer to a Get command. Nothing in the other direction has limits.
+const FIELDS: [(Opcode, Field, u8); 28] = [
+    (Opcode::GetAllAngles, Field::Angle, 0),
+    (Opcode::GetAllAngles, Field::Angle, 4),
+    (Opcode::GetAllAngles, Field::Angle, 8),
+    (Opcode::GetAngle0, Field::Angle, 0),
+    (Opcode::GetAngle1, Field::Angle, 0),
+    (Opcode::GetAngle2, Field::Angle, 0),
+    (Opcode::SetAngle, Field::Axis, 0),
+    (Opcode::SetAngle, Field::Angle, 1),
+    (Opcode::GetAllAngleOffsets, Field::Offset, 0),
+    (Opcode::GetAllAngleOffsets, Field::Offset, 4),
+    (Opcode::GetAllAngleOffsets, Field::Offset, 8),
+    (Opcode::SetAngleOffset, Field::Axis, 0),
+    (Opcode::SetAngleOffset, Field::Offset, 1),
+    (Opcode::GetAllData, Field::Angle, 0),
+    (Opcode::GetAllData, Field::Angle, 4),
+    (Opcode::GetAllData, Field::Angle, 8),
+    (Opcode::GetAllDirections, Field::Direction, 0),
+    (Opcode::GetAllDirections, Field::Direction, 1),
+    (Opcode::GetAllDirections, Field::Direction, 2),
+    (Opcode::SetDirection, Field::Axis, 0),
+    (Opcode::SetDirection, Field::Direction, 1),
+    (Opcode::GetDamping, Field::Damping, 0),
+    (Opcode::SetDamping, Field::Damping, 0),
+    (Opcode::GetAngleOutputRange, Field::OutputRange, 0),
+    (Opcode::SetAngleOutputRange, Field::OutputRange, 0),
+    (Opcode::SetBaudRate, Field::BaudRate, 0),
+    (Opcode::SetAddress, Field::DeviceType, 0),
+    (Opcode::SetAddress, Field::NewAddress, 5),
 ];
 
 impl Field {
@@ -71,8 +74,7 @@ pub(super) struct OutOfRange {
 /// Checks the limits in the body of a message that has such. Codes are always checked, numbers as `values` says.
 #[inline(never)]
 pub(super) fn check(opcode: Opcode, body: &[u8], values: ValueRange) -> Result<(), OutOfRange> {
-    let fields = FIELDS.get(usize::from(opcode.get().wrapping_sub(FIRST))).unwrap_or(&[None; MOST]);
-    for &(field, at) in fields.iter().flatten() {
+    for &(_, field, at) in FIELDS.iter().filter(|&&(of, ..)| of == opcode) {
         let bytes = body.iter().skip(usize::from(at)).take(field.width());
         let value = bytes.fold(0, |value, &byte| value << 8 | i32::from(byte));
         let (min, max) = field.limits(values);

@@ -7,32 +7,36 @@ use crate::bytes::{Writer, put, sum};
 pub(super) const OVERHEAD: usize = 2;
 /// Longest message: the answer to Get All Data. Source: T7 guide §2.3.
 pub(super) const LONGEST: usize = OVERHEAD + 0x20;
+/// Longest command: Set Address. Source: T7 guide §2.8.
+const LONGEST_COMMAND: usize = OVERHEAD + 0x08;
 /// Bytes before the body: address, length, command. They tell what follows.
 pub(super) const HEADER: usize = 3;
-/// Longest body, the checksum behind it included.
-pub(super) const BODY: usize = LONGEST - HEADER;
 
-/// One encoded message.
+/// One encoded message of at most `N` bytes.
 #[derive(Clone, Copy)]
-pub struct Frame {
-    bytes: [u8; LONGEST],
+pub struct Frame<const N: usize> {
+    bytes: [u8; N],
     length: u8,
 }
 
-impl Frame {
+/// One encoded command. Small, for every request on a line is one.
+pub type CommandFrame = Frame<LONGEST_COMMAND>;
+/// One encoded answer.
+pub type AnswerFrame = Frame<LONGEST>;
+
+impl<const N: usize> Frame<N> {
     /// A message with an empty body.
     #[inline(always)]
     pub(super) fn new(address: Address, length: u8, command: u8) -> Self {
-        let mut bytes = [0; LONGEST];
+        let mut bytes = [0; N];
         Writer::new(&mut bytes).put([address.get(), length, command]);
         Self { bytes, length: length.wrapping_add(OVERHEAD as u8) }
     }
 
     /// Where parameters, data or status go.
     #[inline(always)]
-    pub(super) fn body(&mut self) -> &mut [u8; BODY] {
-        let [_, _, _, body @ ..] = &mut self.bytes;
-        body
+    pub(super) fn body(&mut self) -> &mut [u8] {
+        self.bytes.get_mut(HEADER..).unwrap_or(&mut [])
     }
 
     /// Another length byte in a sealed message, which stays sealed and as long as it is.
@@ -55,28 +59,28 @@ impl Frame {
     }
 }
 
-impl AsRef<[u8]> for Frame {
+impl<const N: usize> AsRef<[u8]> for Frame<N> {
     fn as_ref(&self) -> &[u8] {
         self.as_bytes()
     }
 }
 
-impl PartialEq for Frame {
+impl<const N: usize> PartialEq for Frame<N> {
     fn eq(&self, other: &Self) -> bool {
         self.as_bytes() == other.as_bytes()
     }
 }
 
-impl Eq for Frame {}
+impl<const N: usize> Eq for Frame<N> {}
 
-impl core::fmt::Debug for Frame {
+impl<const N: usize> core::fmt::Debug for Frame<N> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "Frame({:02X?})", self.as_bytes())
     }
 }
 
 #[cfg(feature = "defmt")]
-impl defmt::Format for Frame {
+impl<const N: usize> defmt::Format for Frame<N> {
     fn format(&self, f: defmt::Formatter<'_>) {
         defmt::write!(f, "Frame({=[u8]:02X})", self.as_bytes());
     }

@@ -38,7 +38,7 @@ pub use address::{Address, InvalidAddress};
 pub use answer::{Answer, Expected};
 pub use decoder::{AnswerDecoder, DecodeProgress};
 pub use error::{DecodeError, Differs, EncodeError, Field};
-pub use frame::Frame;
+pub use frame::{AnswerFrame, CommandFrame, Frame};
 pub use information::{DeviceInformation, Text};
 pub use opcode::Opcode;
 pub use parameters::{Axis, BaudRate, DeviceType, Direction, MAX_DAMPING_MS, MIN_DAMPING_MS};

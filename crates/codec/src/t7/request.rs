@@ -4,11 +4,11 @@
 
 use super::envelope::{Envelope, Speaker};
 use super::error::{DecodeError, EncodeError};
-use super::frame::{BODY, Frame};
+use super::frame::CommandFrame;
 use super::parameters::{direction, range, range_code};
 use super::{Address, Axis, BaudRate, DeviceType, Direction, Expected, Millidegrees, Opcode, fields};
 use crate::angle::Range;
-use crate::bytes::{Reader, Writer, padded};
+use crate::bytes::{Reader, Writer};
 use crate::checks::{Checks, ValueRange};
 
 /// A command.
@@ -130,22 +130,22 @@ impl Request {
     /// # Errors
     /// [`EncodeError::OutOfRange`] for a parameter beyond its documented limits, which are in the error;
     /// [`EncodeError::NotForAll`] for a command that must not go to the all-respond address.
-    pub fn encode(&self, address: Address) -> Result<Frame, EncodeError> {
+    pub fn encode(&self, address: Address) -> Result<CommandFrame, EncodeError> {
         let opcode = self.opcode();
         if address.is_all() && !opcode.may_go_to_all() {
             return Err(EncodeError::NotForAll { opcode, response_length: opcode.response_length() });
         }
-        let mut frame = Frame::new(address, opcode.request_length(), opcode.get());
-        self.write(Writer::new(frame.body()));
-        if opcode.is_set() {
+        let mut frame = CommandFrame::new(address, opcode.request_length(), opcode.get());
+        if self.write(Writer::new(frame.body())) {
             fields::check(opcode, frame.body(), ValueRange::AnyMode)?;
             frame.seal();
         }
         Ok(frame)
     }
 
+    /// Writes the parameters of a Set command; a Get command has none, and no checksum.
     #[inline(always)]
-    fn write(&self, mut body: Writer<'_>) {
+    fn write(&self, mut body: Writer<'_>) -> bool {
         match *self {
             Self::SetAngle { axis, angle: value } | Self::SetAngleOffset { axis, offset: value } => {
                 body.put([axis.get()]);
@@ -167,8 +167,9 @@ impl Request {
             | Self::GetAllDirections
             | Self::GetDamping
             | Self::GetAngleOutputRange
-            | Self::GetDeviceInformation => {}
+            | Self::GetDeviceInformation => return false,
         }
+        true
     }
 
     /// The command that these bytes are, whole and exactly. A command that must not go to the all-respond
@@ -182,7 +183,7 @@ impl Request {
         if opcode.is_set() {
             fields::check(opcode, body, ValueRange::AnyMode)?;
         }
-        Ok(Command { address, request: Self::read(opcode, Reader::new(&padded::<BODY>(body))) })
+        Ok(Command { address, request: Self::read(opcode, Reader::new(body)) })
     }
 
     /// Reads the parameters of a command, whose length and [fields] were checked.

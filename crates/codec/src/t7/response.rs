@@ -1,6 +1,6 @@
 //! Answers of devices. Source: T7 guide §1.2, §2.
 
-use super::frame::Frame;
+use super::frame::AnswerFrame;
 use super::parameters::{direction, range, range_code};
 use super::{Acceleration, Axis, DeviceInformation, Direction, Millidegrees, Opcode, Status, Temperature};
 use super::{Address, Text};
@@ -112,9 +112,9 @@ impl Response {
     }
 
     /// The answer as a device with that address sends it.
-    pub fn encode(&self, address: Address) -> Frame {
+    pub fn encode(&self, address: Address) -> AnswerFrame {
         let opcode = self.opcode();
-        let mut frame = Frame::new(address, opcode.response_length(), opcode.get());
+        let mut frame = AnswerFrame::new(address, opcode.response_length(), opcode.get());
         self.write(Writer::new(frame.body()));
         frame.seal();
         frame
@@ -158,36 +158,36 @@ impl Response {
 
     /// Reads the body of an answer, whose length and [fields](super::fields) were checked. Temperatures and
     /// accelerations are reported as they are.
-    pub(super) fn read(opcode: Opcode, mut body: Reader<'_>) -> Self {
-        let status = Status::new(body.clone().u8());
+    pub(super) fn read(opcode: Opcode, body: &[u8]) -> Self {
+        let (mut start, mut rest) = (Reader::new(body), Reader::new(body));
+        // Every answer with angles or offsets begins with them; behind a shorter one zeros are read.
+        let words = [rest.i32(), rest.i32(), rest.i32()].map(Millidegrees);
+        let status = Status::new(body.first().copied().unwrap_or(0));
         match opcode {
             Opcode::GetAngle0 | Opcode::GetAngle1 | Opcode::GetAngle2 => {
-                let axis = opcode.axis().unwrap_or(Axis::Two);
-                Self::GetAngle { axis, angle: Millidegrees(body.i32()) }
+                let (axis, [angle, ..]) = (opcode.axis().unwrap_or(Axis::Two), words);
+                Self::GetAngle { axis, angle }
             }
             Opcode::GetAllAngles => {
-                let angles = triple(&mut body).map(Millidegrees);
-                Self::GetAllAngles { angles, temperature: Temperature(body.i16()) }
+                Self::GetAllAngles { angles: words, temperature: Temperature(rest.i16()) }
             }
-            Opcode::GetAllAngleOffsets => {
-                Self::GetAllAngleOffsets { offsets: triple(&mut body).map(Millidegrees) }
-            }
+            Opcode::GetAllAngleOffsets => Self::GetAllAngleOffsets { offsets: words },
             Opcode::GetAllData => Self::GetAllData {
-                angles: triple(&mut body).map(Millidegrees),
-                temperature: Temperature(body.i16()),
-                accelerations: triple(&mut body).map(Acceleration),
-                serial: body.u32(),
+                angles: words,
+                temperature: Temperature(rest.i16()),
+                accelerations: [rest.i32(), rest.i32(), rest.i32()].map(Acceleration),
+                serial: rest.u32(),
             },
             Opcode::GetAllDirections => {
-                Self::GetAllDirections { directions: body.array::<3>().map(direction) }
+                Self::GetAllDirections { directions: start.array::<3>().map(direction) }
             }
-            Opcode::GetDamping => Self::GetDamping { damping_ms: body.u16() },
-            Opcode::GetAngleOutputRange => Self::GetAngleOutputRange(range(body.u8())),
+            Opcode::GetDamping => Self::GetDamping { damping_ms: start.u16() },
+            Opcode::GetAngleOutputRange => Self::GetAngleOutputRange(range(start.u8())),
             Opcode::GetDeviceInformation => Self::GetDeviceInformation(DeviceInformation {
-                serial: body.u32(),
-                firmware: Text::new(body.array()),
-                product: Text::new(body.array()),
-                calibration_state: body.u16(),
+                serial: start.u32(),
+                firmware: Text::new(start.array()),
+                product: Text::new(start.array()),
+                calibration_state: start.u16(),
             }),
             Opcode::SetAngle => Self::SetAngle(status),
             Opcode::SetAngleOffset => Self::SetAngleOffset(status),
@@ -205,9 +205,4 @@ fn put_triple(body: &mut Writer<'_>, [zero, one, two]: [i32; 3]) {
     body.put(zero.to_be_bytes());
     body.put(one.to_be_bytes());
     body.put(two.to_be_bytes());
-}
-
-#[inline(always)]
-fn triple(body: &mut Reader<'_>) -> [i32; 3] {
-    [body.i32(), body.i32(), body.i32()]
 }

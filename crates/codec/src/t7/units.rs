@@ -44,6 +44,7 @@ impl Millidegrees {
 
 impl ValueRange {
     /// Lowest and highest angle that pass this check, in millidegrees.
+    #[inline(never)]
     pub(super) const fn limits(self) -> (i32, i32) {
         match self {
             Self::Off => (i32::MIN, i32::MAX),
