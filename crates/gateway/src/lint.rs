@@ -238,15 +238,25 @@ impl<'a> Lint<'a> {
             }
             self.of_bus(bus, found);
         }
-        self.each(&mut |slot, config| self.of_slot(slot, config, found));
-        self.each(&mut |slot, SlotConfig { source, .. }| {
+        self.of_slots(found);
+    }
+
+    /// Each slot by itself and beside the others.
+    #[inline(never)]
+    fn of_slots(&self, found: &mut dyn FnMut(Finding)) {
+        for slot in 0..=u8::MAX {
+            let Some(config) = (self.slot)(slot) else { break };
+            self.of_slot(slot, &config, found);
+        }
+        for slot in 0..=u8::MAX {
+            let Some(SlotConfig { source, .. }) = (self.slot)(slot) else { break };
             if source.is_faulty() {
                 found(Finding::Incomplete { slot, kind: source.kind(), address: source.address() });
             }
-        });
+        }
     }
 
-    /// Looks at each slot, used or not. The only place that holds a slot's settings: they are large.
+    /// Looks at each slot, used or not, for a sum over all of them.
     #[inline(never)]
     fn each(&self, look: &mut dyn FnMut(u8, &SlotConfig)) {
         for slot in 0..=u8::MAX {
