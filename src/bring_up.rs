@@ -13,7 +13,7 @@ use heapless::spsc::Queue;
 use crate::board::{self, Board, FlashRegisters};
 use crate::bus::Inbox;
 use crate::config_store::ConfigStore;
-use crate::flash::TallyFlash;
+use crate::flash::{ConfigurationFlash, TallyFlash};
 use crate::log::log;
 use crate::modbus::{Lines, Server};
 use crate::ports::T7Port;
@@ -57,6 +57,7 @@ pub struct Places {
     pub start: &'static mut MaybeUninit<Start>,
     pub gateway: &'static mut MaybeUninit<Gateway>,
     pub server: &'static mut MaybeUninit<Server>,
+    pub flash: &'static mut MaybeUninit<ConfigurationFlash>,
     pub store: &'static mut MaybeUninit<ConfigStore>,
 }
 
@@ -107,6 +108,7 @@ pub fn bring_up(board: Board, places: Places) -> Parts {
     let gateway = make_gateway(places.gateway, params::pwm_limits(board::capture_hz(rcc), clock.is_exact()));
     let ports = board.ports.split(rcc);
     let mut settings = params::MODBUS;
+    let flash = places.flash.write(ConfigurationFlash::new(flash));
     let store = places.store.write(ConfigStore::new(flash, gateway));
     let kept = match start.mode {
         Mode::Bare => store.leave(),

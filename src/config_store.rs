@@ -8,24 +8,23 @@ use clino_gateway::Gateway;
 use clino_modbus::Settings;
 use clino_storage::{LoadError, Loaded, SaveError, SaveOutcome, Store};
 
-use crate::board::FlashRegisters;
-use crate::flash::{self, ConfigurationFlash};
+use crate::flash::ConfigurationFlash;
 use crate::log::log;
 use crate::params;
 use crate::quiet::{Kept, Known, Quiet, Work, silently};
 
 /// Stores the configuration.
 pub struct ConfigStore {
-    store: Store<ConfigurationFlash>,
+    store: Store<'static>,
     /// The configuration as delivered.
     delivered: Known,
 }
 
 impl ConfigStore {
     /// Nothing is read yet, and the configuration in force is the delivered one.
-    pub fn new(flash: FlashRegisters, gateway: &Gateway) -> ConfigStore {
+    pub fn new(flash: &'static mut ConfigurationFlash, gateway: &Gateway) -> ConfigStore {
         let delivered = (gateway.fingerprint(), params::MODBUS);
-        ConfigStore { store: Store::new(ConfigurationFlash::new(flash)), delivered }
+        ConfigStore { store: Store::new(flash), delivered }
     }
 
     /// Takes over nothing, and reads nothing that could do harm.
@@ -79,11 +78,11 @@ impl ConfigStore {
 }
 
 /// Whether something was stored.
-type Stored = Result<SaveOutcome, SaveError<flash::Error>>;
+type Stored = Result<SaveOutcome, SaveError>;
 
 /// Stores the configuration in force.
 struct Saving<'a> {
-    store: &'a mut Store<ConfigurationFlash>,
+    store: &'a mut Store<'static>,
     /// The result, and what was stored.
     result: Option<(Stored, Known)>,
 }
@@ -96,7 +95,7 @@ impl Work for Saving<'_> {
 
 /// Discards what is stored.
 struct Forgetting<'a> {
-    store: &'a mut Store<ConfigurationFlash>,
+    store: &'a mut Store<'static>,
     result: Option<Stored>,
 }
 
@@ -106,7 +105,7 @@ impl Work for Forgetting<'_> {
     }
 }
 
-fn told(error: SaveError<flash::Error>) -> StorageError {
+fn told(error: SaveError) -> StorageError {
     match error {
         SaveError::Rejected(_) => log!(error, "not stored: the settings are not valid"),
         SaveError::Flash(_) => log!(error, "not stored: the flash does not take it"),

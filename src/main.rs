@@ -109,6 +109,7 @@ mod app {
     use crate::bring_up::{self, Places, Queues};
     use crate::bus::Inbox;
     use crate::config_store::ConfigStore;
+    use crate::flash::ConfigurationFlash;
     use crate::modbus::Server;
     use crate::ports::T7Port;
     use crate::quiet::Kept;
@@ -162,6 +163,7 @@ mod app {
         start_place: MaybeUninit<Start> = MaybeUninit::uninit(),
         gateway_place: MaybeUninit<Gateway> = MaybeUninit::uninit(),
         server_place: MaybeUninit<Server> = MaybeUninit::uninit(),
+        flash_place: MaybeUninit<ConfigurationFlash> = MaybeUninit::uninit(),
         store_place: MaybeUninit<ConfigStore> = MaybeUninit::uninit(),
     ])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
@@ -171,6 +173,7 @@ mod app {
             start: cx.local.start_place,
             gateway: cx.local.gateway_place,
             server: cx.local.server_place,
+            flash: cx.local.flash_place,
             store: cx.local.store_place,
         };
         let parts = bring_up::bring_up(Board::new(cx.device), places);

@@ -5,7 +5,7 @@ use clino_console::{Saved, StorageError};
 use clino_gateway::Gateway;
 use clino_modbus::Settings;
 
-use crate::board::FlashRegisters;
+use crate::flash::ConfigurationFlash;
 use crate::params;
 use crate::quiet::{Kept, Known, Quiet};
 
@@ -16,7 +16,7 @@ pub struct ConfigStore {
 }
 
 impl ConfigStore {
-    pub fn new(_: FlashRegisters, gateway: &Gateway) -> ConfigStore {
+    pub fn new(_: &'static mut ConfigurationFlash, gateway: &Gateway) -> ConfigStore {
         ConfigStore { delivered: (gateway.fingerprint(), params::MODBUS) }
     }
 

@@ -59,6 +59,7 @@ pub fn retry() -> ! {
     board::reset()
 }
 
+#[inline(never)]
 fn read<const N: usize>(place: *const Kept<N>) -> [u32; N] {
     // SAFETY: both places are statics of this file, and any bits are numbers. A crash may interrupt a write: the checksum
     // tells.

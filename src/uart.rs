@@ -311,6 +311,7 @@ fn cycles_per_character(divider: u16, clock_hz: u32, core_hz: u32) -> u32 {
 
 /// USART_BRR for oversampling by 16: the clock over the bit rate, rounded; the last four bits are sixteenths
 /// (RM0090 section 30.3.4).
+#[inline(never)]
 pub fn divider(clock_hz: u32, baud: u32) -> u16 {
     let rounded = (clock_hz + baud / 2) / baud.max(1);
     u16::try_from(rounded.max(16)).unwrap_or(u16::MAX)

@@ -97,7 +97,7 @@ fn save(flash: &mut Flash, wanted: &Configuration) {
 }
 
 /// Saves, and again while words that are not free are in the way: each time at others.
-fn save_at_last(store: &mut Store<&mut Flash>, wanted: &Configuration) {
+fn save_at_last(store: &mut Store<'_>, wanted: &Configuration) {
     let mut met = BTreeSet::new();
     loop {
         match store.save(&wanted.settings, &wanted.modbus) {
@@ -134,7 +134,7 @@ fn check_of_length(length: u16) -> u16 {
 /// The gateway starts on this flash, and is set up.
 fn start(flash: &mut Flash) {
     let Configuration { mut settings, mut modbus } = factory();
-    let mut store = Store::new(&mut *flash);
+    let mut store = Store::new(flash);
     match store.load(&mut settings, &mut modbus) {
         // What is loaded can be carried out: saving would refuse it.
         Ok(Loaded::Stored { .. }) => {

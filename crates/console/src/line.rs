@@ -180,6 +180,7 @@ impl Line {
     }
 
     /// From now on it is damaged.
+    #[inline(never)]
     pub fn spoil(&mut self, reason: Reason, characters: u16) {
         let damage = self.damage.get_or_insert(Damage { reason, characters: 0 });
         damage.characters = damage.characters.saturating_add(characters);

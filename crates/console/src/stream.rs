@@ -4,7 +4,7 @@
 //! the cursor stands below it.
 
 use clino_bus::{Duration, Instant};
-use clino_gateway::summary::Signals;
+use clino_gateway::summary::{Signals, count};
 use clino_gateway::{Bus, MAX_SLOTS, Reading, Source};
 
 use crate::json::{self, Topic};
@@ -111,7 +111,7 @@ impl Stream {
     #[inline(never)]
     fn draw(&mut self, used: u64, host: &dyn Host, reply: &mut Reply<'_>) {
         self.drawn = Some(used);
-        if used.count_ones() <= LARGEST_TABLE {
+        if count(used) <= LARGEST_TABLE {
             (0..MAX_SLOTS)
                 .filter_map(|slot| host.reading(slot))
                 .for_each(|reading| row(host, reply, &reading));
@@ -122,12 +122,12 @@ impl Stream {
     #[inline(never)]
     fn write_over(&mut self, host: &dyn Host, reply: &mut Reply<'_>, reading: &Reading) {
         let used = used(host);
-        let fits = used.count_ones() <= LARGEST_TABLE;
+        let fits = count(used) <= LARGEST_TABLE;
         if fits && self.drawn != Some(used) {
             return self.draw(used, host, reply);
         }
         // Lines from this slot's to the cursor's.
-        let up = used.checked_shr(reading.slot.into()).unwrap_or(0).count_ones();
+        let up = count(used.checked_shr(reading.slot.into()).unwrap_or(0));
         if fits && up > 0 {
             reply.print("\x1b[{0}A\r\x1b[K", &[up.into()]);
         }

@@ -2,7 +2,7 @@
 
 use clino_bus::{BusCounters, DriverEnable, Instant};
 use clino_gateway::config::Name;
-use clino_gateway::summary::Summary;
+use clino_gateway::summary::{Summary, count};
 use clino_gateway::{Bus, BusFault, Reading, Source};
 
 use crate::host::{BusState, Host};
@@ -64,7 +64,7 @@ fn columns(reply: &mut Reply<'_>, reading: &Reading, name: Name, now: Instant) {
 pub fn summary(reply: &mut Reply<'_>, summary: &Summary) {
     let Summary { signals, online, enabled, .. } = *summary;
     if !reply.is_for_people() {
-        let values = [enabled.into(), online.count_ones().into(), summary.good().into()];
+        let values = [enabled.into(), count(online).into(), summary.good().into()];
         reply.list("summary enabled online ok", Value::Signals(signals), &values);
     } else if !signals.is_clean() {
         reply.print("signals: {0}\n", &[Value::Signals(signals)]);

@@ -51,6 +51,7 @@ impl Bus {
     }
 
     /// The name used in every text interface.
+    #[inline(never)]
     pub const fn name(self) -> &'static str {
         match self {
             Bus::T7 => "t7",

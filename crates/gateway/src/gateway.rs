@@ -239,6 +239,7 @@ impl Gateway {
     }
 
     /// What a task of this requester has found, or how it ended. A task waits until this has been fetched.
+    #[inline(never)]
     pub fn task_event(&mut self, requester: Requester) -> Option<TaskEvent> {
         Bus::ALL.into_iter().find_map(|bus| self.traffic_mut(bus).task_event(requester))
     }
@@ -353,6 +354,7 @@ impl Gateway {
     }
 
     /// What is known of a slot besides its value; `None` beyond the last one.
+    #[inline(never)]
     pub fn detail(&self, slot: usize) -> Option<Detail> {
         self.slots.get(slot).map(Polled::detail)
     }

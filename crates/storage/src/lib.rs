@@ -12,7 +12,7 @@
 //!   │
 //! Pages: a sector is marked when it was erased to the end
 //!   │
-//! embedded-storage `NorFlash`: three sectors of 16 KiB
+//! embedded-storage `NorFlash`, as `dyn Sectors`: three sectors of 16 KiB
 //! ```
 //!
 //! # Wear
@@ -58,7 +58,7 @@ mod store;
 pub mod tally;
 mod wait;
 
-pub use pages::FlashError;
+pub use pages::{FlashError, Sectors};
 pub use record::Reject;
 pub use store::{LoadError, Loaded, SaveError, SaveOutcome, Store};
 pub use tally::Tally;

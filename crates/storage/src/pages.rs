@@ -20,7 +20,7 @@
 //! What is programmed is read back. A word is programmed only when it is erased, or else cleared whole: the part may
 //! turn ones into zeros at any time (RM0090 section 3.6.4).
 
-use embedded_storage::nor_flash::NorFlash;
+use embedded_storage::nor_flash::{NorFlash, NorFlashError, NorFlashErrorKind};
 use embedded_storage_async::nor_flash as asynchronous;
 
 /// Bytes of a sector: 1 to 3 of the part (RM0090 table 5).
@@ -43,9 +43,9 @@ const ERASED: u8 = 0xFF;
 
 /// Errors of the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FlashError<E> {
+pub enum FlashError {
     /// The flash itself says so.
-    Driver(E),
+    Driver(NorFlashErrorKind),
     /// It reads other than it was programmed.
     Verify {
         /// Offset of the first wrong word from the beginning of the first sector.
@@ -55,7 +55,7 @@ pub enum FlashError<E> {
     Address(u32),
 }
 
-impl<E: core::fmt::Debug> asynchronous::NorFlashError for FlashError<E> {
+impl asynchronous::NorFlashError for FlashError {
     fn kind(&self) -> asynchronous::NorFlashErrorKind {
         match self {
             FlashError::Address(_) => asynchronous::NorFlashErrorKind::OutOfBounds,
@@ -64,16 +64,59 @@ impl<E: core::fmt::Debug> asynchronous::NorFlashError for FlashError<E> {
     }
 }
 
-/// The three sectors as pages. Offsets of `flash` begin with its first sector.
-#[derive(Debug)]
-pub struct Pages<F> {
-    flash: F,
+/// The three sectors, whatever their driver is: code over a `dyn Sectors` is compiled with this crate, for size, not with the
+/// program that has the driver. Offsets begin with the first sector.
+pub trait Sectors {
+    /// Reads from this offset on.
+    ///
+    /// # Errors
+    /// [`FlashError::Driver`].
+    fn read_at(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError>;
+
+    /// Programs whole words from this offset on.
+    ///
+    /// # Errors
+    /// [`FlashError::Driver`].
+    fn program_at(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError>;
+
+    /// Erases the sector that begins at this offset.
+    ///
+    /// # Errors
+    /// [`FlashError::Driver`].
+    fn erase_at(&mut self, sector: u32) -> Result<(), FlashError>;
+}
+
+impl<F: NorFlash> Sectors for F {
+    fn read_at(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
+        const { assert!(F::READ_SIZE == 1, "bytes are read") };
+        self.read(offset, bytes).map_err(driver)
+    }
+
+    fn program_at(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        const { assert!(F::WRITE_SIZE == WORD, "words are programmed") };
+        self.write(offset, bytes).map_err(driver)
+    }
+
+    fn erase_at(&mut self, sector: u32) -> Result<(), FlashError> {
+        const { assert!(F::ERASE_SIZE == SECTOR as usize, "sectors are erased") };
+        self.erase(sector, sector.saturating_add(SECTOR)).map_err(driver)
+    }
+}
+
+/// An error of a driver, by its kind.
+fn driver(error: impl NorFlashError) -> FlashError {
+    FlashError::Driver(error.kind())
+}
+
+/// The three sectors as pages.
+pub struct Pages<'f> {
+    flash: &'f mut dyn Sectors,
     erases: u32,
 }
 
-impl<F: NorFlash> Pages<F> {
+impl<'f> Pages<'f> {
     /// Over this flash.
-    pub const fn new(flash: F) -> Pages<F> {
+    pub const fn new(flash: &'f mut dyn Sectors) -> Pages<'f> {
         Pages { flash, erases: 0 }
     }
 
@@ -83,14 +126,14 @@ impl<F: NorFlash> Pages<F> {
     }
 
     /// Whether the sector that begins there was erased to the end and is in use.
-    fn is_marked(&mut self, sector: u32) -> Result<bool, FlashError<F::Error>> {
+    fn is_marked(&mut self, sector: u32) -> Result<bool, FlashError> {
         let mut mark = CLEARED;
-        self.flash.read(sector, &mut mark).map_err(FlashError::Driver)?;
+        self.flash.read_at(sector, &mut mark)?;
         Ok(mark == MARK)
     }
 
     /// Whether nothing is in use: nothing was ever stored. Looks at the marks alone.
-    pub fn is_blank(&mut self) -> Result<bool, FlashError<F::Error>> {
+    pub fn is_blank(&mut self) -> Result<bool, FlashError> {
         for sector in (0..SECTORS).map(|sector| sector.saturating_mul(SECTOR)) {
             if self.is_marked(sector)? {
                 return Ok(false);
@@ -99,27 +142,26 @@ impl<F: NorFlash> Pages<F> {
         Ok(true)
     }
 
-    fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), FlashError<F::Error>> {
+    fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         let place = Place::of(address, bytes.len())?;
         if self.is_marked(place.sector)? {
-            return self.flash.read(place.offset, bytes).map_err(FlashError::Driver);
+            return self.flash.read_at(place.offset, bytes);
         }
         bytes.fill(ERASED);
         Ok(())
     }
 
-    fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), FlashError<F::Error>> {
+    fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), FlashError> {
         let place = Place::of(address, bytes.len())?;
         if !self.is_marked(place.sector)? {
             self.erases = self.erases.saturating_add(1);
-            let end = place.sector.saturating_add(SECTOR);
-            self.flash.erase(place.sector, end).map_err(FlashError::Driver)?;
+            self.flash.erase_at(place.sector)?;
             self.program(place.sector, &MARK)?;
         }
         self.program(place.offset, bytes)
     }
 
-    fn erase(&mut self, page: u32) -> Result<(), FlashError<F::Error>> {
+    fn erase(&mut self, page: u32) -> Result<(), FlashError> {
         let sector = Place::of(page, 0)?.sector;
         if self.is_marked(sector)? {
             self.program(sector, &CLEARED)?;
@@ -128,12 +170,12 @@ impl<F: NorFlash> Pages<F> {
     }
 
     /// Programs and reads back, word by word.
-    fn program(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError<F::Error>> {
-        self.flash.write(offset, bytes).map_err(FlashError::Driver)?;
+    fn program(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        self.flash.program_at(offset, bytes)?;
         let words = bytes.chunks(WORD).zip((offset..).step_by(WORD));
         for (word, offset) in words {
             let mut seen = [0; WORD];
-            self.flash.read(offset, &mut seen).map_err(FlashError::Driver)?;
+            self.flash.read_at(offset, &mut seen)?;
             if word != seen {
                 return Err(FlashError::Verify { offset });
             }
@@ -151,7 +193,7 @@ struct Place {
 }
 
 impl Place {
-    fn of<E>(address: u32, length: usize) -> Result<Place, FlashError<E>> {
+    fn of(address: u32, length: usize) -> Result<Place, FlashError> {
         let (page, within) = (address / PAGE, address % PAGE);
         let fits = u32::try_from(length).is_ok_and(|length| length <= PAGE.saturating_sub(within));
         if page >= SECTORS || !fits {
@@ -163,11 +205,11 @@ impl Place {
     }
 }
 
-impl<F: NorFlash> asynchronous::ErrorType for Pages<F> {
-    type Error = FlashError<F::Error>;
+impl asynchronous::ErrorType for Pages<'_> {
+    type Error = FlashError;
 }
 
-impl<F: NorFlash> asynchronous::ReadNorFlash for Pages<F> {
+impl asynchronous::ReadNorFlash for Pages<'_> {
     const READ_SIZE: usize = WORD;
 
     async fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
@@ -179,7 +221,7 @@ impl<F: NorFlash> asynchronous::ReadNorFlash for Pages<F> {
     }
 }
 
-impl<F: NorFlash> asynchronous::NorFlash for Pages<F> {
+impl asynchronous::NorFlash for Pages<'_> {
     const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = PAGE as usize;
 

@@ -1,12 +1,11 @@
 //! Load, save, factory reset.
 
 use clino_gateway::Configuration;
-use embedded_storage::nor_flash::NorFlash;
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage, SerializationError, Value};
 
-use crate::pages::{FlashError, PAGES, Pages, SECTOR, WORD};
+use crate::pages::{FlashError, PAGES, Pages, Sectors};
 use crate::record::{self, Compare, Content, Fill, Kind, LONGEST, Part, Reject};
 use crate::wait;
 
@@ -17,8 +16,8 @@ type WhereItIs = Cache<Uncached, Uncached, ArrayKeyPointers<(), 1>, ()>;
 const PLACES: u8 = 8;
 
 /// One item, therefore no key.
-type Map<F> = MapStorage<(), Pages<F>, WhereItIs>;
-type LibraryError<E> = sequential_storage::Error<FlashError<E>>;
+type Map<'f> = MapStorage<(), Pages<'f>, WhereItIs>;
+type LibraryError = sequential_storage::Error<FlashError>;
 
 /// What [`Store::load`] found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,38 +44,37 @@ pub enum SaveOutcome {
 
 /// Why nothing was loaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LoadError<E> {
+pub enum LoadError {
     /// What is stored is not taken.
     Rejected(Reject),
     /// The flash cannot be read.
-    Flash(FlashError<E>),
+    Flash(FlashError),
     /// The library does not find its way in what is stored.
     Library,
 }
 
 /// Why nothing was saved. The last configuration is still there, if there was one that could be loaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SaveError<E> {
+pub enum SaveError {
     /// The gateway could not run like this.
     Rejected(Reject),
     /// The flash did not do what it was ordered to do.
-    Flash(FlashError<E>),
+    Flash(FlashError),
     /// The library does not find its way in what is stored.
     Library,
 }
 
 /// The configuration in three sectors of flash. See the crate's documentation.
-pub struct Store<F: NorFlash> {
-    map: Map<F>,
+pub struct Store<'f> {
+    map: Map<'f>,
     /// The record that was read or is to be written.
     buffer: [u8; LONGEST],
     saves: u32,
 }
 
-impl<F: NorFlash> Store<F> {
-    /// In this flash, whose offsets begin with the first of the sectors. Nothing is read yet.
-    pub fn new(flash: F) -> Store<F> {
-        const { assert!(F::READ_SIZE == 1 && F::WRITE_SIZE == WORD && F::ERASE_SIZE == SECTOR as usize) };
+impl<'f> Store<'f> {
+    /// In this flash, any `NorFlash` whose offsets begin with the first of the sectors. Nothing is read yet.
+    pub fn new(flash: &'f mut dyn Sectors) -> Store<'f> {
         let where_it_is = Cache::new(Uncached, Uncached, ArrayKeyPointers::new());
         let map = MapStorage::new(Pages::new(flash), const { MapConfig::new(0..PAGES) }, where_it_is);
         Store { map, buffer: [0; LONGEST], saves: 0 }
@@ -91,7 +89,7 @@ impl<F: NorFlash> Store<F> {
         &mut self,
         place: &mut dyn Configuration,
         modbus: &mut clino_modbus::Settings,
-    ) -> Result<Loaded, LoadError<F::Error>> {
+    ) -> Result<Loaded, LoadError> {
         let Some(record) = self.stored().map_err(LoadError::from)? else { return Ok(Loaded::Nothing) };
         // Once without taking it: a record that is wrong at its end must leave no beginning behind.
         match record::decode(record, &mut |_| ()).map_err(LoadError::Rejected)? {
@@ -114,7 +112,7 @@ impl<F: NorFlash> Store<F> {
         &mut self,
         configuration: &dyn Configuration,
         modbus: &clino_modbus::Settings,
-    ) -> Result<SaveOutcome, SaveError<F::Error>> {
+    ) -> Result<SaveOutcome, SaveError> {
         record::check(configuration, modbus).map_err(SaveError::Rejected)?;
         self.put(Content::Configuration(configuration, modbus))
     }
@@ -124,7 +122,7 @@ impl<F: NorFlash> Store<F> {
     ///
     /// # Errors
     /// [`SaveError::Flash`]; the last configuration may be lost then, as it was to be.
-    pub fn factory_reset(&mut self) -> Result<SaveOutcome, SaveError<F::Error>> {
+    pub fn factory_reset(&mut self) -> Result<SaveOutcome, SaveError> {
         self.put(Content::Factory).or_else(|_| {
             self.clear()?;
             self.put(Content::Factory)
@@ -147,7 +145,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// The newest whole record.
-    fn stored(&mut self) -> Result<Option<&[u8]>, Failure<F::Error>> {
+    fn stored(&mut self) -> Result<Option<&[u8]>, Failure> {
         match wait::now(self.map.fetch_item::<&[u8]>(&mut self.buffer, &())) {
             Some(Ok(record)) => Ok(record),
             Some(Err(error)) => Err(error.into()),
@@ -155,7 +153,7 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    fn put(&mut self, content: Content<'_>) -> Result<SaveOutcome, SaveError<F::Error>> {
+    fn put(&mut self, content: Content<'_>) -> Result<SaveOutcome, SaveError> {
         let is_readable = match self.stored() {
             Ok(Some(stored)) => {
                 let mut compare = Compare::new(stored);
@@ -185,7 +183,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Writes a record behind what is there, and behind words that have changed where nothing should be.
-    fn append(&mut self, content: Content<'_>) -> Result<(), Failure<F::Error>> {
+    fn append(&mut self, content: Content<'_>) -> Result<(), Failure> {
         for _ in 1..PLACES {
             match self.append_once(content) {
                 // What was written so far is skipped by the next attempt.
@@ -196,14 +194,14 @@ impl<F: NorFlash> Store<F> {
         self.append_once(content)
     }
 
-    fn append_once(&mut self, content: Content<'_>) -> Result<(), Failure<F::Error>> {
+    fn append_once(&mut self, content: Content<'_>) -> Result<(), Failure> {
         wait::now(self.map.store_item(&mut self.buffer, &(), &content))
             .unwrap_or(Err(LibraryError::LogicBug {}))
             .map_err(Failure::from)
     }
 
     /// Gives up all that is there.
-    fn clear(&mut self) -> Result<(), Failure<F::Error>> {
+    fn clear(&mut self) -> Result<(), Failure> {
         wait::now(self.map.erase_all()).unwrap_or(Err(LibraryError::LogicBug {})).map_err(Failure::from)
     }
 }
@@ -233,13 +231,13 @@ impl Value<'_> for Content<'_> {
 }
 
 /// What both directions have in common.
-enum Failure<E> {
-    Flash(FlashError<E>),
+enum Failure {
+    Flash(FlashError),
     Library,
 }
 
-impl<E> From<LibraryError<E>> for Failure<E> {
-    fn from(error: LibraryError<E>) -> Failure<E> {
+impl From<LibraryError> for Failure {
+    fn from(error: LibraryError) -> Failure {
         match error {
             sequential_storage::Error::Storage { value, .. } => Failure::Flash(value),
             _ => Failure::Library,
@@ -247,8 +245,8 @@ impl<E> From<LibraryError<E>> for Failure<E> {
     }
 }
 
-impl<E> From<Failure<E>> for LoadError<E> {
-    fn from(failure: Failure<E>) -> LoadError<E> {
+impl From<Failure> for LoadError {
+    fn from(failure: Failure) -> LoadError {
         match failure {
             Failure::Flash(error) => LoadError::Flash(error),
             Failure::Library => LoadError::Library,
@@ -256,8 +254,8 @@ impl<E> From<Failure<E>> for LoadError<E> {
     }
 }
 
-impl<E> From<Failure<E>> for SaveError<E> {
-    fn from(failure: Failure<E>) -> SaveError<E> {
+impl From<Failure> for SaveError {
+    fn from(failure: Failure) -> SaveError {
         match failure {
             Failure::Flash(error) => SaveError::Flash(error),
             Failure::Library => SaveError::Library,

@@ -3,8 +3,9 @@
 mod support;
 
 use clino_storage::{FlashError, Loaded, SaveError, SaveOutcome, Store};
+use embedded_storage::nor_flash::NorFlashErrorKind;
 use support::configurations::{Configuration, factory, longest, numbered};
-use support::flash::{Flash, PowerLost, TORN_ERASES};
+use support::flash::{Flash, TORN_ERASES};
 use support::random::Random;
 
 /// What can be asked of the store.
@@ -15,7 +16,7 @@ enum Wish {
 }
 
 impl Wish {
-    fn carry_out(&self, flash: &mut Flash) -> Result<SaveOutcome, SaveError<PowerLost>> {
+    fn carry_out(&self, flash: &mut Flash) -> Result<SaveOutcome, SaveError> {
         let mut store = Store::new(flash);
         match self {
             Wish::Save(wanted) => store.save(&wanted.settings, &wanted.modbus),
@@ -48,7 +49,10 @@ struct Tally {
 fn cut(before: &Flash, old: &Option<Wish>, new: &Wish, after: u64, seed: u64, tally: &mut Tally) {
     let mut flash = before.clone();
     flash.cut_after(after, seed);
-    assert_eq!(new.carry_out(&mut flash), Err(SaveError::Flash(FlashError::Driver(PowerLost))));
+    assert_eq!(
+        new.carry_out(&mut flash),
+        Err(SaveError::Flash(FlashError::Driver(NorFlashErrorKind::Other)))
+    );
     match flash.torn_erase {
         true => tally.erases += 1,
         false => tally.words += 1,

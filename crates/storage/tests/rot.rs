@@ -4,7 +4,7 @@ mod support;
 
 use clino_storage::{LoadError, Loaded, SaveError, SaveOutcome, Store};
 use support::configurations::{Configuration, factory, longest, numbered};
-use support::flash::{Flash, PowerLost};
+use support::flash::Flash;
 use support::other::put;
 use support::random::Random;
 
@@ -20,7 +20,7 @@ fn serves(flash: &mut Flash) {
     assert_eq!(Configuration { settings, modbus }, wanted);
 }
 
-fn load(flash: &mut Flash) -> Result<Loaded, LoadError<PowerLost>> {
+fn load(flash: &mut Flash) -> Result<Loaded, LoadError> {
     let Configuration { mut settings, mut modbus } = factory();
     Store::new(flash).load(&mut settings, &mut modbus)
 }

@@ -68,7 +68,8 @@ fn main() -> ! {
     core.DWT.enable_cycle_counter();
     let _ = chip.RCC.freeze(Config::hse(8.MHz()).sysclk(168.MHz()));
 
-    let mut store = Store::new(flash::ConfigurationFlash::new(chip.FLASH));
+    let mut sectors = flash::ConfigurationFlash::new(chip.FLASH);
+    let mut store = Store::new(&mut sectors);
     let (mut settings, mut port) = numbered(0);
     let begin = DWT::cycle_count();
     let loaded = store.load(&mut settings, &mut port);

@@ -52,6 +52,13 @@ pub fn find(
     Ok(panics)
 }
 
+/// Whether a function of the standard library takes a part of a slice or array. Where the compiler has not inlined one, its
+/// panic is still that of whoever calls it.
+fn is_index(name: &str) -> bool {
+    let is_core = name.starts_with("core::") || name.starts_with("<core::");
+    is_core && (name.ends_with("::index") || name.ends_with("::index_mut"))
+}
+
 /// What ends in the panic handler and is of the standard library.
 fn entries(image: &Image, frames: &BTreeMap<u32, Frame>) -> BTreeSet<u32> {
     let is = |address: &u32, wanted: fn(&str) -> bool| {
@@ -61,12 +68,13 @@ fn entries(image: &Image, frames: &BTreeMap<u32, Frame>) -> BTreeSet<u32> {
         frames.keys().filter(|address| is(address, |name| name == HANDLER)).copied().collect();
     loop {
         let more = frames.iter().filter(|(address, frame)| {
-            let ends = !frame.returns
-                && frame
-                    .calls
-                    .iter()
-                    .any(|call| matches!(call.target, Target::Function(to) if entries.contains(&to)));
-            ends && !entries.contains(address) && is(address, |name| name.starts_with("core::"))
+            let calls_entry = frame
+                .calls
+                .iter()
+                .any(|call| matches!(call.target, Target::Function(to) if entries.contains(&to)));
+            let is_entry =
+                is(address, is_index) || !frame.returns && is(address, |name| name.starts_with("core::"));
+            calls_entry && is_entry && !entries.contains(address)
         });
         let more: Vec<u32> = more.map(|(&address, _)| address).collect();
         if more.is_empty() {

@@ -123,6 +123,7 @@ impl BaudRate {
     }
 
     /// The rate of this many bit/s.
+    #[inline(never)]
     pub const fn from_bits_per_second(rate: u32) -> Option<Self> {
         match rate {
             115_200 => Some(Self::B115200),

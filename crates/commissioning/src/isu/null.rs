@@ -83,6 +83,7 @@ impl ResetNull {
         }
     }
 
+    #[inline(never)]
     fn fail(&mut self, cause: Cause, repair: bool) {
         self.state = State::Ended(Err(Failure { cause, writes: self.writes, repair }));
     }

@@ -77,6 +77,7 @@ impl Program {
         Ok(Program { module, wanted, talk, reader: Reader::new(), state, writes: 0, cancelled: false })
     }
 
+    #[inline(never)]
     fn fail(&mut self, cause: Cause) {
         let repair = match &self.state {
             State::Write(writer) => writer.is_torn(),

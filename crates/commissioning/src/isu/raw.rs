@@ -88,6 +88,7 @@ impl RawWrite {
         u8::from(!matches!(self.state, State::Write))
     }
 
+    #[inline(never)]
     fn fail(&mut self, cause: Cause) {
         let repair = self.writes() > 0 && matches!(self.request, Request::WriteEeprom { .. });
         self.state = State::Ended(Err(Failure { cause, writes: self.writes(), repair }));

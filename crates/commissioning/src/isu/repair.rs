@@ -132,6 +132,7 @@ impl Repair {
         }
     }
 
+    #[inline(never)]
     fn fail(&mut self, cause: Cause) {
         let torn = matches!(&self.state, State::Write(writer, _) if writer.is_torn());
         let unsound = self.found.is_some_and(|found| !found.is_sound());

@@ -96,6 +96,7 @@ impl ChangeAddress {
         }
     }
 
+    #[inline(never)]
     fn fail(&mut self, cause: Cause) {
         self.state = State::Ended(Err(Failure { cause, writes: self.writes }));
     }
@@ -141,6 +142,7 @@ impl ChangeAddress {
         }
     }
 
+    #[inline(never)]
     fn no_answer(&mut self, address: Address, fault: Fault) {
         self.fail(Cause::NoAnswer { opcode: Opcode::GetDeviceInformation, address, fault });
     }

@@ -66,6 +66,7 @@ impl ChangeBaud {
         })
     }
 
+    #[inline(never)]
     fn end(&mut self, cause: Cause) {
         self.state = State::Ended(Err(Failure { cause, writes: self.writes }));
     }

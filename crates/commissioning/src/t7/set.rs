@@ -81,10 +81,12 @@ impl Set {
         self.state = if is_offset { State::Range } else { State::Read };
     }
 
+    #[inline(never)]
     fn fail(&mut self, cause: Cause) {
         self.state = State::Ended(Err(Failure { cause, writes: self.writes }));
     }
 
+    #[inline(never)]
     fn no_answer(&mut self, opcode: Opcode, fault: Fault) {
         self.fail(Cause::NoAnswer { opcode, address: self.device.address(), fault });
     }

@@ -329,6 +329,7 @@ fn address(index: u8) -> Address {
 }
 
 /// That address among the 101.
+#[inline(never)]
 fn bit(index: u8) -> u128 {
     1_u128.wrapping_shl(u32::from(index))
 }

@@ -112,10 +112,12 @@ impl SetZero {
         Request::SetAngle { axis: self.axis, angle: Millidegrees(0) }
     }
 
+    #[inline(never)]
     fn fail(&mut self, cause: Cause) {
         self.state = State::Ended(Err(Failure { cause, writes: self.writes }));
     }
 
+    #[inline(never)]
     fn no_answer(&mut self, opcode: Opcode, fault: Fault) {
         self.fail(Cause::NoAnswer { opcode, address: self.device.address(), fault });
     }

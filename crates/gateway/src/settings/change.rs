@@ -39,8 +39,7 @@ impl BusChange {
     pub fn named(bus: Bus, named: Named<'_>) -> Result<BusChange, Refusal> {
         let mut change = BusChange::NONE;
         for setting in bus::settings(bus) {
-            let Some(Given { value, scale }) = named(setting.id) else { continue };
-            let value = value.saturating_mul(scale);
+            let Some(value) = named(setting.id).map(Given::exact) else { continue };
             setting.check(value)?;
             let micros = Some(Duration::from_micros(value as u32));
             match setting.id {

@@ -246,6 +246,12 @@ impl Given {
     pub const fn exactly(value: i64) -> Given {
         Given { value, scale: 1 }
     }
+
+    /// The value in the setting's own unit.
+    #[inline(never)]
+    pub const fn exact(self) -> i64 {
+        self.value.saturating_mul(self.scale)
+    }
 }
 
 /// What a change names: the value of the setting with this id; `None` if the change does not name it.
@@ -272,9 +278,9 @@ pub(super) const fn names<T, const N: usize>(table: &[Setting<T>]) -> [&'static 
 pub fn change(to: &mut dyn Settable, named: Named<'_>) -> Result<(), Refusal> {
     for place in 0.. {
         let Some(definition) = to.definition(place) else { break };
-        let Some(Given { value, scale }) = named(definition.id) else { continue };
-        if (to as &dyn Shown).scaled(place, scale) != value {
-            let value = value.saturating_mul(scale);
+        let Some(given) = named(definition.id) else { continue };
+        if (to as &dyn Shown).scaled(place, given.scale) != given.value {
+            let value = given.exact();
             definition.check(value)?;
             to.set(place, value);
         }

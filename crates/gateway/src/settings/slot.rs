@@ -484,8 +484,7 @@ pub fn changed(now: &SlotConfig, named: Named<'_>) -> Result<SlotConfig, Refusal
     }
     // A limit that is named with the period may be the one that follows from it; named alone, it is meant.
     if let (Some(given), None, None) = (named(id::STALE), named(id::PERIOD), named(id::STALE_AUTO)) {
-        config.stale =
-            Duration::from_micros(u32::try_from(given.value.saturating_mul(given.scale)).unwrap_or(u32::MAX));
+        config.stale = Duration::from_micros(u32::try_from(given.exact()).unwrap_or(u32::MAX));
     }
     check(&config)?;
     Ok(config)

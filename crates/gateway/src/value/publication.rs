@@ -43,6 +43,7 @@ impl Published {
     }
 
     /// An angle as its sensor has said it, which counts a turn in its own way.
+    #[inline(never)]
     pub const fn of_sensor(angle: Angle) -> Published {
         match angle.mdeg() {
             negative @ ..0 => Published(negative),

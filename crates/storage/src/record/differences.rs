@@ -66,33 +66,32 @@ const fn unzigzag(value: u64) -> i64 {
     (value >> 1) as i64 ^ ((value & 1) as i64).wrapping_neg()
 }
 
-/// The settings in the order of their ids: bit, place in the table, what it is.
-fn by_id(of: &dyn Shown) -> impl Iterator<Item = (u64, usize, &'static Definition)> {
-    (0..MOST).filter_map(|bit| {
-        let (place, definition) = of.find(bit.wrapping_add(1))?;
-        Some((1 << bit, place, definition))
-    })
+/// The settings in a set of differences, in the order of their ids.
+fn ids(differences: u64) -> impl Iterator<Item = u8> {
+    (1..=MOST).filter(move |&id| differences & bit(id) != 0)
+}
+
+/// The bit of a setting; its id is at least 1.
+const fn bit(id: u8) -> u64 {
+    1_u64.wrapping_shl((id as u32).wrapping_sub(1))
 }
 
 /// Writes what differs; `differs` says so by place and id.
 pub(crate) fn encode(of: &dyn Shown, differs: &dyn Fn(usize, u8) -> bool, writer: &mut Writer<'_>) {
-    let different = || by_id(of).filter(|(_, place, definition)| differs(*place, definition.id));
-    writer.wide(different().fold(0, |mask, (bit, ..)| mask | bit));
-    for (_, place, definition) in different().filter(|(.., definition)| !is_switch(&definition.form)) {
-        let value = of.value(place);
-        writer.wide(if is_signed(&definition.form) { zigzag(value) } else { value as u64 });
+    let different = of.definitions().filter(|(place, definition)| differs(*place, definition.id));
+    let differences = different.fold(0, |differences, (_, definition)| differences | bit(definition.id));
+    writer.wide(differences);
+    for (place, definition) in ids(differences).filter_map(|id| of.find(id)) {
+        if !is_switch(&definition.form) {
+            let value = of.value(place);
+            writer.wide(if is_signed(&definition.form) { zigzag(value) } else { value as u64 });
+        }
     }
 }
 
 /// Reads what differs into the usual. Nothing is believed: each value is checked.
 pub(crate) fn decode(of: &mut dyn Settable, reader: &mut Reader<'_>) -> Option<()> {
-    let mut mask = reader.wide("differences")?;
-    for id in 1..=MOST {
-        let is_different = mask & 1 != 0;
-        mask >>= 1;
-        if !is_different {
-            continue;
-        }
+    for id in ids(reader.wide("differences")?) {
         let shown: &dyn Shown = of;
         let Some((place, definition)) = shown.find(id) else {
             return reader.refuse(Reject::Number { what: "differences" });
