@@ -118,7 +118,8 @@ impl<'a> Level<'a> {
         if next.is_none_or(|at| at > now) {
             watchdog::check_in(MonitoredTask::Modbus);
         }
-        let set = |at| with(self.shared, |shared| shared.timer.lock(|timer| timer.set(Alarm::Modbus, at)));
+        let set =
+            |at| with(self.shared, |shared| shared.timer.lock(|timer| timer.set(Alarm::Modbus, at, now)));
         next.and_then(set).unwrap_or(false)
     }
 }
