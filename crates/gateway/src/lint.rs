@@ -238,7 +238,11 @@ impl<'a> Lint<'a> {
             }
             self.of_bus(bus, found);
         }
-        self.each(&mut |slot, config| self.of_slot(slot, config, found));
+        for slot in 0..=u8::MAX {
+            if self.of_slot(slot, found).is_none() {
+                break;
+            }
+        }
         self.each(&mut |slot, SlotConfig { source, .. }| {
             if source.is_faulty() {
                 found(Finding::Incomplete { slot, kind: source.kind(), address: source.address() });
@@ -246,7 +250,7 @@ impl<'a> Lint<'a> {
         });
     }
 
-    /// Looks at each slot, used or not. The only place that holds a slot's settings: they are large.
+    /// Looks at each slot, used or not.
     #[inline(never)]
     fn each(&self, look: &mut dyn FnMut(u8, &SlotConfig)) {
         for slot in 0..=u8::MAX {
@@ -305,10 +309,12 @@ impl<'a> Lint<'a> {
         (u64::from(percent) > PERCENT).then_some(Finding::Overload { bus, percent })
     }
 
+    /// Warnings about a slot; `None` beyond the last one.
     #[inline(never)]
-    fn of_slot(&self, slot: u8, config: &SlotConfig, found: &mut dyn FnMut(Finding)) {
+    fn of_slot(&self, slot: u8, found: &mut dyn FnMut(Finding)) -> Option<()> {
+        let config = &(self.slot)(slot)?;
         if !config.is_on() {
-            return;
+            return Some(());
         }
         if let Some(same_as) = self.earlier(slot, config.source) {
             found(Finding::Duplicate { slot, same_as });
@@ -341,6 +347,7 @@ impl<'a> Lint<'a> {
         if let Some(partner) = config.partner.filter(|&partner| !self.reads_isu(partner)) {
             found(Finding::Partner { slot, partner });
         }
+        Some(())
     }
 
     /// The first slot before this one that reads the same source.
