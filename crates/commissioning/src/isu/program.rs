@@ -55,6 +55,8 @@ impl Program {
     /// # Errors
     /// [`Cause::ReservedAddress`]; [`Cause::ZeroOnSharedLine`] for address 0 unless the module is
     /// [single](Module::single).
+    // As `Reader::new`.
+    #[inline(always)]
     pub fn new(module: Module, wanted: Change) -> Result<Program, Cause> {
         let mut talk = Talk::new(module.address());
         let mut state = State::Read;
