@@ -66,21 +66,27 @@ const fn unzigzag(value: u64) -> i64 {
     (value >> 1) as i64 ^ ((value & 1) as i64).wrapping_neg()
 }
 
-/// The settings in the order of their ids: bit, place in the table, what it is.
-fn by_id(of: &dyn Shown) -> impl Iterator<Item = (u64, usize, &'static Definition)> {
-    (0..MOST).filter_map(|bit| {
-        let (place, definition) = of.find(bit.wrapping_add(1))?;
-        Some((1 << bit, place, definition))
-    })
+/// The ids in a mask, lowest first.
+fn ids(mask: u64) -> impl Iterator<Item = u8> {
+    (1..=MOST).filter(move |id| mask & bit(*id) != 0)
 }
 
-/// Writes what differs; `differs` says so by place and id.
+/// The bit of an id.
+fn bit(id: u8) -> u64 {
+    1_u64.checked_shl(u32::from(id).saturating_sub(1)).unwrap_or(0)
+}
+
+/// Writes what differs; `differs` says so by place and id. Only what differs is looked for by its id: all lines are silent
+/// meanwhile.
 pub(crate) fn encode(of: &dyn Shown, differs: &dyn Fn(usize, u8) -> bool, writer: &mut Writer<'_>) {
-    let different = || by_id(of).filter(|(_, place, definition)| differs(*place, definition.id));
-    writer.wide(different().fold(0, |mask, (bit, ..)| mask | bit));
-    for (_, place, definition) in different().filter(|(.., definition)| !is_switch(&definition.form)) {
-        let value = of.value(place);
-        writer.wide(if is_signed(&definition.form) { zigzag(value) } else { value as u64 });
+    let different = of.definitions().filter(|(place, definition)| differs(*place, definition.id));
+    let mask = different.fold(0, |mask, (_, definition)| mask | bit(definition.id));
+    writer.wide(mask);
+    for (place, definition) in ids(mask).filter_map(|id| of.find(id)) {
+        if !is_switch(&definition.form) {
+            let value = of.value(place);
+            writer.wide(if is_signed(&definition.form) { zigzag(value) } else { value as u64 });
+        }
     }
 }
 
