@@ -56,9 +56,11 @@ pub fn run(local: &mut LocalResources<'_>, shared: &mut SharedResources<'_>) -> 
         local.inbox.empty_into(gateway, now);
         gateway.poll(Bus::T7, now, |action| ports::act(t7, action));
         gateway.poll(Bus::Isu, now, |action| ports::act(isu, action));
+        // What has become due meanwhile, a delay of a driver, does not wait for another run.
+        let later = clock::now();
         // One port at a time, so that no interrupt waits for all.
-        let mut next = pwm1.lock(|port| port.poll(now)).min(pwm2.lock(|port| port.poll(now)));
-        for port_at in [ports::poll(t7, now), ports::poll(isu, now)] {
+        let mut next = pwm1.lock(|port| port.poll(later)).min(pwm2.lock(|port| port.poll(later)));
+        for port_at in [ports::poll(t7, later), ports::poll(isu, later)] {
             next = next.min(port_at.unwrap_or(Instant::NEVER));
         }
         for (bus, task) in shared::BUSES.iter().zip([MonitoredTask::T7Bus, MonitoredTask::IsuBus]) {

@@ -12,7 +12,7 @@
 //!   settings change between two exchanges of the task.
 //! - A task that has changed the bit rate for good leaves that rate, and nothing else, in the settings.
 
-use clino_bus::{Event, ExchangeOutcome, Fault, Instant, Master, Serial, Timing, earliest};
+use clino_bus::{Event, ExchangeOutcome, Fault, Instant, Master, Serial, Timing};
 use clino_commissioning::{RunnerAction, TaskProgress};
 
 use crate::Status;
@@ -168,7 +168,7 @@ impl<P: Serve> BusTask<P> {
         if let Some(node) = self.master.take_late() {
             self.traffic.came_late(node, slots);
         }
-        self.due = self.next_due().unwrap_or(Instant::NEVER);
+        self.due = self.next_due();
         answered.or(over)
     }
 
@@ -246,22 +246,26 @@ impl<P: Serve> BusTask<P> {
         self.due
     }
 
-    fn next_due(&self) -> Option<Instant> {
-        let master = self.master.poll_at();
+    fn next_due(&self) -> Instant {
+        let master = self.master.poll_at().unwrap_or(Instant::NEVER);
         if self.master.is_asking() {
             return master;
         }
         let traffic = &self.traffic;
+        if traffic.pending {
+            return Instant::ZERO;
+        }
         let task = match (&self.work, &self.task, &traffic.news) {
-            (Some(work), _, None) => P::runner_ref(work).poll_at(),
-            (None, Some(_), None) if traffic.cancelled => Some(Instant::ZERO),
-            (None, Some(_), None) => Some(traffic.polling.silent_until()),
-            _ => None,
+            (Some(work), _, None) => P::runner_ref(work).poll_at().unwrap_or(Instant::NEVER),
+            (None, Some(_), None) if traffic.cancelled => Instant::ZERO,
+            (None, Some(_), None) => traffic.polling.silent_until(),
+            _ => Instant::NEVER,
         };
-        let clear_at = self.master.engine().clear_at();
-        let polling = traffic.polling.poll_at().filter(|_| !self.is_exclusive()).map(|at| at.max(clear_at));
-        let pending = traffic.pending.then_some(Instant::ZERO);
-        earliest(earliest(master, task), earliest(polling, pending))
+        let polling = match traffic.polling.poll_at() {
+            Some(at) if !self.is_exclusive() => at.max(self.master.engine().clear_at()),
+            _ => Instant::NEVER,
+        };
+        master.min(task).min(polling)
     }
 
     fn is_exclusive(&self) -> bool {
