@@ -6,7 +6,7 @@
 //! The levels below give orders and ask for details by locking the gateway, which holds this level off for as long as
 //! it takes: they look at one thing at a time.
 
-use clino_bus::{DriverEnable, Event, Instant, earliest};
+use clino_bus::{DriverEnable, Event, Instant};
 use clino_console::BusState;
 use clino_gateway::{Bus, Capture, Gateway, PwmInput, Requester};
 use clino_recovery::MonitoredTask;
@@ -32,11 +32,11 @@ impl Inbox {
 
     /// Hands the gateway the events.
     fn empty_into(&mut self, gateway: &mut Gateway, now: Instant) {
-        while let Some(event) = self.t7.dequeue() {
-            gateway.line(Bus::T7, event);
-        }
-        while let Some(event) = self.isu.dequeue() {
-            gateway.line(Bus::Isu, event);
+        for (bus, events) in [(Bus::T7, &mut self.t7), (Bus::Isu, &mut self.isu)] {
+            while let Some(event) = events.peek() {
+                gateway.line(bus, *event);
+                _ = events.dequeue();
+            }
         }
         while let Some(capture) = self.pwm1.dequeue() {
             gateway.pwm(PwmInput::Pwm1, capture, now);
@@ -56,23 +56,20 @@ pub fn run(local: &mut LocalResources<'_>, shared: &mut SharedResources<'_>) -> 
         local.inbox.empty_into(gateway, now);
         gateway.poll(Bus::T7, now, |action| ports::act(t7, action));
         gateway.poll(Bus::Isu, now, |action| ports::act(isu, action));
+        // What has become due meanwhile, a delay of a driver, does not wait for another run.
+        let later = clock::now();
         // One port at a time, so that no interrupt waits for all.
-        let ports_at = [ports::poll(t7), ports::poll(isu)];
-        let pwm_now = clock::now();
-        let pwm1_at = pwm1.lock(|port| {
-            port.poll(pwm_now);
-            port.poll_at()
-        });
-        let pwm2_at = pwm2.lock(|port| {
-            port.poll(pwm_now);
-            port.poll_at()
-        });
-        let gateway_at = shared::BUSES.map(|bus| gateway.poll_at(bus));
-        for (at, task) in gateway_at.iter().zip([MonitoredTask::T7Bus, MonitoredTask::IsuBus]) {
+        let mut next = pwm1.lock(|port| port.poll(later)).min(pwm2.lock(|port| port.poll(later)));
+        for port_at in [ports::poll(t7, later), ports::poll(isu, later)] {
+            next = next.min(port_at.unwrap_or(Instant::NEVER));
+        }
+        for (bus, task) in shared::BUSES.iter().zip([MonitoredTask::T7Bus, MonitoredTask::IsuBus]) {
+            let at = gateway.poll_at(*bus).unwrap_or(Instant::NEVER);
             // A bus that still wants something of the past has not gone on.
-            if at.is_none_or(|at| at > now) {
+            if at > now {
                 watchdog::check_in(task);
             }
+            next = next.min(at);
         }
         if gateway.publish(local.snapshot) || gateway.has_task_event(Requester::Console) {
             shared::note_work();
@@ -80,9 +77,7 @@ pub fn run(local: &mut LocalResources<'_>, shared: &mut SharedResources<'_>) -> 
         if gateway.has_task_event(Requester::Modbus) {
             shared::wake_modbus();
         }
-        let next = ports_at.into_iter().chain(gateway_at).chain([Some(pwm1_at), Some(pwm2_at)]);
-        let has_passed =
-            next.fold(None, earliest).is_some_and(|at| timer.lock(|timer| timer.set(Alarm::Bus, at)));
+        let has_passed = timer.lock(|timer| timer.set(Alarm::Bus, next, now));
         has_passed || !local.inbox.is_empty()
     })
 }

@@ -126,18 +126,14 @@ impl<T: Deref<Target = tim2::RegisterBlock>, P: InputPin> PwmCapture<T, P> {
         true
     }
 
-    /// Lets time pass: notices that there is no signal.
-    pub fn poll(&mut self, now: Instant) {
-        if now >= self.poll_at() {
+    /// Lets time pass: notices that there is no signal. Returns when it wants it again.
+    pub fn poll(&mut self, now: Instant) -> Instant {
+        if now >= self.last + PWM_NO_SIGNAL {
             self.last = now;
             self.discard = true;
             let high = self.pin.is_high().unwrap_or(false);
             self.report(Capture::NoSignal { high });
         }
-    }
-
-    /// When [`PwmCapture::poll`] has something to do.
-    pub fn poll_at(&self) -> Instant {
         self.last + PWM_NO_SIGNAL
     }
 

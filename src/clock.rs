@@ -113,11 +113,12 @@ impl Timer {
         Timer(timer)
     }
 
-    /// Sets an alarm to `at`, or to the end of the round if that comes first: a round wakes both levels anyway. Returns
-    /// whether the instant has passed already.
-    pub fn set(&mut self, alarm: Alarm, at: Instant) -> bool {
+    /// Sets an alarm to `at`, or to the end of the round if that comes first: a round wakes both levels anyway. `seen` is
+    /// the time at which this run of the level began; a round that has ended since wakes it again. Returns whether the
+    /// instant has passed already.
+    pub fn set(&mut self, alarm: Alarm, at: Instant, seen: Instant) -> bool {
         let (timer, channel) = (&self.0, alarm.channel());
-        if at.since(now()) >= ROUND_LASTS {
+        if at.since(seen) >= ROUND_LASTS {
             timer.dier().modify(|_, w| w.ccie(channel).clear_bit());
             return false;
         }

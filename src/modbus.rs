@@ -10,7 +10,7 @@ use clino_gateway::Gateway;
 use clino_modbus::binding::{self, Binding, DeferredRequest};
 use clino_modbus::{Identification, Refusal, Settings};
 use clino_recovery::{MonitoredTask, Start};
-use heapless::spsc::{Consumer, Producer};
+use heapless::spsc::Consumer;
 use rtic::Mutex;
 use stm32f4xx_hal::rcc::Rcc;
 
@@ -34,10 +34,9 @@ static IDENTIFICATION: Identification = Identification([
     board::CHIP,
 ]);
 
-/// Resources that move the characters of the level.
+/// What has happened on the line.
 pub struct Lines {
     pub events: Consumer<'static, Event>,
-    pub answer: Producer<'static, u8>,
 }
 
 /// Takes the port into service.
@@ -96,11 +95,7 @@ impl<'a> Level<'a> {
             self.binding.done(well);
         }
         if let Some(answer) = self.server.poll(now, &mut self.binding) {
-            for &byte in answer {
-                // There is room for the longest frame, and the one before is out.
-                _ = self.lines.answer.enqueue(byte);
-            }
-            with(self.shared, |shared| shared.uplink.lock(port::Port::send));
+            with(self.shared, |shared| shared.uplink.lock(|port| port.send(answer)));
         }
         if let Some(settings) = self.server.reconfigured() {
             with(self.shared, |shared| {
@@ -118,7 +113,8 @@ impl<'a> Level<'a> {
         if next.is_none_or(|at| at > now) {
             watchdog::check_in(MonitoredTask::Modbus);
         }
-        let set = |at| with(self.shared, |shared| shared.timer.lock(|timer| timer.set(Alarm::Modbus, at)));
+        let set =
+            |at| with(self.shared, |shared| shared.timer.lock(|timer| timer.set(Alarm::Modbus, at, now)));
         next.and_then(set).unwrap_or(false)
     }
 }

@@ -19,7 +19,7 @@ pub fn start(_: IsuLine, _: &mut Rcc, _: &Timing, _: u32, _: Producer<'static, E
 impl BusPort for Port {
     fn act(&mut self, _: Action<'_>) {}
 
-    fn poll(&mut self) -> Option<Instant> {
+    fn poll(&mut self, _: Instant) -> Option<Instant> {
         None
     }
 }

@@ -25,9 +25,7 @@ pub fn start(
 }
 
 impl Port {
-    pub fn poll(&mut self, _: Instant) {}
-
-    pub fn poll_at(&self) -> Instant {
+    pub fn poll(&mut self, _: Instant) -> Instant {
         Instant::NEVER
     }
 

@@ -18,9 +18,9 @@ pub fn act<P: BusPort>(port: &mut impl Mutex<T = P>, action: Action<'_>) {
     port.lock(|port| port.act(action));
 }
 
-/// Lets time pass in a bus's port; returns when it wants it again.
-pub fn poll<P: BusPort>(port: &mut impl Mutex<T = P>) -> Option<Instant> {
-    port.lock(BusPort::poll)
+/// Lets time pass in a bus's port, if it wants that at `now`; returns when it wants it next.
+pub fn poll<P: BusPort>(port: &mut impl Mutex<T = P>, now: Instant) -> Option<Instant> {
+    port.lock(|port| port.poll(now))
 }
 
 /// How a bus's driver enable behaved since reset.

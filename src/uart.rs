@@ -60,8 +60,8 @@ impl<U: Deref<Target = RegisterBlock>> Usart for U {}
 pub trait BusPort {
     /// Has the line do this: a frame to be sent, or other settings, which come between two exchanges.
     fn act(&mut self, action: Action<'_>);
-    /// Lets time pass; returns when it wants it again.
-    fn poll(&mut self) -> Option<Instant>;
+    /// Lets time pass, if it wants that at `now`; returns when it wants it next.
+    fn poll(&mut self, now: Instant) -> Option<Instant>;
 }
 
 impl<U: Usart, D: OutputPin> BusPort for Rs485<U, D> {
@@ -77,10 +77,14 @@ impl<U: Usart, D: OutputPin> BusPort for Rs485<U, D> {
         }
     }
 
-    fn poll(&mut self) -> Option<Instant> {
+    fn poll(&mut self, now: Instant) -> Option<Instant> {
+        let next = self.line.poll_at();
+        if next.is_none_or(|at| at > now) {
+            return next;
+        }
         // The port looks at the clock itself: how long a driver may be on counts from the instant it is switched on.
         Rs485::poll(self);
-        self.poll_at()
+        self.line.poll_at()
     }
 }
 
@@ -155,11 +159,6 @@ impl<U: Usart, D: OutputPin> Rs485<U, D> {
         if let Some(event) = step.event(now) {
             self.report(event);
         }
-    }
-
-    /// When [`Rs485::poll`] has something to do, if ever.
-    pub fn poll_at(&self) -> Option<Instant> {
-        self.line.poll_at()
     }
 
     /// Whether DE is high.
@@ -284,13 +283,11 @@ impl DriverWatch {
 
 /// The receiver's error flags in a status that was read.
 pub fn line_errors(status: &sr::R) -> LineErrors {
-    let flags = [
-        (status.ore().bit_is_set(), LineErrors::OVERRUN),
-        (status.fe().bit_is_set(), LineErrors::FRAMING),
-        (status.nf().bit_is_set(), LineErrors::NOISE),
-        (status.pe().bit_is_set(), LineErrors::PARITY),
-    ];
-    flags.into_iter().filter_map(|(set, flag)| set.then_some(flag)).fold(LineErrors::NONE, LineErrors::union)
+    let flag = |is_set, flag| if is_set { flag } else { LineErrors::NONE };
+    flag(status.ore().bit_is_set(), LineErrors::OVERRUN)
+        | flag(status.fe().bit_is_set(), LineErrors::FRAMING)
+        | flag(status.nf().bit_is_set(), LineErrors::NOISE)
+        | flag(status.pe().bit_is_set(), LineErrors::PARITY)
 }
 
 /// Transmitter and USART on, 8N1, everything else at its reset value.

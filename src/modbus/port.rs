@@ -7,7 +7,8 @@ use clino_bus::Instant;
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::settings::{Parity, StopBits};
 use clino_modbus::{MAX_FRAME, Settings};
-use heapless::spsc::{Consumer, Producer, Queue};
+use heapless::Vec;
+use heapless::spsc::{Producer, Queue};
 
 use super::Lines;
 use crate::board::{ModbusDe, ModbusUsart};
@@ -15,8 +16,6 @@ use crate::{clock, uart};
 
 /// Characters that can wait for the Modbus level: 2.7 ms of them at 115200 bit/s.
 const EVENTS: usize = 32;
-/// A queue holds one less than its size.
-const ANSWER: usize = MAX_FRAME + 1;
 
 /// An event on the line.
 #[derive(Clone, Copy)]
@@ -27,15 +26,34 @@ pub enum Event {
     Sent { at: Instant },
 }
 
-/// The queues between the interrupt and the Modbus level.
+/// What passes between the interrupt and the Modbus level.
 pub struct Queues {
     events: Queue<Event, EVENTS>,
-    answer: Queue<u8, ANSWER>,
+    answer: Answer,
+}
+
+/// The answer that goes out.
+struct Answer {
+    frame: Vec<u8, MAX_FRAME>,
+    /// Characters of it that are out, or in the USART.
+    taken: usize,
+}
+
+impl Answer {
+    const fn none() -> Answer {
+        Answer { frame: Vec::new(), taken: 0 }
+    }
+
+    fn next(&mut self) -> Option<u8> {
+        let byte = self.frame.get(self.taken).copied()?;
+        self.taken = self.taken.saturating_add(1);
+        Some(byte)
+    }
 }
 
 impl Queues {
     pub const fn new() -> Queues {
-        Queues { events: Queue::new(), answer: Queue::new() }
+        Queues { events: Queue::new(), answer: Answer::none() }
     }
 }
 
@@ -44,7 +62,7 @@ pub struct Port {
     clock_hz: u32,
     de: ModbusDe,
     events: Producer<'static, Event>,
-    answer: Consumer<'static, u8>,
+    answer: &'static mut Answer,
     /// An event found no room, or an overrun came without a character: the next one carries it.
     overrun: bool,
 }
@@ -58,10 +76,9 @@ pub fn start(
     queues: &'static mut Queues,
 ) -> (Port, Lines) {
     let (event_in, events) = queues.events.split();
-    let (answer, answer_out) = queues.answer.split();
-    let mut port = Port { uart, clock_hz, de, events: event_in, answer: answer_out, overrun: false };
+    let mut port = Port { uart, clock_hz, de, events: event_in, answer: &mut queues.answer, overrun: false };
     port.set_up(settings);
-    (port, Lines { events, answer })
+    (port, Lines { events })
 }
 
 impl Port {
@@ -73,7 +90,7 @@ impl Port {
     /// Runs the port like this. An answer that is going out is cut short.
     pub fn set_up(&mut self, settings: &Settings) {
         self.de.set_low();
-        while self.answer.dequeue().is_some() {}
+        self.answer.frame.clear();
         let parity = settings.parity != Parity::None;
         let two = settings.stop_bits == StopBits::Two;
         // The word length counts the parity bit (RM0090 section 30.3.7). Switched off before it is changed.
@@ -87,9 +104,14 @@ impl Port {
         });
     }
 
-    /// Sends the queue.
-    pub fn send(&mut self) {
-        let Some(byte) = self.answer.dequeue() else { return };
+    /// Sends an answer; the one before is out. A copy of it, at once: put into a queue character by character, a long one
+    /// took as long as it is to find.
+    pub fn send(&mut self, answer: &[u8]) {
+        self.answer.taken = 0;
+        self.answer.frame.clear();
+        // There is room for the longest frame.
+        _ = self.answer.frame.extend_from_slice(answer);
+        let Some(byte) = self.answer.next() else { return };
         self.de.set_high();
         // Reading the status before writing the data clears the old transmission-complete flag.
         _ = self.uart.sr().read();
@@ -114,7 +136,7 @@ impl Port {
             is_news = true;
         }
         if control.txeie().bit_is_set() && status.txe().bit_is_set() {
-            match self.answer.dequeue() {
+            match self.answer.next() {
                 Some(byte) => self.write(byte),
                 None => _ = self.uart.cr1().modify(|_, w| w.txeie().clear_bit().tcie().set_bit()),
             }

@@ -76,8 +76,16 @@ impl Instant {
     pub const fn millis_since(self, earlier: Instant) -> u64 {
         let us = self.micros_since(earlier);
         // Ages of more than 71 minutes are rare: the others are divided in one instruction.
-        if us > u32::MAX as u64 { us / MICROS_PER_MILLI_64 } else { (us as u32 / MICROS_PER_MILLI) as u64 }
+        if us > u32::MAX as u64 { long_millis(us) } else { (us as u32 / MICROS_PER_MILLI) as u64 }
     }
+}
+
+/// Milliseconds of more microseconds than 32 bits hold. A function of its own: beside the short division, the compiler would
+/// make one of both, the long one.
+#[cold]
+#[inline(never)]
+const fn long_millis(us: u64) -> u64 {
+    us / MICROS_PER_MILLI_64
 }
 
 impl Duration {

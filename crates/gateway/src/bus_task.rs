@@ -12,10 +12,11 @@
 //!   settings change between two exchanges of the task.
 //! - A task that has changed the bit rate for good leaves that rate, and nothing else, in the settings.
 
-use clino_bus::{Event, Fault, Instant, Master, Serial, Timing, earliest};
+use clino_bus::{Event, Fault, Instant, Master, Serial, Timing};
 use clino_commissioning::{RunnerAction, TaskProgress};
 
 use crate::Status;
+use crate::bits::Bits;
 use crate::event::{Action, Requester};
 use crate::features::COMMISSIONING;
 use crate::schedule::Polled;
@@ -55,6 +56,9 @@ pub(crate) struct BusTask<P: Serve> {
     task: Option<P::Task>,
     /// The task once it has begun.
     work: Option<P::Work>,
+    /// When [`BusTask::poll`] has something to do. Whatever may have changed that sets it to zero: this is found out once,
+    /// and not anew with each character on each bus.
+    due: Instant,
 }
 
 impl<P: Serve> BusTask<P> {
@@ -66,13 +70,20 @@ impl<P: Serve> BusTask<P> {
             traffic: Traffic::idle(&P::RULES, timing),
             task: None,
             work: None,
+            due: Instant::ZERO,
         }
+    }
+
+    /// There may be something to do.
+    fn look_again(&mut self) {
+        self.due = Instant::ZERO;
     }
 
     /// The bus runs like this from the beginning.
     pub fn set_up(&mut self, settings: &BusSettings) {
         self.master.set_timing(settings.timing);
         self.traffic.set_up(settings);
+        self.look_again();
     }
 
     pub fn master(&self) -> &Master<P> {
@@ -84,7 +95,13 @@ impl<P: Serve> BusTask<P> {
     }
 
     pub fn traffic_mut(&mut self) -> &mut Traffic {
+        self.look_again();
         &mut self.traffic
+    }
+
+    /// The slots that were restarted since this was last called.
+    pub fn take_restarted(&mut self) -> Bits {
+        self.traffic.take_restarted()
     }
 
     /// Accepts a task, unless there is one.
@@ -92,12 +109,14 @@ impl<P: Serve> BusTask<P> {
         let accepted = self.traffic.accept(P::claim(task), requester);
         if accepted {
             self.task = Some(*task);
+            self.look_again();
         }
         accepted
     }
 
     /// The task shall stop at its next consistent point.
     pub fn cancel(&mut self) {
+        self.look_again();
         match &mut self.work {
             Some(work) => P::runner(work).cancel(),
             None => self.traffic.cancelled = true,
@@ -125,6 +144,11 @@ impl<P: Serve> BusTask<P> {
             self.traffic.polling.look_ahead(at, slots);
         }
         self.traffic.polling.look_again();
+        // Within an answer, there is nothing to do before its deadline, which this event has moved.
+        self.due = match self.master.poll_at() {
+            Some(deadline) if !over && self.master.is_asking() => deadline,
+            _ => Instant::ZERO,
+        };
         if over { self.settle(slots) } else { None }
     }
 
@@ -137,9 +161,6 @@ impl<P: Serve> BusTask<P> {
         mut port: impl FnMut(Action<'_>),
     ) -> Option<Ended> {
         let over = self.end(now, slots);
-        if self.work.is_none() {
-            self.traffic.settle_down();
-        }
         if !self.master.is_asking() {
             self.begin_next(now, slots, &mut port);
         }
@@ -147,6 +168,7 @@ impl<P: Serve> BusTask<P> {
         if let Some(node) = self.master.take_late() {
             self.traffic.came_late(node, slots);
         }
+        self.due = self.next_due();
         answered.or(over)
     }
 
@@ -219,23 +241,31 @@ impl<P: Serve> BusTask<P> {
         true
     }
 
-    /// When [`BusTask::poll`] has something to do, if ever.
-    pub fn poll_at(&self) -> Option<Instant> {
-        let master = self.master.poll_at();
+    /// When [`BusTask::poll`] has something to do; [`Instant::NEVER`] before the next order or event.
+    pub fn due(&self) -> Instant {
+        self.due
+    }
+
+    fn next_due(&self) -> Instant {
+        let master = self.master.poll_at().unwrap_or(Instant::NEVER);
         if self.master.is_asking() {
             return master;
         }
         let traffic = &self.traffic;
+        if traffic.pending {
+            return Instant::ZERO;
+        }
         let task = match (&self.work, &self.task, &traffic.news) {
-            (Some(work), _, None) => P::runner_ref(work).poll_at(),
-            (None, Some(_), None) if traffic.cancelled => Some(Instant::ZERO),
-            (None, Some(_), None) => Some(traffic.polling.silent_until()),
-            _ => None,
+            (Some(work), _, None) => P::runner_ref(work).poll_at().unwrap_or(Instant::NEVER),
+            (None, Some(_), None) if traffic.cancelled => Instant::ZERO,
+            (None, Some(_), None) => traffic.polling.silent_until(),
+            _ => Instant::NEVER,
         };
-        let clear_at = self.master.engine().clear_at();
-        let polling = traffic.polling.poll_at().filter(|_| !self.is_exclusive()).map(|at| at.max(clear_at));
-        let pending = traffic.pending.then_some(Instant::ZERO);
-        earliest(earliest(master, task), earliest(polling, pending))
+        let polling = match traffic.polling.poll_at() {
+            Some(at) if !self.is_exclusive() => at.max(self.master.engine().clear_at()),
+            _ => Instant::NEVER,
+        };
+        master.min(task).min(polling)
     }
 
     fn is_exclusive(&self) -> bool {

@@ -3,7 +3,7 @@
 
 #[cfg(feature = "isu")]
 use clino_bus::Isu;
-use clino_bus::{BusCounters, Duration, Engine, Event, Instant, T7, Timing, earliest};
+use clino_bus::{BusCounters, Duration, Engine, Event, Instant, T7, Timing};
 use clino_commissioning::TaskProgress;
 use heapless::Vec;
 
@@ -109,13 +109,12 @@ impl Gateway {
             return;
         }
         let ended = on!(mut self, bus, task => task.on(event, &mut self.slots));
-        self.note(ended);
+        self.note(bus, ended);
     }
 
-    fn note(&mut self, ended: Option<Ended>) {
-        for bus in Bus::ALL {
-            self.changed = self.changed.or(self.traffic_mut(bus).take_restarted());
-        }
+    fn note(&mut self, bus: Bus, ended: Option<Ended>) {
+        let restarted = on!(mut self, bus, task => task.take_restarted());
+        self.changed = self.changed.or(restarted);
         let Some(Ended { entry, slot }) = ended else { return };
         self.trace.push(entry);
         if let Some(slot) = slot {
@@ -286,11 +285,13 @@ impl Gateway {
         if !bus.is_built() {
             return;
         }
-        let ended = on!(mut self, bus, task => task.poll(now, &mut self.slots, port));
-        self.note(ended);
-        // Both are rare, and what comes with each call of them is not free: this runs with each character on a bus.
-        if self.traffic(bus).has_ended() {
-            self.conclude(bus);
+        // This runs with each character on any bus.
+        if now >= on!(self, bus, task => task.due()) {
+            let ended = on!(mut self, bus, task => task.poll(now, &mut self.slots, port));
+            self.note(bus, ended);
+            if self.traffic(bus).has_ended() {
+                self.conclude(bus);
+            }
         }
         if !self.watched.is_empty() && now >= self.watch_at {
             self.watch(now);
@@ -310,8 +311,9 @@ impl Gateway {
 
     /// When [`Gateway::poll`] has something to do on `bus`, if ever.
     pub fn poll_at(&self, bus: Bus) -> Option<Instant> {
-        let watch = (!self.watched.is_empty()).then_some(self.watch_at);
-        earliest(on!(self, bus, task => task.poll_at()), watch)
+        let due = on!(self, bus, task => task.due());
+        let next = if self.watched.is_empty() { due } else { due.min(self.watch_at) };
+        (next != Instant::NEVER).then_some(next)
     }
 
     /// A reading that has changed since it was last returned here, or published.

@@ -238,25 +238,19 @@ impl<'a> Lint<'a> {
             }
             self.of_bus(bus, found);
         }
-        self.of_slots(found);
-    }
-
-    /// Each slot by itself and beside the others.
-    #[inline(never)]
-    fn of_slots(&self, found: &mut dyn FnMut(Finding)) {
         for slot in 0..=u8::MAX {
-            let Some(config) = (self.slot)(slot) else { break };
-            self.of_slot(slot, &config, found);
+            if self.of_slot(slot, found).is_none() {
+                break;
+            }
         }
-        for slot in 0..=u8::MAX {
-            let Some(SlotConfig { source, .. }) = (self.slot)(slot) else { break };
+        self.each(&mut |slot, SlotConfig { source, .. }| {
             if source.is_faulty() {
                 found(Finding::Incomplete { slot, kind: source.kind(), address: source.address() });
             }
-        }
+        });
     }
 
-    /// Looks at each slot, used or not, for a sum over all of them.
+    /// Looks at each slot, used or not.
     #[inline(never)]
     fn each(&self, look: &mut dyn FnMut(u8, &SlotConfig)) {
         for slot in 0..=u8::MAX {
@@ -315,10 +309,12 @@ impl<'a> Lint<'a> {
         (u64::from(percent) > PERCENT).then_some(Finding::Overload { bus, percent })
     }
 
+    /// Warnings about a slot; `None` beyond the last one.
     #[inline(never)]
-    fn of_slot(&self, slot: u8, config: &SlotConfig, found: &mut dyn FnMut(Finding)) {
+    fn of_slot(&self, slot: u8, found: &mut dyn FnMut(Finding)) -> Option<()> {
+        let config = &(self.slot)(slot)?;
         if !config.is_on() {
-            return;
+            return Some(());
         }
         if let Some(same_as) = self.earlier(slot, config.source) {
             found(Finding::Duplicate { slot, same_as });
@@ -351,6 +347,7 @@ impl<'a> Lint<'a> {
         if let Some(partner) = config.partner.filter(|&partner| !self.reads_isu(partner)) {
             found(Finding::Partner { slot, partner });
         }
+        Some(())
     }
 
     /// The first slot before this one that reads the same source.

@@ -145,43 +145,52 @@ impl Slot {
     /// From now on the slot means this: nothing was read yet. What was counted goes on, unless it was another sensor's.
     pub fn set(&mut self, config: SlotConfig) {
         let same = config.source == self.config.source;
-        let counters = if same { self.counters } else { SlotCounters::default() };
-        let mut alarm = if same && config.enabled { self.alarm } else { Watch::default() };
-        alarm.change(&self.config.alarm, &config.alarm);
-        let extremes = if means_the_same(&self.config, &config) {
-            self.extremes
-        } else {
-            alarm.restart(&config.alarm);
-            Extremes::default()
-        };
-        let sequence = self.sequence.wrapping_add(1);
-        *self = Slot { sequence, counters, alarm, extremes, ..Slot::new(config) };
+        if !same {
+            self.counters = SlotCounters::default();
+        }
+        if !same || !config.enabled {
+            self.alarm = Watch::default();
+        }
+        self.alarm.change(&self.config.alarm, &config.alarm);
+        if !means_the_same(&self.config, &config) {
+            self.alarm.restart(&config.alarm);
+            self.extremes = Extremes::default();
+        }
+        self.forget_numbers();
+        self.health = Health::WELL;
+        self.link = Link::default();
+        self.status = first_status(&config);
+        self.last_error = None;
+        self.serial = UNKNOWN;
+        self.measured = NEVER;
+        self.config = config;
     }
 
     /// The sensor's number means something else now: what was kept of it is forgotten, and nothing was read yet. What
     /// was counted goes on, and so does what is known of the node's answers.
     pub fn restart(&mut self) {
-        let Slot { counters, link, last_error, measured, serial, mut alarm, .. } = *self;
-        alarm.restart(&self.config.alarm);
-        let status = match self.status {
-            Status::Ok | Status::Suspect => Status::NeverRead,
-            other => other,
-        };
-        let sequence = self.sequence.wrapping_add(1);
-        let mut health = Health::WELL;
-        health.set(Health::NOISY, self.health.has(Health::NOISY));
-        *self = Slot {
-            counters,
-            health,
-            link,
-            last_error,
-            measured,
-            serial,
-            status,
-            sequence,
-            alarm,
-            ..Slot::new(self.config)
-        };
+        self.forget_numbers();
+        self.alarm.restart(&self.config.alarm);
+        self.extremes = Extremes::default();
+        if matches!(self.status, Status::Ok | Status::Suspect) {
+            self.status = Status::NeverRead;
+        }
+        let is_noisy = self.health.has(Health::NOISY);
+        self.health = Health::WELL;
+        self.health.set(Health::NOISY, is_noisy);
+    }
+
+    /// What the sensor has said so far is worth nothing. In its place: a slot is large.
+    fn forget_numbers(&mut self) {
+        self.identified = false;
+        self.strikes = Strikes::default();
+        self.plausibility = Plausibility::NEW;
+        (self.fresh, self.pending, self.gap) = (false, false, false);
+        self.raw = Angle::ZERO;
+        self.temperature = NO_TEMPERATURE;
+        self.window = Window::default();
+        self.motion = Motion::default();
+        self.sequence = self.sequence.wrapping_add(1);
     }
 
     /// Whether a sensor of this serial number is another one than the slot has read so far; from now on it is that.

@@ -37,6 +37,8 @@ pub struct Identity {
 
 impl Identify {
     /// Begins with the angle. A module in its Hard Error state is left in it.
+    // As `Reader::new`.
+    #[inline(always)]
     pub const fn new(module: Module) -> Identify {
         Identify { address: module.address(), angle: None, reader: Reader::new(), failed: None }
     }

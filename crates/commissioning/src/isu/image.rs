@@ -22,6 +22,8 @@ impl Reader {
     /// Exchanges that it takes.
     pub const EXCHANGES: u16 = WORDS / CHUNK as u16;
 
+    // It is large: inlined, with what holds it, it is made where it stays, and takes no stack on its way there.
+    #[inline(always)]
     pub const fn new() -> Reader {
         Reader { image: Image::new([0; WORDS as usize]), next: 0 }
     }

@@ -71,6 +71,8 @@ enum State {
 
 impl ResetNull {
     /// Begins with reading the whole EEPROM. A module that moves is refused.
+    // As `Reader::new`.
+    #[inline(always)]
     pub const fn new(module: Module) -> ResetNull {
         ResetNull {
             address: module.address(),

@@ -55,7 +55,7 @@ impl Program {
     /// # Errors
     /// [`Cause::ReservedAddress`]; [`Cause::ZeroOnSharedLine`] for address 0 unless the module is
     /// [single](Module::single).
-    // It is large: inlined, it is made once and not copied out of a result, which takes 0.7 KB of stack.
+    // As `Reader::new`.
     #[inline(always)]
     pub fn new(module: Module, wanted: Change) -> Result<Program, Cause> {
         let mut talk = Talk::new(module.address());

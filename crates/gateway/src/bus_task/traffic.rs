@@ -176,11 +176,6 @@ impl Traffic {
         self.settling.holds(Nodes::at(self.bus(), address), asked)
     }
 
-    /// No task is under way.
-    pub(super) fn settle_down(&mut self) {
-        self.settling.end();
-    }
-
     /// The slots that were restarted since this was last called.
     pub fn take_restarted(&mut self) -> Bits {
         core::mem::replace(&mut self.restarted, Bits::EMPTY)
@@ -327,6 +322,7 @@ impl Traffic {
     #[inline(never)]
     pub(super) fn end_task(&mut self, news: TaskEvent, serial: Serial) {
         self.news = Some(news);
+        self.settling.end();
         if let Some(since) = self.disturbed.take() {
             self.polling.keep_silent(since);
         }

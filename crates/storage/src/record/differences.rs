@@ -76,7 +76,8 @@ const fn bit(id: u8) -> u64 {
     1_u64.wrapping_shl((id as u32).wrapping_sub(1))
 }
 
-/// Writes what differs; `differs` says so by place and id.
+/// Writes what differs; `differs` says so by place and id. Only what differs is looked for by its id: all lines are silent
+/// meanwhile.
 pub(crate) fn encode(of: &dyn Shown, differs: &dyn Fn(usize, u8) -> bool, writer: &mut Writer<'_>) {
     let different = of.definitions().filter(|(place, definition)| differs(*place, definition.id));
     let differences = different.fold(0, |differences, (_, definition)| differences | bit(definition.id));
