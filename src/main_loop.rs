@@ -6,6 +6,7 @@ use core::cell::RefCell;
 
 use clino_bus::{DriverEnable, Instant};
 use clino_gateway::Bus;
+use clino_gateway::settings::SettingsPart;
 use clino_modbus::Settings;
 use clino_modbus::binding::DeferredRequest;
 use clino_recovery::{Mode, Start};
@@ -44,7 +45,8 @@ impl<'a> Common<'a> {
     }
 
     pub fn is_unsaved(&self) -> bool {
-        let known = self.gateway(|gateway| gateway.fingerprint()).unwrap_or(0);
+        let known =
+            SettingsPart::together(|part| self.gateway(|gateway| gateway.fingerprint_of(part)).unwrap_or(0));
         self.kept().is_unsaved((known, self.settings()))
     }
 

@@ -7,6 +7,7 @@ use core::cell::RefCell;
 
 use clino_bus::{DriverEnable, Instant};
 use clino_gateway::Gateway;
+use clino_gateway::settings::SettingsPart;
 use clino_modbus::binding::{self, Binding, DeferredRequest};
 use clino_modbus::{Identification, Refusal, Settings};
 use clino_recovery::{MonitoredTask, Start};
@@ -174,7 +175,9 @@ impl binding::Site for Site<'_> {
     }
 
     fn is_unsaved(&self) -> bool {
-        let fingerprint = binding::Site::gateway(self, |gateway| gateway.fingerprint()).unwrap_or(0);
+        let fingerprint = SettingsPart::together(|part| {
+            binding::Site::gateway(self, |gateway| gateway.fingerprint_of(part)).unwrap_or(0)
+        });
         let port = with(self.shared, |shared| shared.settings.lock(|settings| *settings));
         self.kept().is_unsaved((fingerprint, port.unwrap_or(params::MODBUS)))
     }

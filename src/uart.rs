@@ -178,11 +178,12 @@ impl<U: Usart, D: OutputPin> Rs485<U, D> {
         let status = self.uart.sr().read();
         let control = self.uart.cr1().read();
         if control.tcie().bit_is_set() && status.tc().bit_is_set() {
-            self.uart.cr1().modify(|_, w| w.tcie().clear_bit());
             // The pin first, everything else after: this is the moment the line has to be let go.
             let now = clock::now();
-            if self.line.transmission_complete(now) {
-                self.follow();
+            let is_out = self.line.transmission_complete(now);
+            self.follow();
+            self.uart.cr1().modify(|_, w| w.tcie().clear_bit());
+            if is_out {
                 self.report(Event::Released { at: now });
                 is_news = true;
             }

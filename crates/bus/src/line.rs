@@ -62,6 +62,8 @@ pub struct Line {
     settings: LineSettings,
     /// Half a bit: a division that is not done for each character that comes in.
     half_bit: Duration,
+    /// [`ECHO_BITS`]: one that is not done while the line waits to be let go.
+    echo_tail: Duration,
     state: State,
     frame: Vec<u8, MAX_FRAME>,
     /// No DE before this instant: the end of the last thing heard or sent, plus the guard.
@@ -79,6 +81,7 @@ impl Line {
         Line {
             settings,
             half_bit: settings.serial.half_bit(),
+            echo_tail: settings.serial.bits(ECHO_BITS),
             state: State::Listening,
             frame: Vec::new(),
             clear_at,
@@ -102,6 +105,7 @@ impl Line {
         }
         self.settings = settings;
         self.half_bit = settings.serial.half_bit();
+        self.echo_tail = settings.serial.bits(ECHO_BITS);
         self.clear_at = self.clear_at.max(now + settings.guard);
         Ok(())
     }
@@ -216,7 +220,7 @@ impl Line {
         if !matches!(self.state, State::Draining { .. }) {
             return false;
         }
-        self.echo_until = now + self.settings.serial.bits(ECHO_BITS);
+        self.echo_until = now + self.echo_tail;
         match self.settings.post_delay {
             Duration::ZERO => self.listen(now),
             delay => self.state = State::PostDelay { until: now + delay },

@@ -43,6 +43,25 @@ impl BusSettings {
     }
 }
 
+/// A part of the settings with a fingerprint of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SettingsPart {
+    /// The slot table.
+    Slots,
+    /// How the console behaves.
+    Console,
+    /// How a bus runs.
+    Bus(Bus),
+}
+
+impl SettingsPart {
+    /// The fingerprint of all parts.
+    pub fn together(mut of: impl FnMut(SettingsPart) -> u32) -> u32 {
+        let rest = of(SettingsPart::Slots) ^ of(SettingsPart::Console);
+        Bus::ALL.into_iter().fold(rest, |sum, bus| sum ^ of(SettingsPart::Bus(bus)))
+    }
+}
+
 /// A holder of all settings: reads and sets them one by one.
 pub trait Configuration {
     /// What a slot reads; `None` beyond the last one.
