@@ -7,7 +7,7 @@ use clino_gateway::settings::{bus, console, port, slot};
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::{Entry as Exchange, Purpose, Trace, Verdict};
 use clino_gateway::{
-    Action, Bus, BusChange, BusSettings, Configuration, Gateway, ReadingBrief, Health, Reading, Settings, SlotConfig, SlotCounters,
+    Action, Bus, BusChange, BusSettings, Configuration, Gateway, Health, Reading, Settings, SlotConfig, SlotCounters,
     Snapshot, Source, Status, Value, View,
 };
 
