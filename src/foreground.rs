@@ -23,7 +23,7 @@ use crate::config_store::ConfigStore;
 use crate::main_loop::{self, Common};
 use crate::{bus, clock, params, quiet, shared, watchdog};
 
-/// Runs for ever. The console is on its stack for good: 1.4 KB.
+/// Runs for ever. The console is on its stack for good: 1.1 KB.
 pub fn serve(local: LocalResources<'_>, shared: SharedResources<'_>) -> ! {
     let LocalResources { start, keys, writer, store, .. } = local;
     let common = Common { shared: RefCell::new(shared), writer: RefCell::new(writer) };

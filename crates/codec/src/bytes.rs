@@ -1,7 +1,7 @@
 //! Big-endian fields in and out of a message, without an index that could miss.
 //!
-//! Messages have fixed layouts whose length is checked once, before the first field is read. Reading past the
-//! end therefore does not happen; it yields zero all the same, because a codec must not be able to panic.
+//! Messages have fixed layouts whose length is checked once, before the first field is read. Past the end zeros are read,
+//! because a codec must not be able to panic: a message is read as one of a longer kind, and what it does not have is not used.
 
 /// Reads fields from the front.
 #[derive(Clone, Copy)]

@@ -1,6 +1,6 @@
 //! How a gateway is made, and set up before it begins.
 //!
-//! A gateway is 14 KB. It is made idle, for which there is little to write; then it is set up where it stays.
+//! A gateway is 19 KB. It is made idle, for which there is little to write; then it is set up where it stays.
 
 use clino_bus::{Instant, Serial, Timing};
 use clino_codec::pwm;

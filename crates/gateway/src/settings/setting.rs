@@ -288,11 +288,16 @@ pub fn change(to: &mut dyn Settable, named: Named<'_>) -> Result<(), Refusal> {
     read_back(to, named)
 }
 
+/// What mixes a word into a fingerprint: turn, exclusive or, multiplication (FxHash, the hash of rustc's own tables). The factor
+/// is 2³² over the golden ratio.
+const HASH_TURN: u32 = 5;
+const HASH_FACTOR: u32 = 0x9E37_79B9;
+
 /// A number that two things share if all their settings are equal, and hardly ever otherwise. `seed` tells things of one
 /// kind apart.
 pub fn fingerprint(of: &dyn Shown, seed: u8) -> u32 {
-    // Word by word, as rustc's own tables hash: while it runs, with the gateway locked, no driver rises.
-    let take = |hash: u32, word: u32| (hash.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B9);
+    // Word by word: while it runs, with the gateway locked, no driver rises.
+    let take = |hash: u32, word: u32| (hash.rotate_left(HASH_TURN) ^ word).wrapping_mul(HASH_FACTOR);
     of.definitions().fold(take(u32::MAX, seed.into()), |hash, (place, definition)| {
         let value = of.value(place) as u64;
         let hash = take(take(hash, definition.id.into()), value as u32);
