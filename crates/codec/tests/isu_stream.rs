@@ -51,6 +51,29 @@ fn the_answer_is_found_at_its_last_byte() {
     assert_eq!(decoder.expected().function(), Function::ReadRam);
 }
 
+/// Two frames of other nodes have begun, and beginnings of the answer in both. Silence ends the first; then the second has
+/// answers among its bytes that were there before it was looked at.
+#[test]
+fn answers_in_foreign_frames_one_in_another_are_found() {
+    let bytes = [
+        &[0x20, 0x25, 0x58][..],
+        &GOOD[..4],
+        &GOOD[..4],
+        &[0x00, 0x00],
+        &GOOD[..4],
+        &GOOD[..4],
+        &[0xFE, 0x15],
+        &GOOD[..4],
+        &[0x00, 0x00],
+        &GOOD[..2],
+        &GOOD,
+        &GOOD,
+    ];
+    let seen = run(&mut decoder(Request::READ_ANGLE, 3), &bytes.concat());
+    let found: Vec<_> = seen.iter().filter_map(|seen| seen.as_ref().ok()?.angle_word()).collect();
+    assert_eq!(found, [0x8000; 2], "{seen:?}");
+}
+
 #[test]
 fn the_longest_answer_fits() {
     let content: Vec<u8> = (0..=252).collect();

@@ -283,6 +283,16 @@ fn a_sniffer_follows_every_documented_exchange() {
     assert_eq!(sniffer.discarded(), 0);
 }
 
+/// A command behind the beginning of an answer: while more may come it may be part of it; silence settles it.
+#[test]
+fn a_sniffer_finds_a_command_in_what_was_cut_off_when_the_line_is_silent() {
+    let mut sniffer = Sniffer::new(Checks::ALL);
+    assert_eq!(sniff(&mut sniffer, &[0x05, 0x06, 0x83, 0x05, 0x01, 0x83]), []);
+    let asked = Command { address: Address::new(5).unwrap(), request: Request::GetAngle(Axis::Two) };
+    assert_eq!(sniffer.idle(), SniffProgress::Frame(Sniffed::Command(asked)));
+    assert_eq!((sniffer.idle(), sniffer.discarded()), (SniffProgress::More, 3));
+}
+
 #[test]
 fn a_sniffer_tells_look_alikes_apart_by_their_order() {
     let command = [0x05, 0x03, 0x8D, 0x01, 0x6A];

@@ -1,6 +1,7 @@
 //! `clino log`: its rows, and what is left of them when it is killed.
 
 use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread;
@@ -41,10 +42,28 @@ impl Drop for Folder {
     }
 }
 
-fn start(line: &str) -> Child {
+fn start(line: &str) -> Log {
     let mut command = Command::new(CLINO);
     command.args(line.split_whitespace()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command.spawn().unwrap()
+    Log(command.spawn().unwrap())
+}
+
+/// A log that is written: a test that fails leaves none behind, which would open its port for ever.
+struct Log(Child);
+
+impl Log {
+    fn kill(&mut self) {
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        // After `end` no process is left to kill.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
 /// How often a file is looked at, and for how long: a busy computer takes its time.
@@ -65,12 +84,12 @@ fn wait_for(file: &Path, what: &str, is_there: impl Fn(&str) -> bool) {
 }
 
 /// Asks it to end, and reads what it said.
-fn end(child: Child) -> String {
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
-    let output = child.wait_with_output().unwrap();
-    let said =
-        format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert_eq!(output.status.code(), Some(0), "{said}");
+fn end(mut log: Log) -> String {
+    kill_process(Pid::from_child(&log.0), Signal::INT).unwrap();
+    let mut said = String::new();
+    log.0.stdout.take().unwrap().read_to_string(&mut said).unwrap();
+    log.0.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(log.0.wait().unwrap().code(), Some(0), "{said}");
     said
 }
 
@@ -203,8 +222,6 @@ fn a_port_that_vanishes_is_told_once_and_the_log_goes_on() {
     let child =
         start(&format!("log t7 5 --latency 80 --csv {} --port {}", folder.file().display(), link.display()));
     wait_for(&folder.file(), "an angle", |text| text.contains(",1.000,"));
-    // The number of its terminal may be another test's next.
-    fs::remove_file(&link).unwrap();
     drop(server);
     wait_for(&folder.file(), "the port's end", |text| text.contains(",port_"));
     // Long enough that it would be told again if each attempt told it.
@@ -284,8 +301,7 @@ fn killed(seed: u64, kills: usize) {
         let mut child = start(&line);
         thread::sleep(Duration::from_millis(150 + chance.below(1_200)));
         let at = SystemTime::now();
-        child.kill().unwrap();
-        child.wait().unwrap();
+        child.kill();
         let text = fs::read_to_string(folder.file()).unwrap();
         // The last row may be torn: the next start cuts it off.
         let whole = text.rfind('\n').map_or("", |end| &text[..=end]);

@@ -99,7 +99,9 @@ fn a_full_disk_is_told_and_nothing_is_lost_when_there_is_room_again() {
     until("the gauge", || trouble(metrics, "store").filter(|trouble| trouble == "0"));
     let last = u64::from(tell(10));
     let lines = until("the last line", || {
-        let lines = std::fs::read_to_string(inside.join("lines")).ok()?;
+        // It may be read while its last line is written.
+        let lines =
+            std::fs::read_to_string(inside.join("lines")).ok().filter(|lines| lines.ends_with('\n'))?;
         (thousandths(&lines).last() == Some(&last)).then_some(lines)
     });
     assert_eq!(thousandths(&lines), (1..=last).collect::<Vec<_>>());

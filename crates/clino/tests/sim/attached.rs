@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use clino_pty::Terminal;
 
 use super::port::Port;
-use super::server::{CLINO, PATIENCE, Server, Signal};
+use super::server::{CLINO, PATIENCE, Server, Signal, keep_number};
 use super::{ASK_3, ASK_5, SAYS_3, SAYS_5};
 
 /// A look at both ends.
@@ -157,7 +157,9 @@ fn a_port_that_vanishes_ends_it_with_a_next_step() {
     while child.try_wait().unwrap().is_none() {
         assert!(Instant::now() < deadline);
         thread::sleep(Duration::from_millis(300));
-        terminal.take();
+        if let Some(terminal) = terminal.take() {
+            keep_number(terminal.path());
+        }
     }
     let output = child.wait_with_output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
