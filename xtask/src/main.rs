@@ -60,7 +60,7 @@ Usage: cargo xtask <command>
              put the firmware on a real board (needs probe-rs)
   image [--board NAME]
              write the firmware as a .hex file, for the drive that a Nucleo's ST-LINK shows
-  hil --virtual | --console PORT [...]
+  hil [--board NAME] --virtual | --console PORT [...]
              the image on a board with this computer at its ports: assertions, times, a report;
              or on the virtual board. `hil --help` says more; docs/bring-up.md how to wire it
 
@@ -78,7 +78,7 @@ fn main() -> ExitCode {
     let command = arguments.next();
     let rest: Vec<String> = arguments.collect();
     let result = match command.as_deref() {
-        Some(command @ ("sim" | "flash" | "image")) => for_board(command, &rest),
+        Some(command @ ("sim" | "hil" | "flash" | "image")) => for_board(command, &rest),
         Some("test") if rest.is_empty() => test::run(),
         Some("test") if rest == ["--quick"] => test::quick(),
         Some("check") => check::run(&rest),
@@ -92,7 +92,6 @@ fn main() -> ExitCode {
         Some("witness") if rest.is_empty() => witness::run(),
         Some("witness") if rest == ["qemu"] => witness::qemu(),
         Some("pictures") if rest.is_empty() => pictures::run(),
-        Some("hil") => hil::run(&rest),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");
             return ExitCode::SUCCESS;
@@ -116,6 +115,7 @@ fn for_board(command: &str, arguments: &[String]) -> Outcome {
     let (board, rest) = boards::take(arguments)?;
     match command {
         "sim" => sim::run(board, &rest),
+        "hil" => hil::run(board, &rest),
         _ if !rest.is_empty() => {
             let message = format!("{command} takes no `{}`\n\n{USAGE}", rest.join(" "));
             Err(Failure { message, status: BAD_USAGE })

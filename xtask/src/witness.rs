@@ -11,6 +11,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::Command;
 
+use crate::boards;
 use crate::command::{self, Failure, Outcome};
 use crate::firmware;
 use crate::hil;
@@ -42,7 +43,7 @@ fn install_and_run(steps: &mut Steps) -> Outcome {
 /// The image on QEMU, as a smoke test: answers, no times. The report stays below the target directory.
 pub fn qemu() -> Outcome {
     let report = command::target_dir().join("qemu.md");
-    hil::run(&["--qemu".to_owned(), "--report".to_owned(), report.display().to_string()])
+    hil::run(boards::DEFAULT, &["--qemu".to_owned(), "--report".to_owned(), report.display().to_string()])
 }
 
 /// Builds the program, and installs what that takes.

@@ -23,10 +23,7 @@ impl Board {
     pub fn start(name: &str) -> Board {
         let scenario = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.toml"));
         std::fs::write(&scenario, super::bench::scenario()).expect("the target directory can be written");
-        let mut child = Command::new(program("CLINO_VBOARD"))
-            .arg("--elf")
-            .arg(program("CLINO_ELF"))
-            .args(["--board", clino_host_tests::model().name()])
+        let mut child = command()
             .arg("--scenario")
             .arg(scenario)
             .args(["--realtime", "--console-pty", "--modbus-pty"])
@@ -73,6 +70,13 @@ fn all(mut stderr: ChildStderr) -> String {
     // What cannot be read is missing in a message.
     let _ = stderr.read_to_string(&mut text);
     text
+}
+
+/// The virtual board with the image for it; its other arguments are to come.
+pub fn command() -> Command {
+    let mut command = Command::new(program("CLINO_VBOARD"));
+    command.arg("--elf").arg(program("CLINO_ELF")).args(["--board", clino_host_tests::model().name()]);
+    command
 }
 
 /// The program that this variable names.

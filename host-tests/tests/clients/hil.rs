@@ -5,7 +5,7 @@ use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use super::board::program;
+use super::board::{command, program};
 
 /// Runs it on the virtual board; its exit status and its report.
 fn hil(name: &str, arguments: &[&str]) -> (Option<i32>, String) {
@@ -18,7 +18,10 @@ fn run(name: &str, arguments: &[&str]) -> (Option<i32>, String) {
     let report = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.md"));
     let mut command = Command::new(programs.join("clino-hil"));
     command.arg("--elf").arg(program("CLINO_ELF")).arg("--programs").arg(programs);
-    command.args(["--short", "--report"]).arg(&report).args(arguments);
+    command
+        .args(["--board", clino_host_tests::model().name(), "--short", "--report"])
+        .arg(&report)
+        .args(arguments);
     let output = command.output().expect("`cargo xtask test` builds it");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     let text = fs::read_to_string(&report).unwrap_or_else(|why| panic!("{why}: {said}"));
@@ -52,14 +55,8 @@ fn the_virtual_board_passes() {
 /// The way of a person with a board that is flashed: ports that are named, one of them wrong.
 #[test]
 fn ports_that_are_named_are_used_and_a_wrong_one_is_a_failed_check() {
-    let vboard = program("CLINO_VBOARD");
-    let mut board = Command::new(&vboard);
-    board.arg("--elf").arg(program("CLINO_ELF")).args([
-        "--realtime",
-        "--console-pty",
-        "--modbus-pty",
-        "--t7-pty",
-    ]);
+    let mut board = command();
+    board.args(["--realtime", "--console-pty", "--modbus-pty", "--t7-pty"]);
     let mut board = board.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("the program starts");
     let mut output = BufReader::new(board.stdout.take().expect("piped"));
     let [console, modbus, t7] = ["console ", "modbus ", "t7 "].map(|port| {

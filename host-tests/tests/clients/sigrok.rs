@@ -4,14 +4,13 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::OnceLock;
 
 use clino_board::vcd::{self, Signal};
 use clino_testkit::programs::{Sigrok, said, skipped};
 use serde_json::Value;
 
-use super::board::program;
+use super::board::command;
 
 /// sigrok-cli takes one sample of this many nanoseconds: 87 for a bit at 115200 bit/s.
 const SAMPLE_NS: u64 = 100;
@@ -102,9 +101,14 @@ fn file(name: &str) -> PathBuf {
 fn capture(name: &str, scenario: &str, duration: &str) -> (PathBuf, String) {
     let [toml, dump, log] = ["toml", "vcd", "log"].map(|ending| file(&format!("{name}.{ending}")));
     fs::write(&toml, scenario).expect("the target directory can be written");
-    let mut board = Command::new(program("CLINO_VBOARD"));
-    board.arg("--elf").arg(program("CLINO_ELF")).arg("--scenario").arg(toml);
-    board.args(["--duration", duration, "--vcd"]).arg(&dump).arg("--bus-log").arg(&log);
+    let mut board = command();
+    board
+        .arg("--scenario")
+        .arg(toml)
+        .args(["--duration", duration, "--vcd"])
+        .arg(&dump)
+        .arg("--bus-log")
+        .arg(&log);
     let output = board.output().expect("the program starts");
     assert!(output.status.code().is_some_and(|code| code < 2), "{}", said(&output));
     (dump, fs::read_to_string(log).expect("it was written"))

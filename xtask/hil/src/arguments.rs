@@ -19,7 +19,13 @@ pub struct Arguments {
     /// What goes wrong with the virtual board: a scenario file of docs/scenario.md without sensors
     #[arg(long, value_name = "FILE", requires = "on_virtual_board")]
     pub scenario: Option<PathBuf>,
-    /// Serial port at the console: a 3.3 V USB-UART
+    /// The board, as `cargo xtask` names it
+    #[arg(long, value_name = "NAME", default_value = "f407-disc1")]
+    pub board: String,
+    /// Its chip, as `probe-rs` names it; `cargo xtask hil` says it
+    #[arg(long, value_name = "NAME", default_value = "STM32F407VGTx", hide = true)]
+    pub chip: String,
+    /// Serial port at the console: a 3.3 V USB-UART, or that of an ST-LINK which has the console
     #[arg(long, value_name = "PORT", required_unless_present_any = ["on_virtual_board", "on_qemu"])]
     pub console: Option<String>,
     /// USB-RS485 adapter on the T7 bus, with no sensor on it

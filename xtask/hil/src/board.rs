@@ -13,9 +13,6 @@ use crate::arguments::Arguments;
 use crate::ports::Ports;
 use crate::qemu::Qemu;
 
-/// For `probe-rs`, as in `xtask/src/flash.rs`.
-const CHIP: &str = "STM32F407VGTx";
-
 /// What the virtual board has at its PWM inputs, in degrees.
 pub const VIRTUAL_PWM: [f64; 2] = [89.56, 333.3];
 
@@ -72,9 +69,9 @@ impl Board {
     ///
     /// # Errors
     /// The probe's program cannot be started.
-    pub fn flash(elf: &Path) -> Result<Board, String> {
+    pub fn flash(elf: &Path, chip: &str) -> Result<Board, String> {
         let mut probe = Command::new("probe-rs");
-        probe.args(["run", "--chip", CHIP]).arg(elf).stdout(Stdio::piped()).stderr(Stdio::piped());
+        probe.args(["run", "--chip", chip]).arg(elf).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = probe.spawn().map_err(|why| {
             format!("probe-rs: {why}; `cargo install probe-rs-tools --locked` installs it, --no-flash does without it")
         })?;
@@ -157,6 +154,7 @@ impl VirtualBoard {
         command
             .arg("--elf")
             .arg(&arguments.elf)
+            .args(["--board", &arguments.board])
             .arg("--scenario")
             .arg(&scenario)
             .arg("--vcd")

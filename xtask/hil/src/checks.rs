@@ -40,7 +40,7 @@ pub fn all(arguments: &Arguments, report: &mut Report) -> Result<(), String> {
     let board = match virtual_board {
         Some(board) => board,
         None if arguments.no_flash => Board::Real(None),
-        None => Board::flash(&arguments.elf)?,
+        None => Board::flash(&arguments.elf, &arguments.chip)?,
     };
     let mut bench = Bench { arguments, report, console };
     if let Err(why) = bench.with(&board, &ports) {

@@ -90,6 +90,7 @@ impl Report {
         };
         line(format!("# {title}\n"));
         let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
+        line(format!("- board: {}", arguments.board));
         line(format!("- run: {seconds} s since 1970"));
         self.identity.iter().for_each(|identity| line(format!("- {identity}")));
         let passed = self.count(|verdict| *verdict == Verdict::Passed);
