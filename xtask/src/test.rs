@@ -80,9 +80,13 @@ const ON_ANOTHER_BOARD: [Test; 9] = [
 ];
 
 /// What runs on the images that leave something out.
-const ON_SMALL_ONES: [Test; 2] = [
+const ON_SMALL_ONES: [Test; 3] = [
     ("clino-host-tests::board", "parts::the_modbus_port_has_what_is_there_and_nothing_else"),
     ("clino-host-tests::board", "parts::the_console_has_what_is_there_and_nothing_else"),
+    (
+        "clino-host-tests::board",
+        "parts::settings_of_a_part_that_is_absent_are_left_for_the_image_that_has_it",
+    ),
 ];
 
 /// Every test.

@@ -3,10 +3,11 @@
 
 use std::path::Path;
 
+use clino_board::elf::Image;
 use clino_board::run::Run;
 use clino_board::scenario::Scenario;
-use clino_host_tests::image;
 use clino_host_tests::modbus::{self, Exchange};
+use clino_host_tests::{elf, image, model};
 
 /// Three T7s and an ISU.
 const SENSORS: &str = r#"
@@ -23,10 +24,24 @@ const SENSORS: &str = r#"
 const T7_ANGLES: [i32; 3] = [12_500, -12_500, 500];
 const ISU_ANGLE: i32 = 90_000;
 
+/// The image's parts.
+fn parts() -> String {
+    std::env::var("CLINO_FUNCTIONS").unwrap_or_else(|_| String::from("full"))
+}
+
 /// Whether the image has a part.
 fn has(part: &str) -> bool {
-    let parts = std::env::var("CLINO_FUNCTIONS").unwrap_or_else(|_| String::from("full"));
+    let parts = parts();
     parts == "full" || parts.split(',').any(|name| name == part)
+}
+
+/// The image that has all parts: this one, or the shipped one, which is built beside the small ones.
+fn whole() -> Image {
+    if parts() == "full" {
+        return image().clone();
+    }
+    let file = elf().with_file_name("clino-firmware");
+    Image::read(&file, model()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Whether the answer is one, and no exception; `None` without one.
@@ -119,4 +134,54 @@ fn the_console_has_what_is_there_and_nothing_else() {
         };
         assert!(lines.iter().any(is_told), "slot {slot}");
     }
+}
+
+/// Millidegrees of slot 0 at the end of a run.
+fn slot_0(run: &Run, lines: &[String]) -> i32 {
+    if has("console") {
+        let told = lines.iter().rev().find(|line| line.starts_with(r#"{"slot":0,"#)).expect("slot 0");
+        let angle = told.split(r#""angle_deg":"#).nth(1).and_then(|rest| rest.split(',').next());
+        return angle.expect("an angle").replace('.', "").parse().expect("a number");
+    }
+    let mut bus_log = Vec::new();
+    run.write_bus_log(&mut bus_log).expect("memory does not fail");
+    let registers = modbus::exchanges(&bus_log).last().and_then(Exchange::registers).expect("an answer");
+    (u32::from(registers[0]) << 16 | u32::from(registers[1])) as i32
+}
+
+/// The whole image stores settings: slot 0 reads another T7, and there are slots of every kind. An image without one of these kinds
+/// does not read them and runs as delivered, it does not write, and the whole image finds them again.
+#[test]
+fn settings_of_a_part_that_is_absent_are_left_for_the_image_that_has_it() {
+    let whole = whole();
+    let typed = |at: u64, line: &str| format!("[[typed]]\nat = \"{at}ms\"\nline = {line:?}\n");
+    let set = [SENSORS, &typed(300, "slot 0 t7 2"), &typed(600, "save")].concat();
+    let read = format!("{SENSORS}[modbus]\n{}", modbus::request(&[4, 0, 0x20, 0, 2], 2_900));
+    let scenario = |text: &str| Scenario::parse(Path::new("parts"), text).expect("a scenario");
+    let stored_by = |image: &Image, text: &str| {
+        let mut run = Run::new(image, &scenario(text)).expect("it runs");
+        let mut lines = Vec::new();
+        run.finish(|line| lines.push(line.text.clone()));
+        (run.board().stored(), run, lines)
+    };
+    let (stored, _, lines) = stored_by(&whole, &set);
+    assert!(lines.iter().any(|line| line == r#"{"what":"saved","stored":"written"}"#), "{lines:#?}");
+
+    let small = image().clone().with_stored(&stored).expect("it fits");
+    let (kept, run, lines) = stored_by(&small, &read);
+    let reads_them = has("storage") && has("isu") && has("pwm");
+    let [delivered, set, _] = T7_ANGLES;
+    assert_eq!(slot_0(&run, &lines), if reads_them { set } else { delivered });
+    assert_eq!(kept, stored);
+
+    if has("console") && !reads_them {
+        // Nor is it written over without a word.
+        let (kept, _, lines) = stored_by(&small, &(read.clone() + &typed(1_000, "save")));
+        assert!(lines.iter().any(|line| line.contains(r#""error":"#)), "{lines:#?}");
+        assert_eq!(kept, stored);
+    }
+    let (kept_again, _, lines) = stored_by(&whole.with_stored(&kept).expect("it fits"), &read);
+    let told = lines.iter().rev().find(|line| line.starts_with(r#"{"slot":0,"#)).expect("slot 0");
+    assert!(told.contains(r#""angle_deg":-12.500,"#), "{told}");
+    assert_eq!(kept_again, stored);
 }
