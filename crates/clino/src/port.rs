@@ -16,7 +16,6 @@ mod list;
 mod marks;
 mod name;
 mod serial;
-mod sysfs;
 mod tcp;
 
 use std::time::Duration;

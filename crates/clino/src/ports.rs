@@ -18,7 +18,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<DecodeVerdict, Failure> {
     let mut say = Say::new(arguments.json);
     let ports = port::list()?;
-    for Listed { port, usb, latency_ms, problem } in &ports {
+    for Listed { port, usb, stable_name, latency_ms, problem } in &ports {
         let word = |word: Option<&str>| word.map_or(Item::None, |word| Item::Text(word.to_owned()));
         let usb = usb.as_ref();
         let mut values = vec![
@@ -26,6 +26,7 @@ pub fn run(arguments: &Arguments) -> Result<DecodeVerdict, Failure> {
             ("usb", word(usb.map(|usb| usb.id.as_str()))),
             ("adapter", word(usb.map(|usb| usb.name.as_str()))),
             ("serial", word(usb.and_then(|usb| usb.serial.as_deref()))),
+            ("stable_name", word(stable_name.as_deref())),
             ("latency_ms", latency_ms.map_or(Item::None, Item::from)),
         ];
         if say.is_for_programs() {

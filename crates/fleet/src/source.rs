@@ -9,6 +9,7 @@ mod lines;
 mod modbus;
 mod registers;
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -17,8 +18,9 @@ use clino_codec::angle::Angle;
 use tokio::sync::mpsc;
 
 use crate::clock::Wall;
-use crate::config::{Bus, Config, Make, Source};
+use crate::config::{Bus, Config, Endpoint, Make, Modbus, ModbusEndpoint, Source};
 use crate::hub::{Hub, Told};
+use crate::say::say;
 use crate::sensor::Outcome;
 
 /// From one try to open a port to the next.
@@ -99,6 +101,22 @@ pub struct Sources {
     commands: Vec<Option<mpsc::Sender<Command>>>,
 }
 
+/// Says of a port whose name may lead to another adapter after the computer's next start how to name it.
+fn advise(source: &Source) {
+    let port = match source {
+        Source::Console(Endpoint::Serial(port))
+        | Source::Modbus(Modbus { port: ModbusEndpoint::Rtu(Endpoint::Serial(port)), .. }) => port,
+        Source::Bus(bus) => Path::new(&bus.port),
+        _ => return,
+    };
+    if let Some(stable) = clino_adapter::stable_name(port) {
+        let (port, stable) = (port.display(), stable.display());
+        say(format!(
+            "{port} may be another adapter when this computer starts again; {stable} stays this one"
+        ));
+    }
+}
+
 /// Commands that wait for a console.
 const COMMANDS: usize = 8;
 
@@ -108,6 +126,7 @@ impl Sources {
         let over = Arc::new(AtomicBool::new(false));
         let mut commands = Vec::new();
         for (number, gateway) in config.gateway.iter().enumerate() {
+            advise(&gateway.source);
             let hub = hub.clone();
             let mut sender = None;
             match gateway.source.clone() {

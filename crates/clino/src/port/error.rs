@@ -2,6 +2,8 @@
 
 use std::io;
 
+use clino_adapter::OtherAdapter;
+
 use crate::bad::Bad;
 
 /// A port that cannot be used.
@@ -35,6 +37,8 @@ pub enum Problem {
     NoRts,
     /// It was there, and is gone.
     Vanished,
+    /// Another adapter has its name since this program opened it first.
+    OtherAdapter(OtherAdapter),
     /// No server answers at this address.
     NoServer(io::Error),
     /// It takes no more bytes.
@@ -66,6 +70,7 @@ impl PortError {
             Problem::NoRs485 => "no_rs485",
             Problem::NoRts => "no_rts",
             Problem::Vanished => "port_vanished",
+            Problem::OtherAdapter(_) => "port_other",
             Problem::NoServer(_) => "no_server",
             Problem::Stuck => "port_stuck",
             Problem::Io(_) => "port_failed",
@@ -85,6 +90,7 @@ impl PortError {
             Problem::NoRs485 => format!("the driver of {port} has no RS485 mode"),
             Problem::NoRts => format!("{port} has no RTS line to switch"),
             Problem::Vanished => format!("{port} has vanished"),
+            Problem::OtherAdapter(other) => format!("{port}: {other}"),
             Problem::NoServer(error) => format!("no server answers at {port}: {error}"),
             Problem::Stuck => format!("{port} takes no more bytes"),
             Problem::Io(error) => format!("{port}: {error}"),
@@ -114,6 +120,10 @@ impl PortError {
             Problem::NoRts => "leave --rts-de out".to_owned(),
             Problem::Vanished => {
                 "check the plug and the cable of the adapter; clino ports lists the ports".to_owned()
+            }
+            Problem::OtherAdapter(_) => {
+                "plug the former one in, or start this program again; clino ports lists names that stay"
+                    .to_owned()
             }
             Problem::NoServer(_) => {
                 "check that the server runs, its address, and a firewall between".to_owned()

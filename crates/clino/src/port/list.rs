@@ -3,9 +3,9 @@
 use std::io;
 use std::path::Path;
 
+use clino_adapter::Usb;
 use serial2::SerialPort;
 
-use super::sysfs::{self, Usb};
 use super::{PortError, Problem};
 
 /// A serial port that is there.
@@ -15,6 +15,8 @@ pub struct Listed {
     pub port: String,
     /// The USB adapter behind it, if it is one.
     pub usb: Option<Usb>,
+    /// A name of it that stays.
+    pub stable_name: Option<String>,
     /// For how long an FTDI holds characters back, in milliseconds.
     pub latency_ms: Option<u32>,
     /// What keeps this user from opening it.
@@ -39,7 +41,14 @@ pub fn list() -> io::Result<Vec<Listed>> {
 fn listed(path: &Path) -> Listed {
     let port = path.display().to_string();
     let problem = problem(path).map(|problem| PortError::new(&port, problem));
-    Listed { usb: sysfs::usb(path), latency_ms: sysfs::timer_ms(path), problem, port }
+    let stable_name = clino_adapter::stable_name(path).map(|name| name.display().to_string());
+    Listed {
+        usb: clino_adapter::usb(path),
+        stable_name,
+        latency_ms: clino_adapter::timer_ms(path),
+        problem,
+        port,
+    }
 }
 
 /// Asked without opening it, which would move its modem lines.

@@ -18,7 +18,7 @@ use clino_codec::character::Character;
 use serial2::{KeepSettings, SerialPort, Settings};
 
 use super::driver::Driver;
-use super::{Port, PortError, Problem, Wiring, sysfs};
+use super::{Port, PortError, Problem, Wiring};
 
 /// A port that takes no byte for this long never will.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -44,6 +44,8 @@ impl Serial {
     /// Opens and locks it, and sets it up: raw, 8N1, no flow control.
     pub fn open(path: &str, baud: u32, wiring: Wiring) -> Result<Self, PortError> {
         let failed = |problem| PortError::new(path, problem);
+        // Before it is opened, which raises RTS: that may switch the driver of another bus.
+        clino_adapter::recognise(Path::new(path)).map_err(|other| failed(Problem::OtherAdapter(other)))?;
         let mut port =
             SerialPort::open(path, KeepSettings).map_err(|error| failed(not_opened(path, error)))?;
         lock(path, &port).map_err(|error| failed(not_opened(path, error)))?;
@@ -64,7 +66,7 @@ impl Serial {
             before,
             driven_before,
             driver: Driver { by_rts: wiring.rts_de },
-            latency: sysfs::latency(path),
+            latency: clino_adapter::latency(path),
             #[cfg(target_os = "linux")]
             marks: super::marks::Marks::default(),
         };

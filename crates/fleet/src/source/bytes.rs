@@ -23,6 +23,8 @@ pub async fn open(port: &Endpoint, baud: u32, parity: Parity) -> Result<Box<dyn 
     let named = |why: io::Error| format!("{port}: {why}");
     match port {
         Endpoint::Serial(path) => {
+            // Before it is opened, which would set the rate of a port that is in use elsewhere.
+            clino_adapter::recognise(path).map_err(|other| format!("{port}: {other}"))?;
             let set_up = |mut settings: Settings| -> io::Result<Settings> {
                 settings.set_raw();
                 settings.set_baud_rate(baud)?;

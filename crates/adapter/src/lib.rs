@@ -1,4 +1,5 @@
-//! What Linux knows of the USB adapter behind a terminal: its name, and how long it holds characters back.
+//! What Linux knows of the USB adapter behind a serial port: its name, how long it holds characters back, and whether it is
+//! the one that this program found there before.
 //!
 //! ```text
 //! /sys/class/tty/ttyUSB0/device ──▶ …/usb1/1-4/1-4:1.0/ttyUSB0
@@ -6,7 +7,13 @@
 //!                                        └ idVendor, idProduct, manufacturer, product, serial
 //! ```
 //! An FTDI sends what it has when its timer runs out, 16 ms after the last time. 1 ms is a USB frame: no adapter is faster.
-//! Elsewhere there is no such file, and every port has the usual delay.
+//!
+//! Elsewhere there is no such file: every port has the usual delay, and nothing is remembered. On macOS the name of a port has
+//! the serial number in it, and Windows keeps COM numbers by it.
+
+mod remembered;
+
+pub use remembered::{OtherAdapter, recognise, stable_name};
 
 use std::fs;
 use std::path::{Path, PathBuf};
