@@ -16,7 +16,7 @@ pub fn alarms(job: &mut Job<'_, '_>) -> Outcome {
         let Some(reading) = &job.host.reading(slot) else { break };
         for alarm in Alarm::EACH {
             if let Some(detail) = job.host.alarm(reading.slot.into(), alarm) {
-                show(job, alarm, &detail, &reading);
+                show(job, alarm, &detail, reading);
                 quiet = false;
             }
         }
