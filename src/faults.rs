@@ -66,6 +66,13 @@ impl Frame {
 fn panic(info: &PanicInfo<'_>) -> ! {
     // Nothing is logged here, nor in the other handlers: it may have been the log that panicked. The next start says it.
     cortex_m::interrupt::disable();
+    note_panic(info)
+}
+
+/// Notes it for the next start, which is now. A function of its own: it runs with interrupts off, so that its stack is not below
+/// that of other levels, as the handler's is until it has switched them off.
+#[inline(never)]
+fn note_panic(info: &PanicInfo<'_>) -> ! {
     let line = info.location().map_or(0, |location| location.line());
     let file = info.location().map_or("", |location| location.file());
     start::crash(&Crash::panic(file, line))

@@ -4,14 +4,16 @@ use core::cell::RefCell;
 use core::convert::Infallible;
 
 use clino_bus::Instant;
-use clino_console::{BusState, Host, Port, Received, Saved, Shell, StorageError};
+use clino_console::{BusState, BusWork, Host, Port, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::Summary;
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Alarm, AlarmDetail, Bus, Detail, Reading, ReadingBrief, Requester, SlotConfig};
+use clino_gateway::{
+    Alarm, AlarmDetail, Bus, BusSettings, Consequence, Detail, Reading, ReadingBrief, Requester, SlotConfig,
+};
 use clino_modbus::{Counters, Settings};
 use clino_recovery::{MonitoredTask, Start};
 use embedded_io::{ErrorType, Write};
@@ -140,6 +142,20 @@ impl Host for Gateway<'_> {
     fn bus(&self, bus: Bus) -> Option<BusState> {
         let driver = self.common.driver_enable(bus);
         self.common.gateway(|gateway| bus::state(gateway, bus, driver))
+    }
+
+    fn bus_settings(&self, bus: Bus) -> Option<BusSettings> {
+        self.look(|gateway| Some(*gateway.bus_settings(bus)))
+    }
+
+    fn bus_work(&self, bus: Bus) -> Option<BusWork> {
+        self.look(|gateway| {
+            Some(BusWork { in_force: gateway.is_in_force(bus), progress: gateway.progress(bus) })
+        })
+    }
+
+    fn consequence(&self, order: &Order) -> Consequence {
+        self.common.gateway(|gateway| gateway.consequence(order)).unwrap_or_default()
     }
 
     fn task_event(&mut self) -> Option<TaskEvent> {

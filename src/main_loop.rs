@@ -88,7 +88,9 @@ pub fn end_safe_mode(start: &Start) {
     }
 }
 
-/// Carries out the request that the Modbus level has deferred; returns whether there was one.
+/// Carries out the request that the Modbus level has deferred; returns whether there was one. A function of its own: its stack
+/// is not below the console's.
+#[inline(never)]
 pub fn carry_out_deferred(common: &Common<'_>, store: &mut ConfigStore) -> bool {
     let Some(request) = common.with(|shared| shared.deferred.lock(Option::take)).flatten() else {
         return false;

@@ -13,10 +13,10 @@ pub fn alarms(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     let mut quiet = true;
     for slot in 0..MAX_SLOTS {
-        let Some(reading) = job.host.reading(slot) else { break };
+        let Some(reading) = &job.host.reading(slot) else { break };
         for alarm in Alarm::EACH {
             if let Some(detail) = job.host.alarm(reading.slot.into(), alarm) {
-                show(job, alarm, &detail, &reading);
+                show(job, alarm, &detail, reading);
                 quiet = false;
             }
         }

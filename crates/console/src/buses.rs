@@ -6,7 +6,7 @@ use clino_gateway::settings::bus::id;
 use clino_gateway::settings::{self, Tabled};
 use clino_gateway::{Bus, BusChange, BusFault, BusSettings};
 
-use crate::host::BusState;
+use crate::host::BusWork;
 use crate::job::{Job, Outcome};
 use crate::label::Label;
 use crate::reply::Reply;
@@ -27,8 +27,8 @@ const OPTIONS: [(Opt, u8); 5] = [
 /// `bus BUS`; with options it changes settings.
 pub fn bus(job: &mut Job<'_, '_>) -> Outcome {
     let mut words = [None; OPTIONS.len()];
-    for (word, (option, _)) in words.iter_mut().zip(OPTIONS) {
-        *word = job.option(option)?;
+    for (word, (option, _)) in words.iter_mut().zip(&OPTIONS) {
+        *word = job.option(*option)?;
     }
     let bus: Bus = job.one_of("bus")?;
     job.end()?;
@@ -37,9 +37,9 @@ pub fn bus(job: &mut Job<'_, '_>) -> Outcome {
         return Ok(());
     }
     let mut change = Change::default();
-    for (word, (_, id)) in words.into_iter().zip(OPTIONS) {
-        if let (Some(word), Some(row)) = (word, row_of(of_bus(bus), id)) {
-            change.name(id, job.value(row, word)?);
+    for (word, (_, id)) in words.iter().zip(&OPTIONS) {
+        if let (Some(word), Some(row)) = (word, row_of(of_bus(bus), *id)) {
+            change.name(*id, job.value(row, word)?);
         }
     }
     change_bus(job, bus, &change)
@@ -47,19 +47,27 @@ pub fn bus(job: &mut Job<'_, '_>) -> Outcome {
 
 /// `set BUS SETTING VALUE`
 pub fn set(job: &mut Job<'_, '_>, bus: Bus) -> Outcome {
-    let change = job.change(of_bus(bus))?;
+    let mut change = Change::default();
+    job.change(of_bus(bus), &mut change)?;
     job.end()?;
     change_bus(job, bus, &change)
 }
 
 /// How a bus is set, and whether it is out of order.
 pub fn show(job: &mut Job<'_, '_>, bus: Bus) {
-    let Some(BusState { settings: state, health, .. }) = job.host.bus(bus) else { return };
+    let Some(settings) = &job.host.bus_settings(bus) else { return };
     job.reply.begin_list("bus", bus.name().into());
     let table = settings::bus::settings(bus);
-    entries(&mut job.reply, &Tabled::new(table, &state), &|_| true);
-    job.reply.entry(&Label::plain("fault"), health.fault.map(BusFault::name).into());
+    entries(&mut job.reply, &Tabled::new(table, settings), &|_| true);
+    let fault = fault(job, bus);
+    job.reply.entry(&Label::plain("fault"), fault.into());
     job.reply.end_list();
+}
+
+/// A function of its own, so that the stack of the state is free again at once.
+#[inline(never)]
+fn fault(job: &Job<'_, '_>, bus: Bus) -> Option<&'static str> {
+    job.host.bus(bus).and_then(|state| state.health.fault).map(BusFault::name)
 }
 
 #[inline(never)]
@@ -68,8 +76,8 @@ fn change_bus(job: &mut Job<'_, '_>, bus: Bus, change: &Change) -> Outcome {
     let result = job.host.order(Order::Bus { bus, change });
     job.accepted(result)?;
     // An exchange in hand goes on as it was begun.
-    match job.host.bus(bus) {
-        Some(BusState { in_force: false, .. }) => job.reply.accepted(),
+    match job.host.bus_work(bus) {
+        Some(BusWork { in_force: false, .. }) => job.reply.accepted(),
         _ => job.reply.done(),
     }
     Ok(())
@@ -85,19 +93,23 @@ pub fn load(job: &mut Job<'_, '_>) -> Outcome {
     // The gateway does not keep the damping of a T7.
     let lint = Lint { slot: &slot, t7: &t7, isu: &isu, damping_ms: |_| None };
     for bus in Bus::ALL {
-        let values = [lint.load(bus).into(), job.meter.rate(bus).map(thousandths).into()];
-        reply.list("load wanted_percent polls_per_s", bus.name().into(), &values);
+        load_of(reply, bus, lint.load(bus), job.meter.rate(bus));
     }
     lint.findings(&mut |finding| unwise(reply, &finding));
     Ok(())
+}
+
+#[inline(never)]
+fn load_of(reply: &mut Reply<'_>, bus: Bus, wanted: u32, rate: Option<u32>) {
+    let values = [wanted.into(), rate.map(thousandths).into()];
+    reply.list("load wanted_percent polls_per_s", bus.name().into(), &values);
 }
 
 /// A function of its own, so that the stack of the rest is free again at once. Of a bus that this build does not have, the
 /// first settings.
 #[inline(never)]
 fn settings_of(job: &mut Job<'_, '_>, bus: Bus) -> BusSettings {
-    let state = job.host.bus(bus).filter(|_| bus.is_built());
-    state.map_or(BusSettings::first(bus), |state| state.settings)
+    job.host.bus_settings(bus).filter(|_| bus.is_built()).unwrap_or(BusSettings::first(bus))
 }
 
 /// A configuration warning.

@@ -102,27 +102,42 @@ const fn of_slot(kind: Kind) -> &'static str {
     }
 }
 
-/// Writes why the gateway refuses an order.
+/// Writes why the gateway refuses an order. The values of all reasons are in one place: they are on the stack of every command
+/// that gives an order.
 #[inline(never)]
 pub fn refused(reply: &mut Reply<'_>, refusal: &Refusal) {
-    let label = |number: &Number| Label { name: number.name, unit: number.unit };
-    let value = |number: &Number| Value::Decimal(number.value, number.decimals);
-    match *refusal {
+    let value = |number: &Number, value| Value::Decimal(value, number.decimals);
+    let mut labels = [const { Label::plain("") }; 2];
+    let [what, than] = &mut labels;
+    let name = |label: &mut Label, number: &Number| *label = Label { name: number.name, unit: number.unit };
+    let mut values = [Value::None; 4];
+    let [first, second, third, fourth] = &mut values;
+    let row = match refusal {
         Refusal::Range { number, least, most } => {
-            let [least, most] = [least, most].map(|limit| Value::Decimal(limit, number.decimals));
-            reply.refuse(BELOW, &[Value::Label(&label(&number)), value(&number), least, most]);
+            name(what, number);
+            *first = Value::Label(what);
+            (*second, *third, *fourth) =
+                (value(number, number.value), value(number, *least), value(number, *most));
+            BELOW
         }
         Refusal::Shorter { number, least } => {
-            let (what, than) = (label(&number), label(&least));
-            let row = if number.name == "stale" { SHORTER_STALE } else { SHORTER };
-            reply.refuse(row, &[Value::Label(&what), value(&number), value(&least), Value::Label(&than)]);
+            name(what, number);
+            name(than, least);
+            (*first, *fourth) = (Value::Label(what), Value::Label(than));
+            (*second, *third) = (value(number, number.value), value(least, least.value));
+            if number.name == "stale" { SHORTER_STALE } else { SHORTER }
         }
         Refusal::Address { kind, value } => {
-            reply.refuse(ADDRESS, &["address".into(), Value::Decimal(value, 0), of_slot(kind).into()]);
+            (*first, *second, *third) = ("address".into(), Value::Decimal(*value, 0), of_slot(*kind).into());
+            ADDRESS
         }
-        Refusal::Excluded(what) => reply.refuse(EXCLUDED, &[what.into()]),
+        Refusal::Excluded(what) => {
+            *first = (*what).into();
+            EXCLUDED
+        }
         Refusal::BitRate { value, allowed } => {
-            reply.refuse(BIT_RATE, &[value.into(), Value::Rates(allowed)]);
+            (*first, *second) = ((*value).into(), Value::Rates(allowed));
+            BIT_RATE
         }
         Refusal::T7(EncodeError::OutOfRange { field, value, min, max }) => {
             let what = match field {
@@ -130,20 +145,24 @@ pub fn refused(reply: &mut Reply<'_>, refusal: &Refusal) {
                 Field::Damping => "damping_ms",
                 _ => "value",
             };
-            reply.refuse(NOT_FOR_T7, &[value.into(), min.into(), max.into(), what.into()]);
+            (*first, *second, *third, *fourth) = ((*value).into(), (*min).into(), (*max).into(), what.into());
+            NOT_FOR_T7
         }
-        Refusal::T7(EncodeError::NotForAll { .. }) => reply.refuse(FOR_ONE, &[]),
+        Refusal::T7(EncodeError::NotForAll { .. }) => FOR_ONE,
         Refusal::Isu(cause) => {
-            reply.refuse(REFUSED, &[clino_gateway::task::Reason::from(&cause).name().into()]);
+            *first = clino_gateway::task::Reason::from(cause).name().into();
+            REFUSED
         }
-        Refusal::Busy => reply.refuse(BUSY, &[]),
+        Refusal::Busy => BUSY,
         Refusal::Degraded(DegradedMode::InexactClock) => {
             // Ten parts per million are a thousandth of a percent.
-            let [off, most] = [INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM].map(|ppm| thousandths(ppm / 10));
-            reply.refuse(INEXACT_CLOCK, &[off, most]);
+            *first = thousandths(INTERNAL_OSCILLATOR_PPM / 10);
+            *second = thousandths(UART_TOLERANCE_PPM / 10);
+            INEXACT_CLOCK
         }
-        Refusal::Degraded(_) => reply.refuse(NO_BUSES, &[]),
-    }
+        Refusal::Degraded(_) => NO_BUSES,
+    };
+    reply.refuse(row, &values);
 }
 
 /// Writes that a line is not what was typed, or cannot be known to be.

@@ -31,10 +31,17 @@ pub fn execute<'j>(
     }
 }
 
-fn carry_out<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Outcome {
+/// Finds the command, and takes what follows its name. A function of its own: its stack is not below the command.
+#[inline(never)]
+fn begin<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Result<&'static Command, Reported> {
     let (name, rest) = typed::split(line);
     let command = command(job, if name == "?" { "help" } else { name })?;
     job.typed.take(rest).map_err(|mistake| job.mistaken(&mistake))?;
+    Ok(command)
+}
+
+fn carry_out<'a>(job: &mut Job<'_, 'a>, line: &'a str) -> Outcome {
+    let command = begin(job, line)?;
     if job.typed.help {
         describe(&mut job.reply, command);
         return Ok(());

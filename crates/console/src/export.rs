@@ -24,19 +24,19 @@ use crate::value::{Value, print};
 pub fn export(job: &mut Job<'_, '_>) -> Outcome {
     job.end()?;
     for bus in Bus::ALL {
-        if let Some(state) = job.host.bus(bus) {
+        if let Some(settings) = &job.host.bus_settings(bus) {
             let table = settings::bus::settings(bus);
-            whole(&mut job.reply, bus.name(), &Tabled::new(table, &state.settings));
+            whole(&mut job.reply, bus.name(), &Tabled::new(table, settings));
         }
     }
-    if let Some(port) = job.host.modbus() {
-        whole(&mut job.reply, "modbus", &Tabled::new(&settings::port::SETTINGS, &port));
+    if let Some(port) = &job.host.modbus() {
+        whole(&mut job.reply, "modbus", &Tabled::new(&settings::port::SETTINGS, port));
     }
     let console = job.host.console();
     whole(&mut job.reply, "console", &Tabled::new(&settings::console::SETTINGS, &console));
     for number in 0..MAX_SLOTS as u8 {
-        if let Some(config) = job.host.config(number.into()) {
-            slot(&mut job.reply, number, &config);
+        if let Some(config) = &job.host.config(number.into()) {
+            slot(&mut job.reply, number, config);
         }
     }
     Ok(())

@@ -24,7 +24,9 @@ impl History {
         History { ring: [END; KEPT], next: 0, recalled: 0 }
     }
 
-    /// Takes a line; one that is there already as the newest is not taken twice.
+    /// Takes a line; one that is there already as the newest is not taken twice. A function of its own: its stack is not below
+    /// the commands.
+    #[inline(never)]
     pub fn take(&mut self, text: &str) {
         self.recalled = 0;
         if self.line(1).is_some_and(|at| self.text(at).eq(text.bytes())) {

@@ -10,7 +10,7 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
 use clino_gateway::{
-    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Detail, Reading, ReadingBrief, SlotConfig,
+    Alarm, AlarmDetail, Bus, BusHealth, BusSettings, Consequence, Detail, Reading, ReadingBrief, SlotConfig,
 };
 use clino_modbus::{Counters as PortCounters, Settings};
 use clino_recovery::Start;
@@ -47,6 +47,17 @@ pub trait Host {
 
     /// Counters of a bus since reset, and its settings.
     fn bus(&self, bus: Bus) -> Option<BusState>;
+
+    /// The settings of a bus alone: a tenth of the stack of all its state.
+    fn bus_settings(&self, bus: Bus) -> Option<BusSettings> {
+        self.bus(bus).map(|state| state.settings)
+    }
+
+    /// What a bus is about to do.
+    fn bus_work(&self, bus: Bus) -> Option<BusWork>;
+
+    /// What else an order would change.
+    fn consequence(&self, order: &Order) -> Consequence;
 
     /// A report of a task: a finding, or its end.
     fn task_event(&mut self) -> Option<TaskEvent>;
@@ -110,14 +121,19 @@ pub trait Host {
 pub struct BusState {
     /// How it is set.
     pub settings: BusSettings,
-    /// The settings are in force. Otherwise they will be as soon as no exchange is in hand.
-    pub in_force: bool,
     /// What happened since reset.
     pub counters: BusCounters,
     /// Whether it is out of order.
     pub health: BusHealth,
     /// How the line driver behaved.
     pub driver: DriverEnable,
+}
+
+/// What a bus is about to do.
+#[derive(Clone, Copy, Debug)]
+pub struct BusWork {
+    /// The settings are in force. Otherwise they will be as soon as no exchange is in hand.
+    pub in_force: bool,
     /// How far the task on it is, if there is one.
     pub progress: Option<TaskProgress>,
 }

@@ -83,7 +83,7 @@ mod words;
 
 pub use audience::Audience;
 pub use causes::{after_isu, after_t7};
-pub use host::{BusState, Host, Saved, StorageError};
+pub use host::{BusState, BusWork, Host, Saved, StorageError};
 pub use json::MAX_LINE;
 pub use line::LONGEST_LINE;
 pub use news::write_outcome;

@@ -32,7 +32,7 @@ impl Meter {
         }
         self.at = now;
         for ((bus, before), rate) in Bus::ALL.iter().zip(&mut self.requests).zip(&mut self.rates) {
-            let Some(state) = host.bus(*bus) else { continue };
+            let Some(state) = &host.bus(*bus) else { continue };
             let requests = state.counters.requests;
             let asked = u64::from(requests.wrapping_sub(*before));
             *rate = asked.saturating_mul(PER_SECOND).checked_div(passed).map(|rate| rate as u32);

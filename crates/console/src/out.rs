@@ -83,20 +83,15 @@ pub struct Inside<'o> {
 
 impl Out for Inside<'_> {
     fn put(&mut self, text: &[u8]) {
-        let is_plain = |byte: &u8| !matches!(byte, b'"' | b'\\') && !byte.is_ascii_control();
-        let mut rest = text;
-        while !rest.is_empty() {
-            // What needs nothing goes on as a whole: a port is asked once, not for each character.
-            let length = rest.iter().take_while(|byte| is_plain(byte)).count();
-            let (plain, behind) = rest.split_at_checked(length).unwrap_or((rest, b""));
-            if !plain.is_empty() {
-                self.out.put(plain);
+        for &byte in text {
+            let ends = matches!(byte, b'"' | b'\\');
+            if byte.is_ascii_control() || ends && !self.escapes {
+                continue;
             }
-            let Some((special, behind)) = behind.split_first() else { return };
-            if self.escapes && matches!(special, b'"' | b'\\') {
-                self.out.put(&[b'\\', *special]);
+            if ends {
+                self.out.put(b"\\");
             }
-            rest = behind;
+            self.out.put(&[byte]);
         }
     }
 }

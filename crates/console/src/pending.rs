@@ -63,7 +63,7 @@ impl Pending {
 
     /// Carries it out, or writes the reason for the refusal.
     #[inline(never)]
-    pub fn carry_out(self, host: &mut dyn Host, reply: &mut Reply<'_>) -> Next {
+    pub fn carry_out(&self, host: &mut dyn Host, reply: &mut Reply<'_>) -> Next {
         let stored = match self {
             Pending::Task(task, _) => match host.order(task.order()) {
                 Ok(()) => return Next::Task(task.bus()),
@@ -96,5 +96,5 @@ impl Pending {
 
 /// Whether there is a task on any bus.
 pub fn is_at_work(host: &dyn Host) -> bool {
-    Bus::ALL.iter().any(|&bus| host.bus(bus).is_some_and(|state| state.progress.is_some()))
+    Bus::ALL.iter().any(|&bus| host.bus_work(bus).is_some_and(|work| work.progress.is_some()))
 }

@@ -109,10 +109,16 @@ impl<'o> Reply<'o> {
     #[inline(never)]
     pub fn entry(&mut self, label: &Label, value: Value<'_>) {
         if self.is_for_people() {
-            self.print("  {0<18} {1}\n", &[Value::Label(label), value]);
+            self.row(label, value);
         } else {
             self.member("", label, value);
         }
+    }
+
+    /// A function of its own, whose stack is not below the members of programs.
+    #[inline(never)]
+    fn row(&mut self, label: &Label, value: Value<'_>) {
+        self.print("  {0<18} {1}\n", &[Value::Label(label), value]);
     }
 
     /// Writes counts of a list.

@@ -137,21 +137,20 @@ impl Job<'_, '_> {
 
     /// The settings and values that follow, in pairs. Behind `mean` and `median` stands how many angles they go over.
     #[inline(never)]
-    pub fn change(&mut self, table: Table) -> Result<Change, Reported> {
-        let mut change = Change::default();
+    pub fn change(&mut self, table: Table, change: &mut Change) -> Outcome {
         while !change.is_full() {
             let place = self.place_of("setting", Choice::Settings(table))?;
             let row = table(place).ok_or(Reported)?;
-            self.once(&change, row)?;
+            self.once(change, row)?;
             let word = self.word("value")?;
             if row.form == Form::Characters {
-                self.name(word, &mut change)?;
+                self.name(word, change)?;
             } else {
                 let value = self.value(row, word)?;
                 change.name(row.id, value);
                 if row.name == FILTER && value > 0 {
                     let samples = row_of(table, id::SAMPLES).ok_or(Reported)?;
-                    self.once(&change, samples)?;
+                    self.once(change, samples)?;
                     let word = self.word(samples.name)?;
                     let value = self.value(samples, word)?;
                     change.name(samples.id, value);
@@ -161,7 +160,7 @@ impl Job<'_, '_> {
                 break;
             }
         }
-        Ok(change)
+        Ok(())
     }
 
     /// Takes a name, which the change names in parts.

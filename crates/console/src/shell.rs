@@ -246,7 +246,7 @@ impl<'o> Shell<'o> {
                 let is_answer = matches!(verdict, Verdict::Empty | Verdict::Whole("y" | "n" | "N" | "no", _));
                 self.editor.begin();
                 match answer {
-                    Some(pending) => self.carry_out(pending, Audience::People, host),
+                    Some(pending) => self.carry_out(&pending, Audience::People, host),
                     None => self.not_done(if is_answer { 0 } else { length.max(1) }, host),
                 }
             }
@@ -293,7 +293,7 @@ impl<'o> Shell<'o> {
             None => {}
         }
         self.editor.begin();
-        match next {
+        match &next {
             Next::CarryOut(pending) => {
                 // No question was asked.
                 let mut reply = Reply { audience, out: self.out };
@@ -378,7 +378,7 @@ impl<'o> Shell<'o> {
         let mut reply = Reply { audience, out: self.out };
         let mut said = false;
         for bus in Bus::ALL {
-            let Some(TaskProgress { done, of }) = host.bus(bus).and_then(|state| state.progress) else {
+            let Some(TaskProgress { done, of }) = host.bus_work(bus).and_then(|work| work.progress) else {
                 continue;
             };
             if audience == Audience::Programs {
@@ -394,8 +394,8 @@ impl<'o> Shell<'o> {
     }
 
     #[inline(never)]
-    fn follow(&mut self, next: Next, audience: Audience, host: &mut dyn Host) {
-        match next {
+    fn follow(&mut self, next: &Next, audience: Audience, host: &mut dyn Host) {
+        match *next {
             // Carried out before, see `run`; nothing that is carried out leads to another of the kind.
             Next::Stay | Next::CarryOut(_) => {}
             Next::Stream => {
@@ -449,9 +449,9 @@ impl<'o> Shell<'o> {
     }
 
     #[inline(never)]
-    fn carry_out(&mut self, pending: Pending, audience: Audience, host: &mut dyn Host) {
+    fn carry_out(&mut self, pending: &Pending, audience: Audience, host: &mut dyn Host) {
         let mut reply = Reply { audience, out: self.out };
-        match pending.carry_out(host, &mut reply) {
+        match &pending.carry_out(host, &mut reply) {
             Next::Stay if audience == Audience::People => self.speak(audience, host),
             next => self.follow(next, audience, host),
         }

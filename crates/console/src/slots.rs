@@ -1,5 +1,6 @@
 //! Slots: their readings and their settings.
 
+use clino_codec::angle::Angle;
 use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
 use clino_gateway::settings::slot::{SETTINGS, id};
@@ -45,8 +46,8 @@ pub fn list(job: &mut Job<'_, '_>) -> Outcome {
 pub fn read(job: &mut Job<'_, '_>) -> Outcome {
     let slot = job.slot()?;
     job.end()?;
-    let Some(reading) = job.host.reading(slot.into()) else { return Ok(()) };
-    let Some(detail) = job.host.detail(slot.into()) else { return Ok(()) };
+    let Some(reading) = &job.host.reading(slot.into()) else { return Ok(()) };
+    let Some(detail) = &job.host.detail(slot.into()) else { return Ok(()) };
     let (now, (kind, bus, address)) = (job.now, json::name(&reading.source));
     let status = reading.status(now);
     // A value that does not exist has neither health nor freshness.
@@ -90,17 +91,17 @@ pub fn watch(job: &mut Job<'_, '_>) -> Outcome {
 /// `slot SLOT KIND ADDRESS`: settings that are not named become the defaults of the kind.
 pub fn slot(job: &mut Job<'_, '_>) -> Outcome {
     let mut words = [None; OPTIONS.len()];
-    for (word, (option, _)) in words.iter_mut().zip(OPTIONS) {
-        *word = job.option(option)?;
+    for (word, (option, _)) in words.iter_mut().zip(&OPTIONS) {
+        *word = job.option(*option)?;
     }
     let slot = job.slot()?;
     let kind: Kind = job.one_of("kind")?;
     let mut change = Change::default();
     change.name(id::KIND, kind as i64);
-    for (word, (_, id)) in words.into_iter().zip(OPTIONS) {
-        if let (Some(word), Some(row)) = (word, row_of(of_slot, id)) {
+    for (word, (_, id)) in words.iter().zip(&OPTIONS) {
+        if let (Some(word), Some(row)) = (word, row_of(of_slot, *id)) {
             applies(job, row, kind)?;
-            change.name(id, job.value(row, word)?);
+            change.name(*id, job.value(row, word)?);
         }
     }
     if let (Kind::T7 | Kind::Isu | Kind::Pwm, Some(row)) = (kind, row_of(of_slot, id::ADDRESS)) {
@@ -124,12 +125,10 @@ pub fn show(job: &mut Job<'_, '_>) -> Outcome {
     match target(job)? {
         Target::Slot(slot) => {
             job.end()?;
-            let Some(config) = job.host.config(slot.into()) else { return Ok(()) };
+            let Some(config) = &job.host.config(slot.into()) else { return Ok(()) };
             let kind = config.source.kind();
             job.reply.begin_list("config", slot.into());
-            entries(&mut job.reply, &Tabled::new(&SETTINGS, &config), &|id| {
-                settings::slot::applies(id, kind)
-            });
+            entries(&mut job.reply, &Tabled::new(&SETTINGS, config), &|id| settings::slot::applies(id, kind));
             job.reply.entry(&Label::plain("name"), Value::Quoted(config.name.as_str()));
             job.reply.end_list();
             Ok(())
@@ -155,10 +154,13 @@ pub fn set(job: &mut Job<'_, '_>) -> Outcome {
 }
 
 fn set_settings(job: &mut Job<'_, '_>, slot: u8) -> Outcome {
-    let Some(config) = job.host.config(slot.into()) else { return Ok(()) };
-    let change = job.change(of_slot)?;
+    let mut change = Change::default();
+    job.change(of_slot, &mut change)?;
     let kind = change.of(id::KIND).and_then(|given| u8::try_from(given.value).ok());
-    let kind = kind.and_then(Kind::from_code).unwrap_or(config.source.kind());
+    let kind = match kind.and_then(Kind::from_code) {
+        Some(kind) => kind,
+        None => job.host.config(slot.into()).map_or(Kind::Off, |config| config.source.kind()),
+    };
     // An unused slot keeps every setting.
     for (_, row) in rows(of_slot).filter(|(_, row)| kind != Kind::Off && change.of(row.id).is_some()) {
         applies(job, row, kind)?;
@@ -193,13 +195,9 @@ fn target(job: &mut Job<'_, '_>) -> Result<Target, Reported> {
 /// `zero SLOT`
 pub fn zero(job: &mut Job<'_, '_>) -> Outcome {
     let slot = job.slot()?;
-    let (Some(reading), Some(config)) = (job.host.reading(slot.into()), job.host.config(slot.into())) else {
-        return Ok(());
-    };
-    // A slot whose source has just changed has no value of it yet.
-    let raw = reading.raw(job.now).filter(|_| reading.source == config.source);
-    let Some(soft_zero) = raw else {
-        return Err(job.refuse(NO_VALUE, &[slot.into(), reading.status(job.now).name().into()]));
+    let soft_zero = match raw(job, slot) {
+        Ok(angle) => angle,
+        Err(status) => return Err(job.refuse(NO_VALUE, &[slot.into(), status.name().into()])),
     };
     job.end()?;
     let zero = Given::exactly(soft_zero.udeg().into());
@@ -207,6 +205,16 @@ pub fn zero(job: &mut Job<'_, '_>) -> Outcome {
     job.accepted(result)?;
     job.reply.done();
     Ok(())
+}
+
+/// The angle of a slot, as its sensor gives it; its status if there is none.
+#[inline(never)]
+fn raw(job: &Job<'_, '_>, slot: u8) -> Result<Angle, Status> {
+    let slot = usize::from(slot);
+    let Some(reading) = &job.host.reading(slot) else { return Err(Status::Disabled) };
+    // A slot whose source has just changed has no value of it yet.
+    let is_its = job.host.config(slot).is_some_and(|config| config.source == reading.source);
+    reading.raw(job.now).filter(|_| is_its).ok_or(reading.status(job.now))
 }
 
 impl Job<'_, '_> {

@@ -101,8 +101,8 @@ impl Stream {
             return true;
         };
         self.printed = self.printed.saturating_add(1);
-        if let Some(state) = host.bus(bus) {
-            json::statistics(reply, bus, topic, &state);
+        if let Some(state) = &host.bus(bus) {
+            json::statistics(reply, bus, topic, state);
         }
         true
     }

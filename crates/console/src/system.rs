@@ -10,7 +10,7 @@ use crate::job::{Job, Outcome};
 use crate::pending::{Next, Pending};
 use crate::reply::Reply;
 use crate::rows::{of_console, of_modbus};
-use crate::settings::line;
+use crate::settings::{Change, line};
 
 /// `version`
 pub fn version(job: &mut Job<'_, '_>) -> Outcome {
@@ -94,10 +94,11 @@ pub fn show_modbus(job: &mut Job<'_, '_>) -> Outcome {
 
 /// Sets the Modbus port.
 pub fn set_modbus(job: &mut Job<'_, '_>) -> Outcome {
-    let Some(now) = job.host.modbus() else { return Err(job.refuse(ABSENT, &["modbus".into()])) };
-    let change = job.change(of_modbus)?;
+    let Some(now) = &job.host.modbus() else { return Err(job.refuse(ABSENT, &["modbus".into()])) };
+    let mut change = Change::default();
+    job.change(of_modbus, &mut change)?;
     job.end()?;
-    match port::changed(&now, &|id| change.of(id)) {
+    match port::changed(now, &|id| change.of(id)) {
         Ok(settings) => job.host.set_modbus(settings),
         Err(refusal) => return Err(job.refused(&refusal)),
     }
@@ -115,7 +116,8 @@ pub fn show_console(job: &mut Job<'_, '_>) -> Outcome {
 
 /// Sets the console.
 pub fn set_console(job: &mut Job<'_, '_>) -> Outcome {
-    let change = job.change(of_console)?;
+    let mut change = Change::default();
+    job.change(of_console, &mut change)?;
     job.end()?;
     match console::changed(&job.host.console(), &|id| change.of(id)) {
         Ok(settings) => job.order(Order::Console(settings)),

@@ -117,8 +117,7 @@ fn begin(job: &mut Job<'_, '_>, task: SensorTask, writes: bool) -> Outcome {
 fn checked(job: &mut Job<'_, '_>, task: SensorTask) -> Result<Consequence, Reported> {
     let order = task.order();
     job.accepted(order.check())?;
-    let baud = job.host.bus(Bus::T7).map_or(0, |state| state.settings.timing.serial.baud);
-    Ok(Consequence::of(&order, baud, &|slot| job.host.config(slot.into())))
+    Ok(job.host.consequence(&order))
 }
 
 fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Reported> {
@@ -129,8 +128,8 @@ fn rates(job: &mut Job<'_, '_>) -> Result<Rates, Reported> {
             Err(job.refuse(WORD, &[value.into(), expected]))
         }
         None => {
-            let state = job.host.bus(Bus::T7);
-            let serial = state.map_or(Serial::T7_DEFAULT, |state| state.settings.timing.serial);
+            let settings = job.host.bus_settings(Bus::T7);
+            let serial = settings.map_or(Serial::T7_DEFAULT, |settings| settings.timing.serial);
             Ok(Rates::NONE.and(bit_rate(job, serial.baud)?))
         }
     }

@@ -48,6 +48,16 @@ pub(crate) struct Ended {
     pub slot: Option<usize>,
 }
 
+/// What a step of a task has led to.
+enum Advanced {
+    /// Nothing that is to be sent.
+    Not,
+    /// An exchange has begun.
+    Begun,
+    /// The line is to run at this bit rate.
+    Rate(Serial),
+}
+
 pub(crate) struct BusTask<P: Serve> {
     master: Master<P>,
     /// What is the same for all protocols.
@@ -305,36 +315,45 @@ impl<P: Serve> BusTask<P> {
     }
 
     /// Runs the task's next steps; returns whether it has begun an exchange.
-    #[inline(never)]
     fn advance(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> bool {
         if self.traffic.news.is_some() {
             return false;
         }
-        let writes = self.master.counters().writes;
         for _ in 0..RATES_AT_ONCE {
-            let Some(work) = &mut self.work else { return false };
-            match P::runner(work).poll(&mut self.master, now) {
-                RunnerAction::Idle => return false,
-                RunnerAction::Send(ref frame) => {
-                    let engine = self.master.engine();
-                    let wrote = engine.counters().writes != writes;
-                    let alters = P::alters(engine.expected().command);
-                    self.traffic.begin_for_task(engine, (wrote, alters), now, slots);
-                    port(Action::Send(frame.as_ref()));
-                    return true;
-                }
-                RunnerAction::Serial(serial) => {
+            match self.step(now, slots, port) {
+                Advanced::Begun => return true,
+                Advanced::Not => return false,
+                Advanced::Rate(serial) => {
                     self.traffic.disturb(now);
                     self.run(serial, now, slots, port);
-                }
-                RunnerAction::Done(Ok(news)) => {
-                    self.work = None;
-                    self.traffic.end_task(news, self.master.timing().serial);
-                    return false;
                 }
             }
         }
         false
+    }
+
+    /// Runs the task's next step. A function of its own: the stack of its request is free again when the bit rate changes.
+    #[inline(never)]
+    fn step(&mut self, now: Instant, slots: &mut [Polled], port: &mut impl FnMut(Action<'_>)) -> Advanced {
+        let writes = self.master.counters().writes;
+        let Some(work) = &mut self.work else { return Advanced::Not };
+        match P::runner(work).poll(&mut self.master, now) {
+            RunnerAction::Idle => Advanced::Not,
+            RunnerAction::Send(ref frame) => {
+                let engine = self.master.engine();
+                let wrote = engine.counters().writes != writes;
+                let alters = P::alters(engine.expected().command);
+                self.traffic.begin_for_task(engine, (wrote, alters), now, slots);
+                port(Action::Send(frame.as_ref()));
+                Advanced::Begun
+            }
+            RunnerAction::Serial(serial) => Advanced::Rate(serial),
+            RunnerAction::Done(Ok(news)) => {
+                self.work = None;
+                self.traffic.end_task(news, self.master.timing().serial);
+                Advanced::Not
+            }
+        }
     }
 
     /// The bus runs as it is set, at this bit rate.

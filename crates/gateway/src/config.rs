@@ -435,6 +435,11 @@ impl SlotConfig {
         if self.is_on() { self.source.bus() } else { None }
     }
 
+    /// The segment and the address that this slot asks, if it asks.
+    pub fn node(&self) -> Option<(Bus, u8)> {
+        if self.is_on() { self.source.node() } else { None }
+    }
+
     /// Whether the slot reads anything.
     pub fn is_on(&self) -> bool {
         self.enabled

@@ -11,6 +11,7 @@ use crate::alarm::{Alarm, AlarmDetail};
 use crate::bits::Bits;
 use crate::bus_task::{BusTask, Ended, Traffic};
 use crate::config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
+use crate::consequence::Consequence;
 use crate::counters::SlotCounters;
 use crate::degraded::DegradedMode;
 use crate::event::{Action, Capture, Requester};
@@ -177,6 +178,12 @@ impl Gateway {
         if accepted { Ok(()) } else { Err(Refusal::Busy) }
     }
 
+    /// What else an order would change.
+    pub fn consequence(&self, order: &Order) -> Consequence {
+        let slots = self.slots.iter().map(|polled| polled.slot.config.node());
+        Consequence::of(order, self.bus_settings(Bus::T7).timing.serial.baud, slots)
+    }
+
     /// Acknowledges the alarms that wait for it, of one slot or of all.
     fn acknowledge(&mut self, slot: Option<u8>) {
         let mut changed = self.changed;
@@ -325,7 +332,8 @@ impl Gateway {
     }
 
     /// Publishes the readings that have changed since they were last published or returned, all at once. Returns
-    /// whether there were any.
+    /// whether there were any. A function of its own: its stack is not below the exchanges.
+    #[inline(never)]
     pub fn publish(&mut self, publisher: &mut Publisher<'_>) -> bool {
         let changed = core::mem::take(&mut self.changed);
         if changed.is_empty() {

@@ -35,7 +35,7 @@ impl Health {
 
     /// The names used in every text interface.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
-        Health::NAMES.into_iter().filter(move |&(signal, _)| self.has(signal)).map(|(_, name)| name)
+        Health::NAMES.iter().filter(move |(signal, _)| self.has(*signal)).map(|(_, name)| *name)
     }
 
     pub(crate) fn set(&mut self, signal: Health, on: bool) {

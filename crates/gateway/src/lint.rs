@@ -254,8 +254,8 @@ impl<'a> Lint<'a> {
     #[inline(never)]
     fn each(&self, look: &mut dyn FnMut(u8, &SlotConfig)) {
         for slot in 0..=u8::MAX {
-            let Some(config) = (self.slot)(slot) else { return };
-            look(slot, &config);
+            let Some(config) = &(self.slot)(slot) else { return };
+            look(slot, config);
         }
     }
 
@@ -312,7 +312,8 @@ impl<'a> Lint<'a> {
     /// Warnings about a slot; `None` beyond the last one.
     #[inline(never)]
     fn of_slot(&self, slot: u8, found: &mut dyn FnMut(Finding)) -> Option<()> {
-        let config = &(self.slot)(slot)?;
+        let config = (self.slot)(slot);
+        let config = config.as_ref()?;
         if !config.is_on() {
             return Some(());
         }

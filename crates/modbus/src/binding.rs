@@ -15,8 +15,7 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::Reason;
 use clino_gateway::task::t7::Task;
 use clino_gateway::{
-    Bus, BusChange, Consequence, Detail, Gateway, Reading, Requester, SlotConfig, Snapshot, Source, Value,
-    View,
+    Bus, BusChange, Detail, Gateway, Reading, Requester, SlotConfig, Snapshot, Source, Value, View,
 };
 use clino_recovery::Start;
 
@@ -25,6 +24,7 @@ use crate::exception::Exception;
 use crate::host::{Host, Refusal, Write};
 use crate::parts::parts;
 use crate::settings::Settings;
+use crate::values::Values;
 
 mod read;
 mod results;
@@ -110,7 +110,8 @@ impl<'a, S: Site> Binding<'a, S> {
         }
     }
 
-    /// Takes the reports of tasks. Call it when the bus level has run.
+    /// Takes the reports of tasks. Call it when the bus level has run. A function of its own: its stack is not below the requests.
+    #[inline(never)]
     pub fn poll(&mut self) {
         while let Some(news) = self.site.gateway(|gateway| gateway.task_event(Requester::Modbus)).flatten() {
             self.site.wake();
@@ -166,19 +167,40 @@ impl<'a, S: Site> Binding<'a, S> {
         self.ask(|gateway| gateway.carry_out(order, Requester::Modbus))
     }
 
-    fn config(&self, slot: usize) -> SlotConfig {
-        let config = self.site.gateway(|gateway| gateway.config(slot).copied()).flatten();
-        config.unwrap_or(SlotConfig::OFF)
+    /// How a slot is set.
+    #[inline(never)]
+    fn put_config(&self, slot: usize, place: &mut SlotConfig) {
+        *place = SlotConfig::OFF;
+        self.site.gateway(|gateway| {
+            if let Some(config) = gateway.config(slot) {
+                *place = *config;
+            }
+        });
     }
 
     fn value(&self, slot: usize) -> Option<Value> {
         self.view.value(slot, self.now)
     }
 
-    /// Reading and details of a slot, if it is in use.
-    fn detail(&self, slot: usize) -> Option<(Reading, Detail)> {
-        let detail = self.site.gateway(|gateway| gateway.detail(slot)).flatten()?;
-        Some((self.row(slot).filter(|row| row.source != Source::Off)?, detail))
+    /// The reading of a slot, if it is in use.
+    #[inline(never)]
+    fn put_reading(&self, slot: usize, place: &mut Option<Reading>) {
+        *place = self.row(slot).filter(|row| row.source != Source::Off);
+    }
+
+    /// Details of a slot.
+    #[inline(never)]
+    fn put_detail(&self, slot: usize, place: &mut Option<Detail>) {
+        self.site.gateway(|gateway| *place = gateway.detail(slot));
+    }
+
+    /// A function of its own: its stack is not below that of the other writes, nor theirs below its.
+    #[inline(never)]
+    fn change_console(&self, values: &Values<'_>) -> Result<(), Refusal> {
+        self.ask(|gateway| {
+            let settings = console::changed(&gateway.console_settings(), &|id| values.of(id))?;
+            gateway.carry_out(Order::Console(settings), Requester::Modbus)
+        })
     }
 
     /// Begins a command; the outcome is *running* if it goes on as a task or a deferred request.
@@ -226,13 +248,13 @@ impl<'a, S: Site> Binding<'a, S> {
             }
             // What remains is about a sensor.
             _ if COMMISSIONING => {
-                let order = sensor::order(command, self.config(slot).source, value).ok_or(Refusal::Value)?;
-                let baud = self.site.gateway(|gateway| gateway.bus_settings(Bus::T7).timing.serial.baud);
-                let slot_of = |slot: u8| Some(self.config(slot.into()));
-                let Consequence { silenced, .. } = Consequence::of(&order, baud.unwrap_or(0), &slot_of);
+                let look = |gateway: &mut Gateway| gateway.config(slot).map(|config| config.source);
+                let source = self.site.gateway(look).flatten().unwrap_or(Source::Off);
+                let order = sensor::order(command, source, value).ok_or(Refusal::Value)?;
+                let consequence = self.site.gateway(|gateway| gateway.consequence(&order));
                 self.order(order)?;
-                self.silenced = silenced.into();
-                self.task = self.config(slot).source.bus();
+                self.silenced = consequence.map_or(0, |of| of.silenced.into());
+                self.task = source.bus();
             }
             _ => return Err(Refusal::Value),
         }
@@ -331,10 +353,7 @@ impl<S: Site> Host for Binding<'_, S> {
                 let change = BusChange::named(*bus, &|id| values.of(id))?;
                 self.order(Order::Bus { bus: *bus, change })
             }
-            Write::Console(values) => self.ask(|gateway| {
-                let settings = console::changed(&gateway.console_settings(), &|id| values.of(id))?;
-                gateway.carry_out(Order::Console(settings), Requester::Modbus)
-            }),
+            Write::Console(values) => self.change_console(values),
             Write::Port(_) => Ok(()),
             Write::Command { command: Command::Save, armed: false, .. } if self.site.has_unread() => {
                 Err(Refusal::Value)

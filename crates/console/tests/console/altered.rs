@@ -14,13 +14,13 @@ use std::fmt::Write as _;
 
 use clino_bus::{Duration, Instant};
 use clino_codec::character::LineErrors;
-use clino_console::{BusState, Host, LONGEST_LINE, Received, Saved, Shell, StorageError};
+use clino_console::{BusState, BusWork, Host, LONGEST_LINE, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, Detail, Reading, SlotConfig};
+use clino_gateway::{Bus, Consequence, Detail, Reading, SlotConfig};
 use clino_recovery::Start;
 
 use crate::desk::{Desk, Port, Rest};
@@ -112,6 +112,14 @@ impl Host for Notes {
 
     fn bus(&self, bus: Bus) -> Option<BusState> {
         self.rest.bus(bus)
+    }
+
+    fn bus_work(&self, bus: Bus) -> Option<BusWork> {
+        self.rest.bus_work(bus)
+    }
+
+    fn consequence(&self, order: &Order) -> Consequence {
+        self.rest.consequence(order)
     }
 
     fn task_event(&mut self) -> Option<TaskEvent> {

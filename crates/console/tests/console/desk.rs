@@ -7,14 +7,14 @@ use std::rc::Rc;
 
 use clino_bus::{Instant, Serial, Timing};
 use clino_codec::{isu, pwm, t7};
-use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
+use clino_console::{BusState, BusWork, Host, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
 use clino_gateway::settings::console::ConsoleSettings;
 use clino_gateway::summary::{Standing, Summary};
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
-use clino_gateway::{Bus, Detail, Gateway, Reading, Requester, Settings, SlotConfig, Source};
+use clino_gateway::{Bus, Consequence, Detail, Gateway, Reading, Requester, Settings, SlotConfig, Source};
 use clino_recovery::{Start, StartCause, Uid};
 use embedded_io::{ErrorType, Write};
 
@@ -102,15 +102,21 @@ impl Host for Rest {
 
     fn bus(&self, bus: Bus) -> Option<BusState> {
         let driver = Default::default();
-        let progress = self.gateway.progress(bus);
         Some(BusState {
             settings: *self.gateway.bus_settings(bus),
-            in_force: self.gateway.is_in_force(bus),
             counters: *self.gateway.counters(bus),
             health: self.gateway.health(bus),
             driver,
-            progress,
         })
+    }
+
+    fn bus_work(&self, bus: Bus) -> Option<BusWork> {
+        let gateway = &self.gateway;
+        Some(BusWork { in_force: gateway.is_in_force(bus), progress: gateway.progress(bus) })
+    }
+
+    fn consequence(&self, order: &Order) -> Consequence {
+        self.gateway.consequence(order)
     }
 
     fn task_event(&mut self) -> Option<TaskEvent> {

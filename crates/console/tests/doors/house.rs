@@ -9,7 +9,7 @@ use clino_bus::{DriverEnable, Duration, Instant, Serial, Timing, earliest};
 use clino_codec::character::Character;
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::{isu, t7};
-use clino_console::{BusState, Host, Received, Saved, Shell, StorageError};
+use clino_console::{BusState, BusWork, Host, Received, Saved, Shell, StorageError};
 use clino_gateway::config::{AlarmConfig, AlarmLimits, Ask};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
@@ -18,8 +18,8 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
 use clino_gateway::{
-    Action, Alarm, AlarmDetail, Bus, Capture, DegradedMode, Detail, Gateway, Publisher, PwmInput, Reading,
-    Requester, Settings, SlotConfig, Snapshot, Source,
+    Action, Alarm, AlarmDetail, Bus, Capture, Consequence, DegradedMode, Detail, Gateway, Publisher,
+    PwmInput, Reading, Requester, Settings, SlotConfig, Snapshot, Source,
 };
 use clino_modbus::binding::{Binding, DeferredRequest, Site};
 use clino_modbus::{Counters, Identification, Server};
@@ -147,12 +147,19 @@ impl Host for Doors {
         let gateway = self.0.gateway.borrow();
         Some(BusState {
             settings: *gateway.bus_settings(bus),
-            in_force: gateway.is_in_force(bus),
             counters: *gateway.counters(bus),
             health: gateway.health(bus),
             driver: self.driver_enable(bus),
-            progress: gateway.progress(bus),
         })
+    }
+
+    fn bus_work(&self, bus: Bus) -> Option<BusWork> {
+        let gateway = self.0.gateway.borrow();
+        Some(BusWork { in_force: gateway.is_in_force(bus), progress: gateway.progress(bus) })
+    }
+
+    fn consequence(&self, order: &Order) -> Consequence {
+        self.0.gateway.borrow().consequence(order)
     }
 
     fn task_event(&mut self) -> Option<TaskEvent> {

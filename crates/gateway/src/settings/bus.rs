@@ -40,8 +40,8 @@ pub const ECHO: &[&str] = &["off", "expected", "detect"];
 /// The table of a bus, for use in constants.
 pub const fn table(bus: Bus) -> [Setting<BusSettings>; 5] {
     let (rates, set, longest_post): (_, fn(&mut BusSettings, i64), _) = match bus {
-        Bus::T7 => (T7_BIT_RATES, |s, v| *s = s.at(Bus::T7, Serial { baud: v as u32 }), LONGEST_T7_POST),
-        Bus::Isu => (ISU_BIT_RATES, |s, v| *s = s.at(Bus::Isu, Serial { baud: v as u32 }), LONGEST_ISU_POST),
+        Bus::T7 => (T7_BIT_RATES, |s, v| s.set_rate(Bus::T7, Serial { baud: v as u32 }), LONGEST_T7_POST),
+        Bus::Isu => (ISU_BIT_RATES, |s, v| s.set_rate(Bus::Isu, Serial { baud: v as u32 }), LONGEST_ISU_POST),
     };
     [
         Setting {
@@ -127,14 +127,19 @@ pub fn check(bus: Bus, of: &BusSettings) -> Result<(), Refusal> {
     values.check()
 }
 
+/// The waits of a bus at this bit rate, as its sensors' documents say.
+#[inline(never)]
+pub(super) const fn usual(bus: Bus, serial: Serial) -> Timing {
+    match bus {
+        Bus::T7 => Timing::t7(serial),
+        Bus::Isu => Timing { serial, ..Timing::isu() },
+    }
+}
+
 impl BusSettings {
     /// A bus at this bit rate, as its sensors' documents say.
     pub const fn usual(bus: Bus, baud: u32) -> BusSettings {
-        let serial = Serial { baud };
-        BusSettings::new(match bus {
-            Bus::T7 => Timing::t7(serial),
-            Bus::Isu => Timing { serial, ..Timing::isu() },
-        })
+        BusSettings::new(usual(bus, Serial { baud }))
     }
 
     /// A bus at the first bit rate of its sensors.
@@ -145,7 +150,7 @@ impl BusSettings {
         }
     }
 
-    fn set_guard(&mut self, guard: Duration) {
+    pub(super) fn set_guard(&mut self, guard: Duration) {
         self.timing.guard = guard;
         self.line.guard = guard;
     }

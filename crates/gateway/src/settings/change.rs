@@ -7,10 +7,10 @@
 //! *Guard.* The usual guard is one character, so that it follows the bit rate. A guard that is not the usual one of the
 //! present rate was set by hand, and stays at every rate.
 
-use clino_bus::line::{self, EchoMode};
+use clino_bus::line::EchoMode;
 use clino_bus::{Duration, Serial, Timing};
 
-use super::bus::id;
+use super::bus::{id, usual};
 use super::{BusSettings, Given, Named, bus};
 use crate::config::Bus;
 use crate::refusal::Refusal;
@@ -75,34 +75,36 @@ impl BusSettings {
     /// The bus at another bit rate, with the usual waits of that rate. The line, and a guard set by hand, stay.
     #[must_use]
     pub fn at(&self, bus: Bus, serial: Serial) -> BusSettings {
-        let before = self.timing;
-        if serial == before.serial {
-            return *self;
+        let mut settings = *self;
+        settings.set_rate(bus, serial);
+        settings
+    }
+
+    /// The same in place.
+    #[inline(never)]
+    pub(super) fn set_rate(&mut self, bus: Bus, serial: Serial) {
+        let Timing { serial: before, guard, .. } = self.timing;
+        if serial == before {
+            return;
         }
-        let mut timing = BusSettings::usual(bus, serial.baud).timing;
-        if before.guard != BusSettings::usual(bus, before.serial.baud).timing.guard {
-            timing.guard = before.guard;
-        }
-        self.timed(timing)
+        let by_hand = Some(guard).filter(|&guard| guard != usual(bus, before).guard);
+        self.timing = usual(bus, serial);
+        self.line.serial = serial;
+        self.set_guard(by_hand.unwrap_or(self.timing.guard));
     }
 
     /// The bus with these fields changed.
     #[must_use]
     pub fn with(&self, bus: Bus, change: &BusChange) -> BusSettings {
-        let mut settings = match change.baud {
-            Some(baud) => self.at(bus, Serial { baud }),
-            None => *self,
-        };
+        let mut settings = *self;
+        if let Some(baud) = change.baud {
+            settings.set_rate(bus, Serial { baud });
+        }
         let line = &mut settings.line;
         line.pre_delay = change.pre_delay.unwrap_or(line.pre_delay);
         line.post_delay = change.post_delay.unwrap_or(line.post_delay);
         line.echo = change.echo.unwrap_or(line.echo);
-        let guard = change.guard.unwrap_or(settings.timing.guard);
-        settings.timed(Timing { guard, ..settings.timing })
-    }
-
-    fn timed(&self, timing: Timing) -> BusSettings {
-        let line = line::LineSettings { serial: timing.serial, guard: timing.guard, ..self.line };
-        BusSettings { timing, line }
+        settings.set_guard(change.guard.unwrap_or(settings.timing.guard));
+        settings
     }
 }

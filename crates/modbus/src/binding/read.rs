@@ -12,7 +12,7 @@ use crate::exception::Exception;
 use crate::map::lookup::{self, Number, Register};
 use crate::map::{
     BusItem, CommandItem, DetailItem, GatewayItem, Item, MAGIC, ReadingItem, SLOT_BASE, SLOT_STRIDE, SLOTS,
-    TEST_ANGLE, TEST_NUMBER, VERSION,
+    StartItem, TEST_ANGLE, TEST_NUMBER, VERSION,
 };
 use crate::number;
 use crate::settings::Settings;
@@ -40,8 +40,8 @@ pub struct Reader<'r, 's, S> {
 /// instance.
 enum Known {
     Nothing,
-    /// Of a slot.
-    Detail(usize, Option<(Reading, Detail)>),
+    /// Of a slot, if it is in use.
+    Detail(usize, Option<Reading>, Option<Detail>),
     /// Of a slot.
     Config(usize, SlotConfig),
     Bus(Bus, BusCounters, BusHealth, DriverEnable),
@@ -92,7 +92,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             Item::Reading(item) => reading(self.binding.value(index), item),
             Item::Detail(item) => self.detail(item, index),
             Item::Bus(item) => Some(self.bus(item, number.bus())),
-            Item::Start(item) => start::number(&self.binding.site.start(), item, index),
+            Item::Start(item) => self.start(item, index),
             Item::SlotSetting(id) => Some(self.slot_setting(id, index, number.scale)),
             Item::BusSetting(id) => {
                 let table = settings::bus::settings(number.bus());
@@ -137,6 +137,11 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
         })
     }
 
+    #[inline(never)]
+    fn start(&self, item: StartItem, index: usize) -> Option<u32> {
+        start::number(&self.binding.site.start(), item, index)
+    }
+
     /// Made once for a request.
     #[inline(never)]
     fn summary(&mut self) -> &Summary {
@@ -146,14 +151,19 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
 
     // What is asked is put in its place by functions of their own, whose stack is free again before the registers are made.
 
-    #[inline(never)]
     fn ask_detail(&mut self, slot: usize) {
-        self.known = Known::Detail(slot, self.binding.detail(slot));
+        self.known = Known::Detail(slot, None, None);
+        if let Known::Detail(_, reading, detail) = &mut self.known {
+            self.binding.put_reading(slot, reading);
+            self.binding.put_detail(slot, detail);
+        }
     }
 
-    #[inline(never)]
     fn ask_config(&mut self, slot: usize) {
-        self.known = Known::Config(slot, self.binding.config(slot));
+        self.known = Known::Config(slot, SlotConfig::OFF);
+        if let Known::Config(_, config) = &mut self.known {
+            self.binding.put_config(slot, config);
+        }
     }
 
     #[inline(never)]
@@ -167,10 +177,10 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
     #[inline(never)]
     fn detail(&mut self, item: DetailItem, slot: usize) -> Option<u32> {
         let binding = self.binding;
-        if !matches!(self.known, Known::Detail(known, _) if known == slot) {
+        if !matches!(self.known, Known::Detail(known, ..) if known == slot) {
             self.ask_detail(slot);
         }
-        let Known::Detail(_, Some((reading, detail))) = &self.known else {
+        let Known::Detail(_, Some(reading), Some(detail)) = &self.known else {
             // A slot without details has no counters.
             return (!item.is_optional()).then_some(0);
         };
