@@ -15,7 +15,7 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
-use rustix::io::Errno;
+use rustix::io::{Errno, retry_on_intr};
 use rustix::pty::OpenptFlags;
 use rustix::termios::{ControlModes, OptionalActions, QueueSelector};
 
@@ -132,7 +132,8 @@ impl Terminal {
     /// Whether a program has it open.
     fn is_open(&self) -> io::Result<bool> {
         let mut terminal = [PollFd::new(&self.master, PollFlags::empty())];
-        poll(&mut terminal, Some(&AT_ONCE))?;
+        // A signal that comes just now interrupts even what does not wait.
+        retry_on_intr(|| poll(&mut terminal, Some(&AT_ONCE)))?;
         Ok(!terminal.iter().any(|terminal| terminal.revents().contains(PollFlags::HUP)))
     }
 

@@ -11,7 +11,7 @@ use clino_pty::Terminal;
 use clino_sim::node::Ns;
 use rustix::buffer::spare_capacity;
 use rustix::event::{PollFd, PollFlags, Timespec, epoll, poll};
-use rustix::io::Errno;
+use rustix::io::{Errno, retry_on_intr};
 use signal_hook::consts::signal::{SIGINT, SIGTERM};
 use signal_hook::low_level::pipe;
 
@@ -76,7 +76,7 @@ pub fn until(stop: &Stop, buses: &mut [Bus]) -> io::Result<()> {
             Ok(0) | Err(Errno::INTR) => {}
             Ok(_) => {
                 edges.clear();
-                epoll::wait(&wakers, spare_capacity(&mut edges), Some(&timespec(0)))?;
+                retry_on_intr(|| epoll::wait(&wakers, spare_capacity(&mut edges), Some(&timespec(0))))?;
             }
             Err(error) => return Err(error.into()),
         }

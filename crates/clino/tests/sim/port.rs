@@ -47,6 +47,14 @@ impl Port {
         }
     }
 
+    /// Sends bytes, as many as are taken.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn try_send(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes)
+    }
+
     /// The next `count` bytes.
     pub fn read(&mut self, count: usize) -> Vec<u8> {
         let bytes = self.read_within(count, PATIENCE);
