@@ -89,8 +89,8 @@ fn port_of(socket: &str) -> &str {
 /// The folder below that of the adapter, on the way to the terminal.
 fn socket(terminals: &Path, port: &Path) -> Option<String> {
     let device = device(terminals, port)?;
-    let names = device.ancestors().filter_map(|folder| folder.file_name()?.to_str());
-    names.into_iter().find(|name| name.contains(':')).map(str::to_owned)
+    let mut names = device.ancestors().filter_map(|folder| folder.file_name()?.to_str());
+    names.find(|name| name.contains(':')).map(str::to_owned)
 }
 
 /// Remembers the adapter behind a port the first time; later, whether it is still that one. To be called before the port is opened:
@@ -136,8 +136,8 @@ pub fn stable_name(port: &Path) -> Option<PathBuf> {
 /// The link of a folder that leads there.
 fn link_to(folder: &Path, port: &Path) -> Option<PathBuf> {
     let port = port.canonicalize().ok()?;
-    let links = fs::read_dir(folder).ok()?.flatten().map(|link| link.path());
-    links.into_iter().find(|link| link.canonicalize().is_ok_and(|leads_to| leads_to == port))
+    let mut links = fs::read_dir(folder).ok()?.flatten().map(|link| link.path());
+    links.find(|link| link.canonicalize().is_ok_and(|leads_to| leads_to == port))
 }
 
 #[cfg(all(test, unix))]

@@ -44,6 +44,11 @@ fn whole() -> Image {
     Image::read(&file, model()).unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// The millidegrees of two registers, the upper one first.
+fn angle(registers: &[u16]) -> i32 {
+    (u32::from(registers[0]) << 16 | u32::from(registers[1])) as i32
+}
+
 /// Whether the answer is one, and no exception; `None` without one.
 fn is_done(exchange: &Exchange) -> Option<bool> {
     exchange.answer.as_ref().map(|answer| answer.bytes[1] & 0x80 == 0)
@@ -95,8 +100,7 @@ fn the_modbus_port_has_what_is_there_and_nothing_else() {
         return;
     }
     let registers = exchanges[0].registers().expect("an answer");
-    let angles: Vec<i32> =
-        registers.chunks(2).map(|word| (u32::from(word[0]) << 16 | u32::from(word[1])) as i32).collect();
+    let angles: Vec<i32> = registers.chunks(2).map(angle).collect();
     let truths = T7_ANGLES.into_iter().chain(has("isu").then_some(ISU_ANGLE));
     assert!(angles.iter().zip(truths).all(|(angle, truth)| (angle - truth).abs() <= 3), "{angles:?}");
 }
@@ -146,7 +150,7 @@ fn slot_0(run: &Run, lines: &[String]) -> i32 {
     let mut bus_log = Vec::new();
     run.write_bus_log(&mut bus_log).expect("memory does not fail");
     let registers = modbus::exchanges(&bus_log).last().and_then(Exchange::registers).expect("an answer");
-    (u32::from(registers[0]) << 16 | u32::from(registers[1])) as i32
+    angle(&registers)
 }
 
 /// The whole image stores settings: slot 0 reads another T7, and there are slots of every kind. An image without one of these kinds
