@@ -3,8 +3,8 @@
 //! Any port, the clock's alarm and the clock's rounds wake it. Each run hands the core the events of the ports, sends
 //! its requests, publishes its readings, and sets the alarm for the next deadline.
 //!
-//! The levels below give orders and ask for details by locking the gateway, which holds this level off for as long as
-//! it takes: they look at one thing at a time.
+//! The levels below read values and give orders by locking the gateway, which holds this level off for as long as it takes:
+//! they look at one thing at a time.
 
 use clino_bus::{DriverEnable, Event, Instant};
 use clino_console::BusState;
@@ -72,7 +72,7 @@ pub fn run(local: &mut LocalResources<'_>, shared: &mut SharedResources<'_>) -> 
             }
             next = next.min(at);
         }
-        if gateway.publish(local.snapshot) || gateway.has_task_event(Requester::Console) {
+        if gateway.publish() || gateway.has_task_event(Requester::Console) {
             shared::note_work();
         }
         if gateway.has_task_event(Requester::Modbus) {

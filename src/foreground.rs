@@ -108,18 +108,18 @@ impl Host for Gateway<'_> {
     }
 
     fn reading(&self, slot: usize) -> Option<Reading> {
-        shared::reading(slot)
+        self.look(|gateway| gateway.reading(slot))
     }
 
     fn brief(&self, slot: usize, now: Instant) -> Option<ReadingBrief> {
-        shared::SNAPSHOT.read(|view| view.brief(slot, now))
+        self.look(|gateway| gateway.brief(slot, now))
     }
 
     fn summary(&self) -> Summary {
         let (unsaved, command) = (self.common.is_unsaved(), self.common.has_command());
         let parts = self.common.gateway(|gateway| clino_modbus::parts(gateway, self.start, unsaved, command));
         let (parts, now) = (parts.unwrap_or_default(), clock::now());
-        shared::SNAPSHOT.read(|view| Summary::of(|slot| view.standing(slot, now), &parts))
+        Summary::of(|slot| self.look(|gateway| gateway.standing(slot, now)), &parts)
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {

@@ -5,7 +5,7 @@
 //! 1. *Bytes* (`ports`, `uart`, `capture`, `console`, `clock`): interrupt handlers that move bytes and ticks between
 //!    registers and queues, and switch the line driver.
 //! 2. *Bus* (`bus`): a software task that hands events and `now` to the gateway core, sends its
-//!    requests, publishes its readings (`shared`), and sets the alarm for the next deadline.
+//!    requests, publishes its readings, and sets the alarm for the next deadline.
 //! 3. *Modbus* (`modbus`): a software task that answers the Modbus master.
 //! 4. *Main loop* (`foreground`): the console, and sleep.
 //!
@@ -99,7 +99,7 @@ mod app {
     use core::cell::RefCell;
     use core::mem::MaybeUninit;
 
-    use clino_gateway::{Gateway, Publisher};
+    use clino_gateway::Gateway;
     use clino_modbus::binding::DeferredRequest;
     use clino_modbus::{Counters, Settings};
     use clino_recovery::{Mode, Start};
@@ -152,7 +152,6 @@ mod app {
         writer: console::Writer,
         store: &'static mut ConfigStore,
         inbox: Inbox,
-        snapshot: Publisher<'static>,
         lines: modbus::Lines,
         server: &'static mut Server,
     }
@@ -208,7 +207,6 @@ mod app {
             writer: parts.writer,
             store: parts.store,
             inbox: parts.inbox,
-            snapshot: shared::SNAPSHOT.publisher(),
             lines: parts.lines,
             server: parts.server,
         };
@@ -278,7 +276,7 @@ mod app {
         }
     }
 
-    #[task(priority = 2, local = [inbox, snapshot], shared = [gateway, t7, isu, pwm1, pwm2, timer])]
+    #[task(priority = 2, local = [inbox], shared = [gateway, t7, isu, pwm1, pwm2, timer])]
     async fn bus_level(mut cx: bus_level::Context) -> ! {
         loop {
             if !bus::run(&mut cx.local, &mut cx.shared) {

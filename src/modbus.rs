@@ -63,7 +63,7 @@ pub type Shared<'a> = RefCell<SharedResources<'a>>;
 pub struct Level<'a> {
     pub lines: &'a mut Lines,
     pub server: &'a mut Server,
-    pub binding: Binding<'static, Site<'a>>,
+    pub binding: Binding<Site<'a>>,
     pub shared: &'a Shared<'a>,
 }
 
@@ -75,7 +75,7 @@ impl<'a> Level<'a> {
         start: &'static Start,
         shared: &'a Shared<'a>,
     ) -> Self {
-        Level { lines, server, binding: Binding::new(Site { shared, start }, &shared::SNAPSHOT), shared }
+        Level { lines, server, binding: Binding::new(Site { shared, start }), shared }
     }
 
     /// A run of the level. Returns whether there is something to do already.

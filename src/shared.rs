@@ -1,11 +1,10 @@
-//! Data that the bus level publishes for the levels below: the snapshot of all slots, and a note that something has
-//! changed; and how a task waits to be woken.
+//! How the levels wake each other: a note that there may be something to print, and how a task waits to be woken.
 
 use core::pin::Pin;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::task::{Context, Poll};
 
-use clino_gateway::{Bus, Reading, Snapshot};
+use clino_gateway::Bus;
 use clino_recovery::MonitoredTask;
 
 use crate::app::{bus_level, modbus_level};
@@ -14,14 +13,7 @@ use crate::watchdog;
 /// The buses of this image.
 pub const BUSES: [Bus; Bus::COUNT] = Bus::ALL;
 
-/// All slots at one instant. The bus level has its publisher.
-pub static SNAPSHOT: Snapshot = Snapshot::new();
 static WORK: AtomicBool = AtomicBool::new(true);
-
-/// The last reading of a slot.
-pub fn reading(slot: usize) -> Option<Reading> {
-    SNAPSHOT.read(|view| view.reading(slot))
-}
 
 /// There may be something to print.
 pub fn note_work() {

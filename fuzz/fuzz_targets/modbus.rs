@@ -10,7 +10,7 @@ mod common;
 
 use clino_bus::Instant;
 use clino_codec::character::LineErrors;
-use clino_gateway::{Bus, Publisher, Snapshot};
+use clino_gateway::Bus;
 use clino_modbus::binding::Binding;
 use common::board::Board;
 use common::traffic::{
@@ -27,9 +27,8 @@ fuzz_target!(|input: &[u8]| {
     let mut input = Unstructured::new(input);
     let mut traffic = Vec::new();
     while !input.is_empty() && piece(&mut traffic, &mut input).is_ok() {}
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut publisher = snapshot.publisher();
-    let mut bench = Bench::at(Binding::new(&board, &snapshot), SETTINGS, CHARACTER, BETWEEN);
+    let board = Board::new();
+    let mut bench = Bench::at(Binding::new(&board), SETTINGS, CHARACTER, BETWEEN);
     let frames = frames(&traffic);
     for (index, frame) in frames.iter().enumerate() {
         let answers = play(frame, &mut bench);
@@ -41,7 +40,7 @@ fuzz_target!(|input: &[u8]| {
             // The port's settings have changed: no side understands this traffic any more.
             return;
         }
-        meanwhile(&board, bench.now, &mut publisher);
+        meanwhile(&board, bench.now);
         bench.host.poll();
         if board.deferred.borrow_mut().pop().is_some() {
             bench.host.done(true);
@@ -92,9 +91,9 @@ fn flags(code: u8) -> LineErrors {
 }
 
 /// The rest of the gateway runs.
-fn meanwhile(board: &Board, now: u64, publisher: &mut Publisher<'_>) {
+fn meanwhile(board: &Board, now: u64) {
     board.now.set(board.now.get().max(Instant::from_micros(now)));
-    board.cycle(publisher, 500_000);
+    board.cycle(500_000);
     let mut gateway = board.gateway.borrow_mut();
     for bus in [Bus::T7, Bus::Isu] {
         gateway.poll(bus, board.now.get(), |_| {});

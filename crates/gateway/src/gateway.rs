@@ -23,11 +23,10 @@ use crate::schedule::{Detail, Polled};
 use crate::settings::console::ConsoleSettings;
 use crate::settings::{self, BusSettings, SettingsPart, Tabled};
 use crate::slot::Slot;
-use crate::snapshot::Publisher;
-use crate::summary::BusPart;
+use crate::summary::{BusPart, Standing};
 use crate::task::{self, TaskEvent};
 use crate::trace::Trace;
-use crate::value::Reading;
+use crate::value::{Published, Reading, ReadingBrief, Status};
 
 mod start;
 
@@ -40,6 +39,8 @@ pub struct Gateway {
     pwm: PwmInputs,
     /// Slots that have changed since they were last fetched.
     changed: Bits,
+    /// How often readings were published; wraps.
+    generation: u32,
     trace: Trace,
     /// Of all slots' settings together.
     fingerprint: u32,
@@ -327,30 +328,68 @@ impl Gateway {
     pub fn next_changed(&mut self) -> Option<Reading> {
         let index = self.changed.iter().next()?;
         self.changed.set(index, false);
-        self.slots.get_mut(index)?.slot.digest();
         self.reading(index)
     }
 
-    /// Publishes the readings that have changed since they were last published or returned, all at once. Returns
-    /// whether there were any. A function of its own: its stack is not below the exchanges.
+    /// Publishes the readings that have changed since they were last published or returned: what has come is made into
+    /// angles, and alarms are looked at. Returns whether there were any; they are a new [generation](Gateway::generation). A
+    /// function of its own: its stack is not below the exchanges.
     #[inline(never)]
-    pub fn publish(&mut self, publisher: &mut Publisher<'_>) -> bool {
+    pub fn publish(&mut self) -> bool {
         let changed = core::mem::take(&mut self.changed);
         if changed.is_empty() {
             return false;
         }
         for index in changed.iter() {
-            if let Some(Polled { slot, .. }) = self.slots.get_mut(index) {
-                slot.digest();
-            }
+            _ = self.digested(index);
         }
-        publisher.publish(changed, |index| self.reading(index));
+        self.generation = self.generation.wrapping_add(1);
         true
     }
 
-    fn reading(&self, index: usize) -> Option<Reading> {
-        let number = u8::try_from(index).ok()?;
-        self.slots.get(index).map(|polled| polled.slot.reading(number))
+    /// Counts the generations of readings; wraps. What is read before and after is of one generation if this is the same.
+    pub fn generation(&self) -> u32 {
+        self.generation
+    }
+
+    /// A slot with the angle of what has come last; `None` beyond the last one.
+    fn digested(&mut self, slot: usize) -> Option<&Slot> {
+        let Polled { slot, .. } = self.slots.get_mut(slot)?;
+        slot.digest();
+        Some(slot)
+    }
+
+    /// The last reading of a slot; `None` beyond the last one.
+    pub fn reading(&mut self, slot: usize) -> Option<Reading> {
+        let number = u8::try_from(slot).ok()?;
+        self.digested(slot).map(|slot| slot.reading(number))
+    }
+
+    // Parts of a reading, for who asks for many slots at once.
+
+    /// What the value of a slot is worth at `now`; `None` beyond the last one.
+    pub fn status(&mut self, slot: usize, now: Instant) -> Option<Status> {
+        self.digested(slot).map(|slot| slot.status(now))
+    }
+
+    /// The angle of a slot as it is published, if it is right and fresh at `now`.
+    pub fn angle(&mut self, slot: usize, now: Instant) -> Option<Published> {
+        self.digested(slot)?.angle(now)
+    }
+
+    /// Time since the last good value of a slot was received, in milliseconds, if there was one.
+    pub fn age_ms(&mut self, slot: usize, now: Instant) -> Option<u64> {
+        self.digested(slot)?.age_ms(now)
+    }
+
+    /// What a slot declares at `now`. `None` beyond the last one.
+    pub fn standing(&mut self, slot: usize, now: Instant) -> Option<Standing> {
+        self.digested(slot).map(|slot| slot.standing(now))
+    }
+
+    /// The least of a reading, as of `now`. `None` beyond the last one.
+    pub fn brief(&mut self, slot: usize, now: Instant) -> Option<ReadingBrief> {
+        self.digested(slot).map(|slot| slot.brief(now))
     }
 
     /// How a slot is set; `None` beyond the last one.

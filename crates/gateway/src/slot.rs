@@ -10,8 +10,9 @@ use crate::alarm::{Alarm, AlarmDetail, Watch};
 use crate::config::{Filter, SINGLE_AXIS};
 use crate::counters::{SlotCounters, bump16, bump32};
 use crate::health::Health;
+use crate::summary::Standing;
 use crate::trace::Purpose;
-use crate::{Reading, SlotConfig, Source, Status};
+use crate::{Published, Reading, ReadingBrief, SlotConfig, Source, Status};
 
 mod checks;
 mod extremes;
@@ -329,10 +330,15 @@ impl Slot {
     }
 
     /// Makes the angle of the last value, if that has not been done.
+    #[inline]
     pub fn digest(&mut self) {
-        if !core::mem::take(&mut self.pending) {
-            return;
+        if core::mem::take(&mut self.pending) {
+            self.make_angle();
         }
+    }
+
+    #[inline(never)]
+    fn make_angle(&mut self) {
         let gap = self.gap;
         if self.fresh {
             self.gap = false;
@@ -406,6 +412,43 @@ impl Slot {
 
     pub fn is(&self, source: &Source) -> bool {
         self.config.enabled && self.config.source == *source
+    }
+
+    /// What the value is worth at `now`.
+    pub fn status(&self, now: Instant) -> Status {
+        if self.status == Status::Ok && self.is_stale(now) { Status::Stale } else { self.status }
+    }
+
+    /// The angle as it is published, if it is right and fresh at `now`.
+    pub fn angle(&self, now: Instant) -> Option<Published> {
+        (self.status(now) == Status::Ok).then(|| self.motion.published(self.config.range))
+    }
+
+    /// Time since the last good value was received, in milliseconds, if there was one.
+    pub fn age_ms(&self, now: Instant) -> Option<u64> {
+        self.measured().map(|at| now.millis_since(at))
+    }
+
+    /// What the slot declares at `now`.
+    pub fn standing(&self, now: Instant) -> Standing {
+        Standing {
+            source: self.config.source,
+            status: self.status(now),
+            health: self.health,
+            alarms: self.alarm.alarms(),
+            age_ms: self.age_ms(now),
+        }
+    }
+
+    /// What decides whether the slot is printed, as of `now`.
+    pub fn brief(&self, now: Instant) -> ReadingBrief {
+        ReadingBrief {
+            status: self.status(now),
+            sequence: self.sequence,
+            alarms: self.alarm.alarms(),
+            period: self.config.period,
+            report_every: self.config.report_every,
+        }
     }
 
     pub fn reading(&self, slot: u8) -> Reading {

@@ -1,11 +1,12 @@
 //! Binds the register map to the gateway: the server's [`Host`].
 //!
-//! Values come from the [`Snapshot`], all of one generation. How slots and buses are set, their counters and all changes
-//! come from and go to the [`Gateway`] itself, which a [`Site`] lends for one short look at a time. Settings are bound by
-//! their ids; the gateway's tables describe them. Work that takes long is left to the main loop: the site takes it
-//! as a [`DeferredRequest`].
+//! All comes from and goes to the [`Gateway`], which a [`Site`] lends for one short look at a time: no interrupt is held off
+//! while 48 slots are read. What was read is of one generation of readings if that has not changed meanwhile
+//! ([`Host::held_still`]). Settings are bound by their ids; the gateway's tables describe them. Work that takes long is left
+//! to the main loop: the site takes it as a [`DeferredRequest`].
 
 use clino_bus::{DriverEnable, Instant};
+use clino_codec::angle::Angle;
 use clino_codec::t7::BaudRate;
 use clino_commissioning::t7::Rates;
 use clino_gateway::features::COMMISSIONING;
@@ -14,9 +15,7 @@ use clino_gateway::settings::{Given, console, slot};
 use clino_gateway::summary::Summary;
 use clino_gateway::task::Reason;
 use clino_gateway::task::t7::Task;
-use clino_gateway::{
-    Bus, BusChange, Detail, Gateway, Reading, Requester, SlotConfig, Snapshot, Source, Value, View,
-};
+use clino_gateway::{Bus, BusChange, Detail, Gateway, Reading, Requester, SlotConfig, Source};
 use clino_recovery::Start;
 
 use crate::command::{Command, Outcome, Progress};
@@ -81,10 +80,10 @@ pub enum DeferredRequest {
 }
 
 /// The [`Host`].
-pub struct Binding<'a, S> {
+pub struct Binding<S> {
     site: S,
-    snapshot: &'a Snapshot,
-    view: View<'a>,
+    /// The generation of readings that the request is answered from.
+    generation: u32,
     now: Instant,
     progress: Progress,
     /// Where the last command is under way as a task.
@@ -94,14 +93,12 @@ pub struct Binding<'a, S> {
     results: Results,
 }
 
-impl<'a, S: Site> Binding<'a, S> {
+impl<S: Site> Binding<S> {
     /// A binding of the gateway at this site.
-    pub fn new(site: S, snapshot: &'a Snapshot) -> Binding<'a, S> {
-        let view = snapshot.view();
+    pub fn new(site: S) -> Binding<S> {
         Binding {
             site,
-            snapshot,
-            view,
+            generation: 0,
             now: Instant::ZERO,
             progress: Progress::default(),
             task: None,
@@ -149,8 +146,15 @@ impl<'a, S: Site> Binding<'a, S> {
         (self.progress.outcome, self.progress.reason) = (outcome, reason);
     }
 
-    fn row(&self, slot: usize) -> Option<Reading> {
-        self.view.reading(slot)
+    fn current_generation(&self) -> u32 {
+        self.site.gateway(|gateway| gateway.generation()).unwrap_or_default()
+    }
+
+    /// What the sensor of a slot says. A function of its own: its stack is not below the orders.
+    #[inline(never)]
+    fn raw(&self, slot: usize) -> Result<Angle, Refusal> {
+        let look = |gateway: &mut Gateway| Some(gateway.reading(slot)?.raw(self.now));
+        self.site.gateway(look).flatten().ok_or(Refusal::Value)?.ok_or(Refusal::Failed)
     }
 
     /// Asks the gateway for a change.
@@ -178,20 +182,13 @@ impl<'a, S: Site> Binding<'a, S> {
         });
     }
 
-    fn value(&self, slot: usize) -> Option<Value> {
-        self.view.value(slot, self.now)
-    }
-
-    /// The reading of a slot, if it is in use.
+    /// The reading of a slot and its details, if it is in use.
     #[inline(never)]
-    fn put_reading(&self, slot: usize, place: &mut Option<Reading>) {
-        *place = self.row(slot).filter(|row| row.source != Source::Off);
-    }
-
-    /// Details of a slot.
-    #[inline(never)]
-    fn put_detail(&self, slot: usize, place: &mut Option<Detail>) {
-        self.site.gateway(|gateway| *place = gateway.detail(slot));
+    fn put_slot(&self, slot: usize, reading: &mut Option<Reading>, detail: &mut Option<Detail>) {
+        self.site.gateway(|gateway| {
+            *reading = gateway.reading(slot).filter(|reading| reading.source != Source::Off);
+            *detail = gateway.detail(slot);
+        });
     }
 
     /// A function of its own: its stack is not below that of the other writes, nor theirs below its.
@@ -277,9 +274,7 @@ impl<'a, S: Site> Binding<'a, S> {
     /// Sets the soft zero so that the slot reads zero in its present position.
     fn zero(&self, target: u16) -> Result<(), Refusal> {
         let number = u8::try_from(target).map_err(|_| Refusal::Value)?;
-        let row = self.row(usize::from(target)).ok_or(Refusal::Value)?;
-        let soft_zero = row.raw(self.now).ok_or(Refusal::Failed)?;
-        let zero = Given::exactly(soft_zero.udeg().into());
+        let zero = Given::exactly(self.raw(target.into())?.udeg().into());
         let named = |id: u8| (id == slot::id::ZERO).then_some(zero);
         self.ask(|gateway| gateway.change(number, &named, Requester::Modbus))
     }
@@ -305,7 +300,8 @@ impl<'a, S: Site> Binding<'a, S> {
     fn summary(&self) -> Summary {
         let (start, unsaved) = (self.site.start(), self.site.is_unsaved());
         let parts = self.site.gateway(|gateway| parts(gateway, &start, unsaved, self.has_command()));
-        Summary::of(|slot| self.view.standing(slot, self.now), &parts.unwrap_or_default())
+        let standing = |slot| self.site.gateway(|gateway| gateway.standing(slot, self.now)).flatten();
+        Summary::of(standing, &parts.unwrap_or_default())
     }
 }
 
@@ -318,14 +314,14 @@ fn which(target: u16, value: i32) -> Result<Option<u8>, Refusal> {
     }
 }
 
-impl<S: Site> Host for Binding<'_, S> {
-    fn snapshot(&mut self) {
-        self.view = self.snapshot.view();
+impl<S: Site> Host for Binding<S> {
+    fn begin(&mut self) {
+        self.generation = self.current_generation();
         self.now = self.site.now();
     }
 
     fn held_still(&self) -> bool {
-        self.view.holds()
+        self.current_generation() == self.generation
     }
 
     fn status(&self) -> u16 {

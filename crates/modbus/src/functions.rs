@@ -80,7 +80,7 @@ pub fn execute<H: Host>(
         }
         function::DIAGNOSTICS => {
             let register = || {
-                host.snapshot();
+                host.begin();
                 host.status()
             };
             diagnostics::answer(&mut inner.counters, register, frame)
@@ -103,7 +103,7 @@ fn read<H: Host>(
         return Err(Exception::IllegalDataValue);
     }
     for _ in 0..MOST_LOOKS {
-        host.snapshot();
+        host.begin();
         frame.truncate(HEAD);
         frame.byte(quantity.wrapping_mul(2) as u8);
         host.read(&inner.settings, first, quantity, &mut |word| frame.word(word))?;
@@ -116,7 +116,7 @@ fn read<H: Host>(
 
 #[inline(never)]
 fn set<H: Host>(inner: &mut Inner, first: u16, words: &[[u8; 2]], host: &mut H) -> Result<(), Exception> {
-    host.snapshot();
+    host.begin();
     let change = write::change(&inner.settings, first, words)?;
     host.write(&change)?;
     if let Write::Port(settings) = change {

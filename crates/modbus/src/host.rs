@@ -9,14 +9,14 @@ use crate::values::Values;
 
 /// The gateway as the server sees it.
 ///
-/// A request is answered from one state: the server calls [`Host::snapshot`] before it reads anything for it, and all
-/// methods answer as of then until the next call, whatever an interrupt publishes in between. If a host cannot hold its
-/// state still for that long, it says so in the end, and the server begins again.
+/// A request is answered from one state: the server calls [`Host::begin`] before it reads anything for it, and ages are
+/// as of then until the next call. If an interrupt publishes something in between, the host says so in the end
+/// ([`Host::held_still`]), and the server begins again.
 pub trait Host {
-    /// Turns to the state that the next request is answered from.
-    fn snapshot(&mut self);
+    /// A request begins: notes the state that it is answered from.
+    fn begin(&mut self);
 
-    /// Whether all that was answered since is of that state.
+    /// Whether all that was read since is of that state.
     fn held_still(&self) -> bool;
 
     /// The status bits of the gateway.

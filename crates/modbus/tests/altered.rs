@@ -276,7 +276,7 @@ fn a_late_zero_puts_the_answer_off() {
         bench.character(byte, LineErrors::NONE);
     }
     assert_eq!(bench.pause(1_700), None);
-    assert_eq!(bench.host.snapshots, 1, "it is made");
+    assert_eq!(bench.host.begun, 1, "it is made");
     bench.character(0, LineErrors::FRAMING);
     let at = bench.server.poll_at().expect("a deadline").as_micros();
     assert!(at.abs_diff(bench.now + 27 + 2_006) <= 1, "{at}");

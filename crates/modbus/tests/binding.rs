@@ -7,7 +7,7 @@ use clino_codec::{isu, t7};
 use clino_commissioning::isu::Module;
 use clino_gateway::config::Kind;
 use clino_gateway::order::Order;
-use clino_gateway::{Bus, DegradedMode, Requester, SlotConfig, Snapshot, Source, task};
+use clino_gateway::{Bus, DegradedMode, Requester, SlotConfig, Source, task};
 use clino_modbus::binding::{Binding, DeferredRequest};
 use clino_modbus::command::{Command, Outcome};
 use clino_modbus::settings::Settings;
@@ -42,8 +42,8 @@ impl Progress {
 }
 
 /// A server in front of the board, and what a board has in front of it.
-fn bench<'a>(board: &'a Board, snapshot: &'a Snapshot) -> Bench<Binding<'a, &'a Board>> {
-    Bench::at(Binding::new(board, snapshot), SETTINGS, 573, 2_006)
+fn bench(board: &Board) -> Bench<Binding<&Board>> {
+    Bench::at(Binding::new(board), SETTINGS, 573, 2_006)
 }
 
 /// A signed number of two registers.
@@ -53,11 +53,10 @@ fn wide(words: &[u16]) -> i32 {
 
 #[test]
 fn a_value_is_what_the_gateway_says() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut publisher = snapshot.publisher();
-    let mut bench = bench(&board, &snapshot);
+    let board = Board::new();
+    let mut bench = bench(&board);
     // Half: 6.749 * 50 - 157.45 = 180.
-    board.cycle(&mut publisher, 500_000);
+    board.cycle(500_000);
     board.now.set(Instant::from_micros(1_020_000));
     let block = bench.read(0x0140, 32).unwrap();
     assert_eq!((block[0], block[1], block[8]), (1, 0, 20), "ok, no flag, 20 ms");
@@ -72,10 +71,9 @@ fn a_value_is_what_the_gateway_says() {
     let expected = 1 << 0 | 1 << 1 | 1 << 3 | 1 << 10;
     assert_eq!(bench.read(0x000A, 1), Ok(vec![expected]));
     assert_eq!(bench.read(0x0006, 2), Ok(vec![0x0102, 3]), "the version");
-    // Two publications later what was looked at does not hold any more.
+    // A publication later what was looked at does not hold any more.
     assert!(bench.host.held_still());
-    board.cycle(&mut publisher, 400_000);
-    board.cycle(&mut publisher, 300_000);
+    board.cycle(400_000);
     assert!(!bench.host.held_still());
     // Three periods without a cycle.
     board.now.set(Instant::from_micros(1_020_000 + 100_001));
@@ -85,8 +83,8 @@ fn a_value_is_what_the_gateway_says() {
 
 #[test]
 fn what_is_not_written_stays_as_it_is() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut bench = bench(&board, &snapshot);
+    let board = Board::new();
+    let mut bench = bench(&board);
     let before = board.config(2);
     assert_eq!(before.period.as_micros(), 33_333, "finer than the map can tell");
     bench.write_one(0x1049, 4).unwrap();
@@ -108,8 +106,8 @@ fn what_is_not_written_stays_as_it_is() {
 /// Blocks of slots in every state, as they were read: nothing changes.
 #[test]
 fn every_block_can_be_written_back() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut bench = bench(&board, &snapshot);
+    let board = Board::new();
+    let mut bench = bench(&board);
     // Slot 3: a kind and no address; slot 4: an address and no kind; slot 5: settings and no kind.
     bench.write_one(0x1061, 2).unwrap();
     bench.write_one(0x1082, 9).unwrap();
@@ -135,8 +133,8 @@ fn every_block_can_be_written_back() {
 /// Row 18 and 19: what the console gives, and what is named in the same request.
 #[test]
 fn another_kind_brings_what_is_usual_for_it() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut bench = bench(&board, &snapshot);
+    let board = Board::new();
+    let mut bench = bench(&board);
     for (kind, address) in [(Kind::T7, 9), (Kind::Isu, 14), (Kind::Pwm, 2)] {
         let first = 0x1000 + 0x20 * (40 + kind as u16);
         let usual = SlotConfig::usual(Source::of(kind, address, clino_codec::t7::Axis::Two));
@@ -172,8 +170,8 @@ fn one_register_at_a_time_in_any_order() {
     ];
     for (kind, address) in [(1, 9), (2, 14), (2, 0), (3, 2)] {
         for order in orders {
-            let (board, snapshot) = (Board::new(), Snapshot::new());
-            let mut bench = bench(&board, &snapshot);
+            let board = Board::new();
+            let mut bench = bench(&board);
             let writes = [(0, 1), (1, kind), (2, address), (3, 1), (9, 7), (15, 3)];
             for at in order {
                 let (offset, word) = writes[at];
@@ -202,12 +200,12 @@ fn one_register_at_a_time_in_any_order() {
 /// A kind without an address is not asked for, and says so.
 #[test]
 fn a_source_without_an_address_is_a_fault_of_the_configuration() {
-    let (board, snapshot) = (Board::with(&[]), Snapshot::new());
-    let mut bench = bench(&board, &snapshot);
+    let board = Board::with(&[]);
+    let mut bench = bench(&board);
     for kind in 1..=3 {
         let first = 0x1000 + 0x20 * kind;
         bench.write_one(first + 1, kind).unwrap();
-        board.gateway.borrow_mut().publish(&mut snapshot.publisher());
+        board.gateway.borrow_mut().publish();
         assert_eq!(bench.read(0x0100 + 0x20 * kind, 1), Ok(vec![14]), "kind {kind}");
         assert_eq!(bench.read(0x0100 + 0x20 * kind + 30, 2), Ok(vec![kind, 0]));
     }
@@ -218,8 +216,8 @@ fn a_source_without_an_address_is_a_fault_of_the_configuration() {
 
 #[test]
 fn what_cannot_be_is_refused_and_changes_nothing() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut bench = bench(&board, &snapshot);
+    let board = Board::new();
+    let mut bench = bench(&board);
     let before = board.config(0);
     for (offset, words) in [
         (2, &[101][..]),
@@ -250,8 +248,8 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
 /// Row 7: what was not set follows; what was set has to fit.
 #[test]
 fn a_stale_limit_goes_with_its_period() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut bench = bench(&board, &snapshot);
+    let board = Board::new();
+    let mut bench = bench(&board);
     let stale =
         |bench: &mut Bench<_>| (wide(&bench.read(0x1006, 2).unwrap()), bench.read(0x1018, 1).unwrap()[0]);
     assert_eq!(stale(&mut bench), (60, 1));
@@ -272,16 +270,15 @@ fn a_stale_limit_goes_with_its_period() {
 /// Row 24: what is written as it is changes nothing.
 #[test]
 fn an_unchanged_value_is_no_change() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut publisher = snapshot.publisher();
-    let mut bench = bench(&board, &snapshot);
-    board.cycle(&mut publisher, 500_000);
+    let board = Board::new();
+    let mut bench = bench(&board);
+    board.cycle(500_000);
     let fingerprint = || board.gateway.borrow().fingerprint();
     let before = fingerprint();
     bench.write_one(0x1049, 0).unwrap();
     bench.write(0x1800, &[1, 0xC200, 87]).unwrap();
     assert_eq!(fingerprint(), before);
-    board.gateway.borrow_mut().publish(&mut publisher);
+    board.gateway.borrow_mut().publish();
     assert_eq!(bench.read(0x0140, 1), Ok(vec![1]), "the value is still there");
     bench.write_one(0x1049, 1).unwrap();
     assert_ne!(fingerprint(), before);
@@ -294,8 +291,8 @@ fn an_unchanged_value_is_no_change() {
 /// Row 29: a guard that is named is kept, whatever it was before.
 #[test]
 fn a_bus_is_told_as_it_will_be() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut bench = bench(&board, &snapshot);
+    let board = Board::new();
+    let mut bench = bench(&board);
     bench.write(0x1800, &[0, 57_600, 87]).unwrap();
     assert_eq!(bench.read(0x1800, 3), Ok(vec![0, 57_600, 87]));
     bench.write(0x1800, &[1, 0xC200]).unwrap();
@@ -312,8 +309,8 @@ fn a_bus_is_told_as_it_will_be() {
 
 #[test]
 fn port_and_console_have_all_their_settings() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut bench = bench(&board, &snapshot);
+    let board = Board::new();
+    let mut bench = bench(&board);
     assert_eq!(bench.read(0x1845, 3), Ok(vec![0, 0, 0]));
     bench.write(0x1845, &[2, 1]).unwrap();
     bench.pause(50_000);
@@ -326,8 +323,8 @@ fn port_and_console_have_all_their_settings() {
 
 #[test]
 fn a_slot_has_a_name() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut bench = bench(&board, &snapshot);
+    let board = Board::new();
+    let mut bench = bench(&board);
     let name = |slot: usize| board.config(slot).name.as_str().to_owned();
     // "Boom left" in slot 1, zeros behind it.
     let words = [0x426F, 0x6F6D, 0x206C, 0x6566, 0x7400, 0, 0, 0];
@@ -349,18 +346,17 @@ fn a_slot_has_a_name() {
 
 #[test]
 fn a_slot_is_zeroed_as_it_stands_or_not_at_all() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut publisher = snapshot.publisher();
-    let mut binding = Binding::new(&board, &snapshot);
-    board.cycle(&mut publisher, 500_000);
-    binding.snapshot();
+    let board = Board::new();
+    let mut binding = Binding::new(&board);
+    board.cycle(500_000);
+    binding.begin();
     assert_eq!(binding.write(&command(Command::SoftZero, 0, 0)), Err(Refusal::Failed), "never read");
     assert_eq!(binding.write(&command(Command::SoftZero, 48, 0)), Err(Refusal::Value));
     binding.write(&command(Command::SoftZero, 2, 0)).unwrap();
     assert!((board.config(2).soft_zero.mdeg() - 180_000).abs() <= 1);
     assert_eq!(Progress::of(&binding).outcome, Outcome::Done as u16);
-    board.cycle(&mut publisher, 500_000);
-    binding.snapshot();
+    board.cycle(500_000);
+    binding.begin();
     let angle = wide(&[read(&binding, 0x0142), read(&binding, 0x0143)]);
     assert!(angle <= 1 || angle >= 359_999, "{angle}");
     assert!((wide(&[read(&binding, 0x014A), read(&binding, 0x014B)]) - 180_000).abs() <= 1);
@@ -368,9 +364,9 @@ fn a_slot_is_zeroed_as_it_stands_or_not_at_all() {
 
 #[test]
 fn a_task_runs_alone_and_tells_how_it_ends() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut binding = Binding::new(&board, &snapshot);
-    binding.snapshot();
+    let board = Board::new();
+    let mut binding = Binding::new(&board);
+    binding.begin();
     for (wrong, target, value) in [
         (Command::SensorDamping, 2, 100), // a PWM input
         (Command::SensorDamping, 30, 100),
@@ -411,13 +407,13 @@ fn a_task_runs_alone_and_tells_how_it_ends() {
 
 #[test]
 fn a_cancel_is_a_command_and_tells_what_has_become_of_it() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut binding = Binding::new(&board, &snapshot);
-    let last = |binding: &Binding<'_, &Board>| {
+    let board = Board::new();
+    let mut binding = Binding::new(&board);
+    let last = |binding: &Binding<&Board>| {
         let Progress { command, outcome, sequence } = Progress::of(binding);
         (command, outcome, sequence)
     };
-    binding.snapshot();
+    binding.begin();
     assert_eq!(binding.write(&command(Command::Cancel, 2, 0)), Err(Refusal::Value), "no bus");
     // There is nothing to be stopped.
     binding.write(&command(Command::Cancel, Bus::T7 as u16, 0)).unwrap();
@@ -446,9 +442,9 @@ fn a_cancel_is_a_command_and_tells_what_has_become_of_it() {
 
 #[test]
 fn a_change_of_bit_rate_tells_how_many_nodes_it_leaves_behind() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut binding = Binding::new(&board, &snapshot);
-    binding.snapshot();
+    let board = Board::new();
+    let mut binding = Binding::new(&board);
+    binding.begin();
     for (slot, node) in [(5, 6), (6, 7), (7, 7)] {
         let address = t7::Address::new(node).unwrap();
         let config = SlotConfig::usual(Source::T7 { address, axis: t7::Axis::Two });
@@ -468,9 +464,9 @@ fn a_change_of_bit_rate_tells_how_many_nodes_it_leaves_behind() {
 /// Nothing is written half way: while a sensor is being set up, the gateway does not start again.
 #[test]
 fn a_reboot_waits_for_no_task_and_is_passed_on() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut binding = Binding::new(&board, &snapshot);
-    binding.snapshot();
+    let board = Board::new();
+    let mut binding = Binding::new(&board);
+    binding.begin();
     let task = t7::Address::new(5).map(clino_commissioning::t7::Device::at).unwrap().unwrap();
     board
         .gateway
@@ -479,9 +475,9 @@ fn a_reboot_waits_for_no_task_and_is_passed_on() {
         .unwrap();
     assert_eq!(binding.write(&command(Command::Reboot, 0, 0)), Err(Refusal::Busy));
     assert_eq!(*board.deferred.borrow(), []);
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut binding = Binding::new(&board, &snapshot);
-    binding.snapshot();
+    let board = Board::new();
+    let mut binding = Binding::new(&board);
+    binding.begin();
     binding.write(&command(Command::Reboot, 0, 0)).unwrap();
     assert_eq!(*board.deferred.borrow(), [DeferredRequest::Reboot]);
     // The answer before it has not come to its end: it says so.
@@ -491,9 +487,9 @@ fn a_reboot_waits_for_no_task_and_is_passed_on() {
 
 #[test]
 fn a_failed_command_says_why() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut binding = Binding::new(&board, &snapshot);
-    binding.snapshot();
+    let board = Board::new();
+    let mut binding = Binding::new(&board);
+    binding.begin();
     assert_eq!(read(&binding, 0x1F0D), 0);
     // No sensor is there.
     binding.write(&command(Command::SensorZero, 0, 0)).unwrap();
@@ -510,9 +506,9 @@ fn a_failed_command_says_why() {
 
 #[test]
 fn how_it_has_started_is_told() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut binding = Binding::new(&board, &snapshot);
-    binding.snapshot();
+    let board = Board::new();
+    let mut binding = Binding::new(&board);
+    binding.begin();
     let told = 1 << 5 | 1 << 6 | 1 << 7;
     let quiet = Start { cause: StartCause::PowerOn, boots: 1, ..Start::default() };
     for (start, bits) in [
@@ -532,9 +528,9 @@ fn how_it_has_started_is_told() {
 
 #[test]
 fn what_is_restrained_fails_and_is_not_begun() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut binding = Binding::new(&board, &snapshot);
-    binding.snapshot();
+    let board = Board::new();
+    let mut binding = Binding::new(&board);
+    binding.begin();
     for degraded in [DegradedMode::InexactClock, DegradedMode::NoBuses] {
         board.gateway.borrow_mut().degrade(degraded);
         assert_eq!(
@@ -562,9 +558,9 @@ fn what_is_restrained_fails_and_is_not_begun() {
 
 #[test]
 fn counters_are_cleared_and_wishes_passed_on() {
-    let (board, snapshot) = (Board::new(), Snapshot::new());
-    let mut binding = Binding::new(&board, &snapshot);
-    binding.snapshot();
+    let board = Board::new();
+    let mut binding = Binding::new(&board);
+    binding.begin();
     board.run();
     assert!(board.gateway.borrow().counters(Bus::T7).requests > 10);
     binding.write(&command(Command::ClearCounters, 0, 0)).unwrap();

@@ -272,12 +272,12 @@ fn broadcasts() {
     assert_eq!(bench.host.config(0).period.as_micros(), 77_000);
     assert_eq!(bench.raw(&sealed(&[0, 6, 0x10, 0x00, 0, 0])), None);
     assert!(!bench.host.config(0).enabled);
-    let (writes, snapshots) = (bench.host.writes.len(), bench.host.snapshots);
+    let (writes, begun) = (bench.host.writes.len(), bench.host.begun);
     for pdu in [vec![3, 0, 0, 0, 1], vec![8, 0, 0, 1, 2], vec![8, 0, 10, 0, 0], vec![43, 14, 1, 0], vec![99]]
     {
         assert_eq!(bench.raw(&sealed(&[&[0], &pdu[..]].concat())), None);
     }
-    assert_eq!((bench.host.writes.len(), bench.host.snapshots), (writes, snapshots));
+    assert_eq!((bench.host.writes.len(), bench.host.begun), (writes, begun));
     // A fault in a broadcast is counted as an exception.
     assert_eq!(bench.raw(&sealed(&[0, 6, 0, 0, 0, 0])), None);
     let counters = bench.server.counters();

@@ -4,16 +4,14 @@
 
 mod common;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::cell::{Cell, RefCell};
 
 use clino_bus::{DriverEnable, Duration, Instant};
 use clino_codec::angle::Angle;
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::t7::Axis;
 use clino_gateway::config::{AlarmConfig, AlarmLimits, Ask, Direction, Filter, Kind, Name};
-use clino_gateway::{
-    Bus, Capture, Gateway, Published, PwmInput, Settings, SlotConfig, Snapshot, Source, Status,
-};
+use clino_gateway::{Bus, Capture, Gateway, Published, PwmInput, Settings, SlotConfig, Source, Status};
 use clino_modbus::Refusal;
 use clino_modbus::binding::{Binding, DeferredRequest, Site};
 use clino_recovery::{Clock, Crash, FaultStatus, Mode, MonitoredTask, Registers, Start, StartCause, Uid};
@@ -140,7 +138,7 @@ fn plant() -> Bench {
         let cycle = Capture::Cycle(Ticks { period: 2_800_000, high: 1_234_567 });
         bench.host.board.gateway.borrow_mut().pwm(input, cycle, bench.host.board.now.get());
     }
-    bench.host.board.gateway.borrow_mut().publish(&mut bench.host.publisher);
+    bench.host.board.gateway.borrow_mut().publish();
     bench.host.board.now.set(bench.host.board.now.get() + Duration::from_micros(40_000));
     bench.read(0, 1).expect("a register");
     bench
@@ -309,10 +307,9 @@ fn expected(name: &str, host: &Real) -> Option<u32> {
 fn slot_number(slot: usize, name: &str, host: &Real) -> Option<u32> {
     let now = host.board.now.get();
     let config = host.config(slot);
-    let reading = host.snapshot.view().reading(slot).expect("a slot");
-    let gateway = host.board.gateway.borrow();
-    let counters = *gateway.slot_counters(slot).expect("a slot");
-    let detail = gateway.detail(slot).expect("a slot");
+    let reading = host.reading(slot);
+    let counters = *host.board.gateway.borrow().slot_counters(slot).expect("a slot");
+    let detail = host.board.gateway.borrow().detail(slot).expect("a slot");
     let ms = |span: Duration| span.as_micros() / 1_000;
     Some(match name {
         "status" => code(status(slot)),
@@ -454,7 +451,7 @@ fn bus_number(number: u32, name: &str, host: &Real) -> u32 {
 
 fn live(slot: usize, host: &Real) -> Option<i32> {
     let now = host.board.now.get();
-    let angle = host.snapshot.view().reading(slot).expect("a slot").angle(now);
+    let angle = host.reading(slot).angle(now);
     assert_eq!(angle.is_some(), status(slot) == Status::Ok, "slot {slot}");
     angle.map(|angle| angle.mdeg())
 }
@@ -479,7 +476,7 @@ fn hundredths(slot: usize, host: &Real) -> Option<u32> {
 
 /// The only angle there was, of the slots whose PWM input had a cycle; slot 5 had it, too, before it grew stale.
 fn extreme(slot: usize, host: &Real) -> Option<u32> {
-    let reading = host.snapshot.view().reading(slot).expect("a slot");
+    let reading = host.reading(slot);
     let fresh = host.board.now.get() - Duration::from_micros(40_000);
     reading.angle(fresh).map(|angle| angle.mdeg() as u32).filter(|_| ![3, 7, 9, 11, 40].contains(&slot))
 }
@@ -519,16 +516,61 @@ fn long_reads_are_short_reads() {
     }
 }
 
-/// Where nothing but the values can be seen.
-struct Nowhere;
+/// 48 slots that read the same input, whose value changes before some of the looks at it, as by an interrupt.
+struct Restless {
+    gateway: RefCell<Gateway>,
+    /// The pulse of the next cycle, in ticks.
+    high: Cell<u32>,
+    /// Looks since the request began.
+    looks: Cell<u32>,
+    /// The look before which the value changes, and every how many looks it does so again.
+    changes: Cell<(u32, u32)>,
+}
 
-impl Site for Nowhere {
+impl Restless {
+    fn new() -> Restless {
+        let table = [SlotConfig::usual(Source::of(Kind::Pwm, 1, Axis::Two)); 48];
+        let timings = [clino_bus::Timing::t7(clino_bus::Serial::T7_DEFAULT), clino_bus::Timing::isu()];
+        let settings = Settings::new(&table, timings[0], timings[1]);
+        let restless = Restless {
+            gateway: RefCell::new(Gateway::new(&settings, Limits::new(84_000_000))),
+            high: Cell::new(700_000),
+            looks: Cell::new(0),
+            changes: Cell::new((u32::MAX, 1)),
+        };
+        // The first value waits for the second.
+        restless.cycle();
+        restless.cycle();
+        restless
+    }
+
+    fn cycle(&self) {
+        self.high.set(self.high.get() + 977);
+        let cycle = Capture::Cycle(Ticks { period: 2_800_000, high: self.high.get() });
+        let mut gateway = self.gateway.borrow_mut();
+        gateway.pwm(PwmInput::Pwm1, cycle, Instant::from_micros(1_000));
+        gateway.publish();
+    }
+
+    /// From the next request on, the value changes before this look of it, and every so many looks again.
+    fn change_at(&self, look: u32, again: u32) {
+        self.looks.set(0);
+        self.changes.set((look, again));
+    }
+}
+
+impl Site for &Restless {
     fn now(&self) -> Instant {
         Instant::from_micros(1_000)
     }
 
-    fn gateway<R>(&self, _: impl FnOnce(&mut Gateway) -> R) -> Option<R> {
-        None
+    fn gateway<R>(&self, look: impl FnOnce(&mut Gateway) -> R) -> Option<R> {
+        let (first, again) = self.changes.get();
+        let looks = self.looks.replace(self.looks.get() + 1);
+        if looks.checked_sub(first).is_some_and(|since| since.is_multiple_of(again)) {
+            self.cycle();
+        }
+        Some(look(&mut self.gateway.borrow_mut()))
     }
 
     fn wake(&self) {}
@@ -554,44 +596,42 @@ impl Site for Nowhere {
     }
 }
 
-/// 96 registers in one request from one state, while another thread publishes one after the other: all slots read the same
-/// input, so all angles of an answer are the same.
+/// 96 registers in one request are of one state, wherever in its course the value changes: all slots read the same input,
+/// so all angles of an answer are the same.
 #[test]
 fn one_request_is_one_state() {
-    let snapshot = Snapshot::new();
-    let done = AtomicBool::new(false);
-    std::thread::scope(|scope| {
-        scope.spawn(|| {
-            let table = [SlotConfig::usual(Source::of(Kind::Pwm, 1, Axis::Two)); 48];
-            let settings = Settings::new(
-                &table,
-                clino_bus::Timing::t7(clino_bus::Serial::T7_DEFAULT),
-                clino_bus::Timing::isu(),
-            );
-            let mut gateway = Gateway::new(&settings, Limits::new(84_000_000));
-            let mut publisher = snapshot.publisher();
-            for high in (700_000..2_100_000).cycle().step_by(977) {
-                gateway.pwm(
-                    PwmInput::Pwm1,
-                    Capture::Cycle(Ticks { period: 2_800_000, high }),
-                    Instant::from_micros(1_000),
-                );
-                gateway.publish(&mut publisher);
-                if done.load(Ordering::Relaxed) {
-                    break;
-                }
-            }
-        });
-        let mut bench = Bench::at(Binding::new(Nowhere, &snapshot), SETTINGS, 573, 2_006);
-        let mut seen = std::collections::BTreeSet::new();
-        while seen.len() < 100 {
-            // Exception 6: it never held still.
-            let Ok(words) = bench.read(0x0020, 96) else { continue };
-            assert!(words[..64].chunks(2).all(|angle| angle == &words[..2]), "{words:04X?}");
-            seen.insert((words[0], words[1]));
-        }
-        done.store(true, Ordering::Relaxed);
-    });
+    let board = Restless::new();
+    let mut bench = Bench::at(Binding::new(&board), SETTINGS, 573, 2_006);
+    let calm = bench.read(0x0020, 96).unwrap();
+    let looks = board.looks.get();
+    assert!(looks >= 48, "{looks} looks");
+    let mut seen = std::collections::BTreeSet::from([(calm[0], calm[1])]);
+    for look in 0..looks {
+        board.change_at(look, u32::MAX);
+        let words = bench.read(0x0020, 96).unwrap();
+        assert!(words[..64].chunks(2).all(|angle| angle == &words[..2]), "look {look}: {words:04X?}");
+        seen.insert((words[0], words[1]));
+    }
+    assert_eq!(seen.len() as u32, looks + 1, "each change is in the next answer at the latest");
+    // Half of the looks of a try are undisturbed, over and over: one of the tries is.
+    board.change_at(0, looks + looks / 2);
+    let words = bench.read(0x0020, 96).unwrap();
+    assert!(words[..64].chunks(2).all(|angle| angle == &words[..2]), "{words:04X?}");
+}
+
+/// A state that never holds still is no answer, and the server does not look for ever: exception 6, after eight tries.
+#[test]
+fn a_state_that_never_holds_still_is_no_answer() {
+    let board = Restless::new();
+    let mut bench = Bench::at(Binding::new(&board), SETTINGS, 573, 2_006);
+    bench.read(0x0020, 96).unwrap();
+    let once = board.looks.get();
+    board.change_at(0, once / 2);
+    assert_eq!(bench.read(0x0020, 96), Err(6));
+    assert!(board.looks.get() <= 8 * once, "{} looks of {once} at most", board.looks.get());
+    // It is one as soon as it holds still.
+    board.change_at(u32::MAX, 1);
+    bench.read(0x0020, 96).unwrap();
 }
 
 /// Registers that the list does not name read 0 within the blocks that the description names, and are exception 2 outside.

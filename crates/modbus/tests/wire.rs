@@ -52,11 +52,11 @@ fn the_answer_comes_when_the_silence_is_over() {
         let made = bench.server.poll_at().expect("a deadline").as_micros();
         let t1_5 = if baud == 19_200 { 860 } else { 750 };
         assert!((bench.now + t1_5 + character..due).contains(&made), "{made}");
-        let looks = bench.host.snapshots;
+        let looks = bench.host.begun;
         assert!(bench.server.poll(Instant::from_micros(made - 1), &mut bench.host).is_none());
-        assert_eq!(bench.host.snapshots, looks);
+        assert_eq!(bench.host.begun, looks);
         assert!(bench.server.poll(Instant::from_micros(made), &mut bench.host).is_none());
-        assert_eq!(bench.host.snapshots, looks + 1);
+        assert_eq!(bench.host.begun, looks + 1);
         let at = bench.server.poll_at().expect("a deadline").as_micros();
         assert!(at.abs_diff(due) <= 1, "{at} instead of {due}");
         assert!(bench.server.poll(Instant::from_micros(at - 1), &mut bench.host).is_none());

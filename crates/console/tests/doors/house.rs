@@ -18,8 +18,8 @@ use clino_gateway::summary::Summary;
 use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::Entry;
 use clino_gateway::{
-    Action, Alarm, AlarmDetail, Bus, Capture, Consequence, DegradedMode, Detail, Gateway, Publisher,
-    PwmInput, Reading, Requester, Settings, SlotConfig, Snapshot, Source,
+    Action, Alarm, AlarmDetail, Bus, Capture, Consequence, DegradedMode, Detail, Gateway, PwmInput, Reading,
+    Requester, Settings, SlotConfig, Source,
 };
 use clino_modbus::binding::{Binding, DeferredRequest, Site};
 use clino_modbus::{Counters, Identification, Server};
@@ -64,8 +64,6 @@ impl Write for Text {
 /// What is between the doors and the buses.
 struct Inside {
     gateway: RefCell<Gateway>,
-    snapshot: &'static Snapshot,
-    publisher: RefCell<Publisher<'static>>,
     now: Cell<Instant>,
     start: Cell<Start>,
     /// What a level that may wait is to do.
@@ -118,13 +116,13 @@ impl Host for Doors {
     }
 
     fn reading(&self, slot: usize) -> Option<Reading> {
-        self.0.snapshot.view().reading(slot)
+        self.0.gateway.borrow_mut().reading(slot)
     }
 
     fn summary(&self) -> Summary {
         let parts = clino_modbus::parts(&self.0.gateway.borrow(), &self.0.start.get(), false, false);
-        let (view, now) = (self.0.snapshot.view(), self.0.now.get());
-        Summary::of(|slot| view.standing(slot, now), &parts)
+        let now = self.0.now.get();
+        Summary::of(|slot| self.0.gateway.borrow_mut().standing(slot, now), &parts)
     }
 
     fn config(&self, slot: usize) -> Option<SlotConfig> {
@@ -229,7 +227,7 @@ pub struct House {
     shell: Shell<'static>,
     text: Text,
     server: Server,
-    binding: Binding<'static, Doors>,
+    binding: Binding<Doors>,
     lines: [Port; 2],
     pub t7s: Vec<Arc<Mutex<T7>>>,
     pub isu: Arc<Mutex<Isu>>,
@@ -288,11 +286,8 @@ impl House {
         let timings = [Timing::t7(Serial::T7_DEFAULT), Timing::isu()];
         let gateway = Gateway::new(&Settings::new(&table, timings[0], timings[1]), Limits::new(CLOCK));
         let stations = t7s.iter().map(|t7| sensor("t7", Box::new(Arc::clone(t7)))).collect();
-        let snapshot: &'static Snapshot = Box::leak(Box::default());
         let doors = Doors(Rc::new(Inside {
             gateway: RefCell::new(gateway),
-            snapshot,
-            publisher: RefCell::new(snapshot.publisher()),
             now: Cell::new(Instant::ZERO),
             start: Cell::new(Start {
                 cause: StartCause::PowerOn,
@@ -310,7 +305,7 @@ impl House {
             shell: Shell::new(Box::leak(Box::new(clino_console::Port::new(text.clone())))),
             text,
             server: Server::new(clino_modbus::Settings::DEFAULT, IDENTIFICATION, Instant::ZERO),
-            binding: Binding::new(doors.clone(), snapshot),
+            binding: Binding::new(doors.clone()),
             doors,
             lines: [
                 Port::with_line(timings[0].line(), line(), stations),
@@ -351,7 +346,7 @@ impl House {
                 let cycle = Capture::Cycle(Ticks { period, high: period / 2 });
                 self.doors.0.gateway.borrow_mut().pwm(PwmInput::Pwm1, cycle, at);
             }
-            self.doors.0.gateway.borrow_mut().publish(&mut self.doors.0.publisher.borrow_mut());
+            self.doors.0.gateway.borrow_mut().publish();
             self.binding.poll();
             while self.shell.poll(&mut self.doors) {}
         }

@@ -8,7 +8,7 @@ use clino_gateway::task::TaskEvent;
 use clino_gateway::trace::{Entry as Exchange, Purpose, Trace, Verdict};
 use clino_gateway::{
     Action, Bus, BusChange, BusSettings, Configuration, Gateway, Health, Reading, Settings, SlotConfig, SlotCounters,
-    Snapshot, Source, Status, Value, View,
+    Source, Status,
 };
 
 use crate::{Entry, entries};
@@ -25,6 +25,13 @@ pub static ENTRIES: &[Entry] = &entries![
     Gateway::poll_at,
     Gateway::next_changed,
     Gateway::publish,
+    Gateway::generation,
+    Gateway::reading,
+    Gateway::status,
+    Gateway::angle,
+    Gateway::age_ms,
+    Gateway::standing,
+    Gateway::brief,
     Gateway::config,
     Gateway::slot_counters,
     Gateway::detail,
@@ -77,15 +84,6 @@ pub static ENTRIES: &[Entry] = &entries![
     BusSettings::usual,
     BusSettings::new,
     Settings::new,
-    Snapshot::new,
-    Snapshot::publisher,
-    read,
-    Snapshot::view,
-    View::reading,
-    View::value,
-    View::brief,
-    View::holds,
-    View::generation,
     TaskEvent::is_end,
     Verdict::name,
     Purpose::name,
@@ -117,10 +115,6 @@ fn health_names(health: Health) -> usize {
 
 fn findings(lint: Lint<'_>, found: fn(Finding)) {
     lint.findings(&mut |finding| found(finding));
-}
-
-fn read(snapshot: &Snapshot, look: fn(&View<'_>) -> Option<Value>) -> Option<Value> {
-    snapshot.read(look)
 }
 
 fn trace(trace: &Trace, age: usize) -> Option<&Exchange> {

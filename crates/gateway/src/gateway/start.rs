@@ -28,6 +28,7 @@ impl Gateway {
             isu: BusTask::idle(Timing::isu()),
             pwm: PwmInputs::new(pwm),
             changed: Bits::EMPTY,
+            generation: 0,
             trace: Trace::new(),
             fingerprint: 0,
             degraded: DegradedMode::None,

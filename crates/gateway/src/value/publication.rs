@@ -52,6 +52,7 @@ impl Published {
     }
 
     /// From [`Published::mdeg`].
+    #[cfg(test)]
     pub(crate) const fn from_mdeg(mdeg: i32) -> Published {
         Published(mdeg)
     }

@@ -3,7 +3,7 @@
 use clino_bus::{BusCounters, DriverEnable, Duration, Instant};
 use clino_gateway::settings::{self, Shown, Tabled, console, port, slot};
 use clino_gateway::summary::Summary;
-use clino_gateway::{Bus, BusHealth, Detail, Health, Published, Reading, SlotConfig, Status, Value};
+use clino_gateway::{Bus, BusHealth, Detail, Health, Published, Reading, SlotConfig, Status};
 
 use super::{Binding, Site};
 use crate::bits::slot_bits;
@@ -28,8 +28,8 @@ const RESPONSE_UNIT: u32 = 10;
 const LONGEST_RESPONSE: u32 = 0xFFFF;
 
 /// Reads registers for one request. Remembers what was asked of the gateway for the register before.
-pub struct Reader<'r, 's, S> {
-    binding: &'r Binding<'s, S>,
+pub struct Reader<'r, S> {
+    binding: &'r Binding<S>,
     port: &'r Settings,
     progress: Option<Progress>,
     known: Known,
@@ -47,8 +47,8 @@ enum Known {
     Bus(Bus, BusCounters, BusHealth, DriverEnable),
 }
 
-impl<'r, 's, S: Site> Reader<'r, 's, S> {
-    pub fn new(binding: &'r Binding<'s, S>, port: &'r Settings) -> Reader<'r, 's, S> {
+impl<'r, S: Site> Reader<'r, S> {
+    pub fn new(binding: &'r Binding<S>, port: &'r Settings) -> Reader<'r, S> {
         Reader { binding, port, progress: None, known: Known::Nothing, summary: None }
     }
 
@@ -89,7 +89,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
         let Number { index, .. } = *number;
         match number.item {
             Item::Gateway(item) => self.gateway(item, index),
-            Item::Reading(item) => reading(self.binding.value(index), item),
+            Item::Reading(item) => self.reading(item, index),
             Item::Detail(item) => self.detail(item, index),
             Item::Bus(item) => Some(self.bus(item, number.bus())),
             Item::Start(item) => self.start(item, index),
@@ -110,6 +110,23 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
         }
     }
 
+    fn reading(&self, item: ReadingItem, slot: usize) -> Option<u32> {
+        let now = self.binding.now;
+        let look = |gateway: &mut clino_gateway::Gateway| {
+            let mut mdeg = || Some(gateway.angle(slot, now)?.mdeg());
+            match item {
+                ReadingItem::Status => {
+                    Some(gateway.status(slot, now).unwrap_or(Status::Disabled).code().into())
+                }
+                ReadingItem::Angle => mdeg().map(|mdeg| mdeg as u32),
+                ReadingItem::Degrees => mdeg().map(number::degrees),
+                ReadingItem::Centidegrees => mdeg().map(|mdeg| number::centidegrees(mdeg) as u16 as u32),
+                ReadingItem::Age => age(gateway.age_ms(slot, now)),
+            }
+        };
+        self.binding.site.gateway(look).flatten()
+    }
+
     fn gateway(&mut self, item: GatewayItem, index: usize) -> Option<u32> {
         let bits = |set: u64| (set >> (index & 63)) as u32;
         Some(match item {
@@ -126,7 +143,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             }
             GatewayItem::Patch => u32::from(self.binding.site.version().2),
             GatewayItem::Uptime => seconds(self.binding.now.millis_since(Instant::ZERO)),
-            GatewayItem::Sequence => u32::from(self.binding.view.generation() as u16),
+            GatewayItem::Sequence => u32::from(self.binding.generation as u16),
             GatewayItem::Status => u32::from(self.summary().signals.bits()),
             GatewayItem::Online => bits(self.summary().online),
             GatewayItem::Valid => bits(self.summary().valid),
@@ -154,8 +171,7 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
     fn ask_detail(&mut self, slot: usize) {
         self.known = Known::Detail(slot, None, None);
         if let Known::Detail(_, reading, detail) = &mut self.known {
-            self.binding.put_reading(slot, reading);
-            self.binding.put_detail(slot, detail);
+            self.binding.put_slot(slot, reading, detail);
         }
     }
 
@@ -295,24 +311,6 @@ impl<'r, 's, S: Site> Reader<'r, 's, S> {
             CommandItem::Silenced => u32::from(progress.silenced),
         }
     }
-}
-
-fn reading(value: Option<Value>, item: ReadingItem) -> Option<u32> {
-    let Some(value) = value else {
-        return (item == ReadingItem::Status).then_some(Status::Disabled.code().into());
-    };
-    match item {
-        ReadingItem::Status => Some(value.status.code().into()),
-        ReadingItem::Angle => angle(&value).map(|mdeg| mdeg as u32),
-        ReadingItem::Degrees => angle(&value).map(number::degrees),
-        ReadingItem::Centidegrees => angle(&value).map(|mdeg| number::centidegrees(mdeg) as u16 as u32),
-        ReadingItem::Age => age(value.age_ms),
-    }
-}
-
-/// An angle that is not right and fresh is unavailable.
-fn angle(value: &Value) -> Option<i32> {
-    value.angle.filter(|_| value.status == Status::Ok).map(|angle| angle.mdeg())
 }
 
 /// An age as its register has it; `None` if that does not fit.

@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 use clino_bus::{DriverEnable, Duration, Instant, Serial, Timing};
 use clino_codec::pwm::{Limits, Ticks};
 use clino_codec::{isu, t7};
-use clino_gateway::{Bus as Line, Capture, Gateway, Publisher, PwmInput, Settings, SlotConfig, Source};
+use clino_gateway::{Bus as Line, Capture, Gateway, PwmInput, Settings, SlotConfig, Source};
 use clino_modbus::Refusal;
 use clino_modbus::binding::{DeferredRequest, Site};
 use clino_recovery::Start;
@@ -81,12 +81,12 @@ impl Board {
     }
 
     /// A PWM cycle of 30 Hz with this duty, in parts of a million.
-    pub fn cycle(&self, publisher: &mut Publisher<'_>, ppm: u64) {
+    pub fn cycle(&self, ppm: u64) {
         let period = CLOCK / 30;
         let high = (u64::from(period) * ppm / 1_000_000) as u32;
         let mut gateway = self.gateway.borrow_mut();
         gateway.pwm(PwmInput::Pwm1, Capture::Cycle(Ticks { period, high }), self.now.get());
-        gateway.publish(publisher);
+        gateway.publish();
     }
 
     pub fn config(&self, slot: usize) -> SlotConfig {

@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use clino_gateway::{Publisher, SlotConfig, Snapshot};
+use clino_gateway::{Reading, SlotConfig};
 use clino_modbus::binding::Binding;
 use clino_modbus::command::Command;
 use clino_modbus::settings::Settings;
@@ -21,11 +21,9 @@ pub enum Written {
 /// Slots and buses are set for real; commands are noted, and not carried out.
 pub struct Real {
     pub board: &'static Board,
-    pub snapshot: &'static Snapshot,
-    pub publisher: Publisher<'static>,
-    pub binding: Binding<'static, &'static Board>,
-    /// Requests for which a state was turned to.
-    pub snapshots: u32,
+    pub binding: Binding<&'static Board>,
+    /// Requests that were begun.
+    pub begun: u32,
     /// What was accepted.
     pub writes: Vec<Written>,
     /// What the next change is answered with.
@@ -42,25 +40,19 @@ impl Real {
 
     pub fn on(board: Board) -> Real {
         let board: &'static Board = Box::leak(Box::new(board));
-        let snapshot: &'static Snapshot = Box::leak(Box::default());
-        let mut publisher = snapshot.publisher();
-        board.gateway.borrow_mut().publish(&mut publisher);
-        let binding = Binding::new(board, snapshot);
-        Real {
-            board,
-            snapshot,
-            publisher,
-            binding,
-            snapshots: 0,
-            writes: Vec::new(),
-            refusal: None,
-            reads: Cell::new(0),
-        }
+        board.gateway.borrow_mut().publish();
+        let binding = Binding::new(board);
+        Real { board, binding, begun: 0, writes: Vec::new(), refusal: None, reads: Cell::new(0) }
     }
 
     /// How a slot is set.
     pub fn config(&self, slot: usize) -> SlotConfig {
         self.board.config(slot)
+    }
+
+    /// What a slot says.
+    pub fn reading(&self, slot: usize) -> Reading {
+        self.board.gateway.borrow_mut().reading(slot).expect("a slot")
     }
 
     /// How all slots are set.
@@ -70,9 +62,9 @@ impl Real {
 }
 
 impl Host for Real {
-    fn snapshot(&mut self) {
-        self.snapshots += 1;
-        self.binding.snapshot();
+    fn begin(&mut self) {
+        self.begun += 1;
+        self.binding.begin();
     }
 
     fn held_still(&self) -> bool {

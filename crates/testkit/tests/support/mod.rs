@@ -19,8 +19,7 @@ use clino_gateway::config::{Ask, Filter};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::task::TaskEvent;
 use clino_gateway::{
-    Action, Bus, Capture, Gateway, Publisher, PwmInput, Reading, Requester, Settings, SlotConfig, Snapshot,
-    Source, Status,
+    Action, Bus, Capture, Gateway, PwmInput, Reading, Requester, Settings, SlotConfig, Source, Status,
 };
 use clino_segment::chance::Chance;
 use clino_segment::{Noise, Station};
@@ -64,9 +63,6 @@ impl Dice {
 
 pub struct House {
     pub gateway: Gateway,
-    /// What it publishes.
-    snapshot: &'static Snapshot,
-    publisher: Publisher<'static>,
     pub t7s: [Arc<Mutex<T7>>; 2],
     pub isu: Arc<Mutex<Isu>>,
     ports: [Port; 2],
@@ -156,10 +152,7 @@ impl House {
             ),
             port(isu_timing, vec![station("isu-1", Box::new(isu.clone()))]),
         ];
-        let snapshot: &'static Snapshot = Box::leak(Box::new(Snapshot::new()));
         House {
-            snapshot,
-            publisher: snapshot.publisher(),
             gateway: Gateway::new(&Settings::new(table, t7_timing, isu_timing), Limits::new(84_000_000)),
             t7s,
             isu,
@@ -186,7 +179,7 @@ impl House {
     }
 
     /// Lets time pass; `watch` is called whenever something may have been published.
-    pub fn run(&mut self, until: u64, mut watch: impl FnMut(&House)) {
+    pub fn run(&mut self, until: u64, mut watch: impl FnMut(&mut House)) {
         while self.now < until {
             let to = (self.now + 1_000).min(until).min(self.next_cycle);
             for bus in [Bus::T7, Bus::Isu] {
@@ -200,12 +193,12 @@ impl House {
             if let Some(news) = self.gateway.task_event(Requester::Console) {
                 self.news.push(news);
             }
-            self.gateway.publish(&mut self.publisher);
+            self.gateway.publish();
             watch(self);
         }
     }
 
-    fn run_bus(&mut self, bus: Bus, to: u64, watch: &mut impl FnMut(&House)) {
+    fn run_bus(&mut self, bus: Bus, to: u64, watch: &mut impl FnMut(&mut House)) {
         let index = bus as usize;
         loop {
             let port = &mut self.ports[index];
@@ -222,7 +215,7 @@ impl House {
                 self.gateway.line(bus, event);
             }
             self.now = self.now.max(self.ports[index].now().as_micros());
-            self.gateway.publish(&mut self.publisher);
+            self.gateway.publish();
             watch(self);
             if self.ports[index].now().as_micros() >= to && event.is_none() {
                 return;
@@ -238,11 +231,11 @@ impl House {
         self.gateway.pwm(PwmInput::Pwm1, capture, Instant::from_micros(self.now));
     }
 
-    pub fn reading(&self, slot: usize) -> Reading {
-        self.snapshot.view().reading(slot).expect("a slot")
+    pub fn reading(&mut self, slot: usize) -> Reading {
+        self.gateway.reading(slot).expect("a slot")
     }
 
-    pub fn status(&self, slot: usize) -> Status {
+    pub fn status(&mut self, slot: usize) -> Status {
         self.reading(slot).status(Instant::from_micros(self.now))
     }
 
@@ -266,7 +259,7 @@ impl House {
     }
 
     /// How far a published angle is from what the slot should say, in 0.001°; `None` while it is not *ok*.
-    pub fn error(&self, slot: usize) -> Option<i64> {
+    pub fn error(&mut self, slot: usize) -> Option<i64> {
         let said = i64::from(self.reading(slot).angle(Instant::from_micros(self.now))?.mdeg());
         let off = (said - self.truth(slot)?).rem_euclid(TURN);
         Some(off.min(TURN - off))

@@ -125,12 +125,12 @@ fn a_pwm_input_is_confirmed_if_so_configured() {
         cycles(&mut world, degrees, 1);
         assert_eq!(world.status(0), status, "{degrees}");
     }
-    let said = |world: &World<Still>| {
+    let said = |world: &mut World<Still>| {
         world.gateway.reading(0).unwrap().raw(Instant::from_micros(world.now)).unwrap()
     };
-    assert!((said(&world).udeg() - 201_000_000).abs() < 10_000);
+    assert!((said(&mut world).udeg() - 201_000_000).abs() < 10_000);
     cycles(&mut world, 20.0, 1);
-    assert!((said(&world).udeg() - 201_000_000).abs() < 10_000, "held back");
+    assert!((said(&mut world).udeg() - 201_000_000).abs() < 10_000, "held back");
     cycles(&mut world, 90.0, 1);
     assert_eq!(world.status(0), Status::Suspect);
 }

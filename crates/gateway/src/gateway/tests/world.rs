@@ -4,6 +4,7 @@
 //! begins after its latency. Frames are made by hand, from the documents.
 
 use super::*;
+use crate::summary::Standing;
 use clino_bus::Duration;
 use std::collections::BTreeMap;
 
@@ -205,6 +206,7 @@ impl<S: Sensors> World<S> {
                 next = [event_at, poll_at].into_iter().flatten().fold(next, u64::min);
             }
             while let Some(reading) = self.gateway.next_changed() {
+                self.check_looks(&reading);
                 watch(&mut self.sensors, reading, self.now);
             }
             self.now = self.now.max(next);
@@ -218,11 +220,28 @@ impl<S: Sensors> World<S> {
         }
     }
 
+    /// All ways to look at a slot say the same: now, and before, at and after the instant at which its value grows stale.
+    fn check_looks(&mut self, reading: &Reading) {
+        let slot = usize::from(reading.slot);
+        let stale = reading.measured.map(|at| (at + reading.stale_after).as_micros());
+        let instants = stale.map_or([0; 3], |at| [at - 1, at, at + 1]);
+        for now in instants.into_iter().chain([self.now, self.now + (1 << 40)]).map(Instant::from_micros) {
+            let (status, age_ms) = (reading.status(now), reading.age_ms(now));
+            let parts = (self.gateway.status(slot, now), self.gateway.angle(slot, now));
+            assert_eq!(parts, (Some(status), reading.angle(now)), "slot {slot} at {now:?}");
+            assert_eq!(self.gateway.age_ms(slot, now), age_ms, "slot {slot} at {now:?}");
+            let Reading { source, health, alarms, .. } = *reading;
+            let standing = Standing { source, status, health, alarms, age_ms };
+            assert_eq!(self.gateway.standing(slot, now), Some(standing), "slot {slot} at {now:?}");
+            assert_eq!(self.gateway.brief(slot, now), Some(reading.brief(now)), "slot {slot} at {now:?}");
+        }
+    }
+
     pub fn skip(&mut self, until: u64) {
         self.run(until, |_, _, _| ());
     }
 
-    pub fn status(&self, slot: usize) -> Status {
+    pub fn status(&mut self, slot: usize) -> Status {
         self.gateway.reading(slot).unwrap().status(Instant::from_micros(self.now))
     }
 
