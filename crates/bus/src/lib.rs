@@ -35,7 +35,7 @@ mod timing;
 
 pub use counters::{BusCounters, DriverEnable};
 pub use line::Line;
-pub use master::{Blame, Engine, Event, ExchangeOutcome, Fault, Master};
+pub use master::{Blame, Engine, Event, ExchangeKind, ExchangeOutcome, Fault, Master, Prepared};
 pub use protocol::{ExpectedReply, FailedCheck, Isu, Protocol, ReplyHeader, T7};
 pub use retry::Retry;
 pub use serial::Serial;

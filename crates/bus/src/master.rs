@@ -30,10 +30,13 @@ use crate::{Duration, Instant, Timing};
 
 mod engine;
 mod fault;
+mod prepared;
 
 pub use engine::Engine;
-use engine::{Due, Framed, Kind, Opening, Refused, Rest};
+pub use engine::ExchangeKind;
+use engine::{Due, Framed, Opening, Refused, Rest};
 pub use fault::{Blame, Fault};
+pub use prepared::Prepared;
 
 /// How an exchange ended.
 #[derive(Debug)]
@@ -49,42 +52,17 @@ pub struct ExchangeOutcome<P: Protocol> {
 /// What is the same for all protocols is in its [`Engine`]; here is the rest, what passes through the decoder.
 pub struct Master<P: Protocol> {
     engine: Engine,
-    /// Of the exchange in hand, or the last one: it is taken up again for the next, which is cheaper than a new one.
-    listener: Option<Listener<P>>,
-    /// Of the exchange that has ended last.
-    outcome: Option<ExchangeOutcome<P>>,
-}
-
-/// Listens for the answer to one request.
-struct Listener<P: Protocol> {
-    expected: P::Expected,
+    /// Waits for the answer to the request in hand.
     decoder: P::Decoder,
-    /// Why the last frame was refused.
-    bad: Option<P::DecodeError>,
-}
-
-impl<P: Protocol> Listener<P> {
-    /// No more characters come: lets the decoder decide about those it holds.
-    fn finish(&mut self) -> Rest {
-        let mut rest = Rest::default();
-        // Each report takes at least one character out of the decoder, so this ends.
-        loop {
-            match P::idle(&mut self.decoder) {
-                DecodeProgress::More => break,
-                DecodeProgress::Bad(_) => {}
-                DecodeProgress::Frame(_) => rest.frames = rest.frames.saturating_add(1),
-            }
-        }
-        rest.discarded = P::discarded(&self.decoder);
-        rest
-    }
+    /// Of the exchange that has ended last; of the one in hand, why the last frame was refused.
+    outcome: Option<ExchangeOutcome<P>>,
 }
 
 impl<P: Protocol> Master<P> {
     /// A master with nothing in hand. Inlined, for it is large: so it is made where it is to stay.
     #[inline(always)]
     pub fn new(timing: Timing) -> Self {
-        Master { engine: Engine::new(timing), listener: None, outcome: None }
+        Master { engine: Engine::new(timing), decoder: P::decoder(), outcome: None }
     }
 
     /// The part that is the same for all protocols.
@@ -151,7 +129,7 @@ impl<P: Protocol> Master<P> {
         request: &P::Request,
         now: Instant,
     ) -> Result<P::Frame, P::EncodeError> {
-        self.open(address, request, Kind::First, now)
+        self.begin_as(ExchangeKind::First, address, request, now)
     }
 
     /// As [`Master::begin`], for a repetition of a request that failed: it is counted as such.
@@ -164,7 +142,7 @@ impl<P: Protocol> Master<P> {
         request: &P::Request,
         now: Instant,
     ) -> Result<P::Frame, P::EncodeError> {
-        self.open(address, request, Kind::Retry, now)
+        self.begin_as(ExchangeKind::Retry, address, request, now)
     }
 
     /// As [`Master::begin`], for a request that any number of nodes may answer: until `window` after our last stop
@@ -181,42 +159,34 @@ impl<P: Protocol> Master<P> {
         window: Duration,
         now: Instant,
     ) -> Result<P::Frame, P::EncodeError> {
-        self.open(address, request, Kind::Collecting(window), now)
+        self.begin_as(ExchangeKind::Collecting(window), address, request, now)
     }
 
     #[inline(never)]
-    fn open(
+    fn begin_as(
         &mut self,
+        kind: ExchangeKind,
         address: P::Address,
         request: &P::Request,
-        kind: Kind,
         now: Instant,
     ) -> Result<P::Frame, P::EncodeError> {
-        let frame = P::encode(address, request)?;
-        let expected = P::expected(address, request);
+        let prepared = Prepared::new(address, request)?;
+        self.begin_prepared(&prepared, kind, now);
+        Ok(prepared.into_frame())
+    }
+
+    /// As [`Master::begin`] and its likes, for a request that is a frame already.
+    pub fn begin_prepared(&mut self, prepared: &Prepared<P>, kind: ExchangeKind, now: Instant) {
         let opening = Opening {
-            expected: P::reply(&expected),
+            expected: prepared.reply(),
             kind,
-            writes: P::writes(request),
-            characters: frame.as_ref().len(),
+            writes: prepared.writes(),
+            characters: prepared.frame().len(),
         };
         let rest = if self.engine.is_quiet() { self.finish() } else { Rest::default() };
         self.engine.begin(&opening, rest, now);
         self.outcome = None;
-        match &mut self.listener {
-            Some(listener) => {
-                P::restart(&mut listener.decoder, expected);
-                (listener.expected, listener.bad) = (expected, None);
-            }
-            None => self.open_first(expected),
-        }
-        Ok(frame)
-    }
-
-    /// The first exchange of all. A function of its own, for what is made in it is large and the others are begun without.
-    #[inline(never)]
-    fn open_first(&mut self, expected: P::Expected) {
-        self.listener = Some(Listener { expected, decoder: P::decoder(expected), bad: None });
+        P::restart(&mut self.decoder, prepared.expected);
     }
 
     /// The node that was just asked may take so long to begin its answer, whatever its document says. To be called
@@ -245,7 +215,8 @@ impl<P: Protocol> Master<P> {
         None
     }
 
-    /// What [`Master::observe`] or [`Master::lapse`] has returned last, until it is taken or another exchange begins.
+    /// What [`Master::observe`] or [`Master::lapse`] has returned last, until it is taken or another exchange begins. Before
+    /// an exchange that has one outcome has ended: why its last frame was refused, if one was.
     pub fn outcome(&self) -> Option<&ExchangeOutcome<P>> {
         self.outcome.as_ref()
     }
@@ -268,10 +239,10 @@ impl<P: Protocol> Master<P> {
     }
 
     fn released(&mut self, at: Instant) {
-        if let Some(listener) = self.listener.as_mut().filter(|_| self.engine.is_sending()) {
+        if self.engine.is_sending() {
             // What was heard before is no part of the answer.
-            let rest = listener.finish();
-            P::restart(&mut listener.decoder, listener.expected);
+            let rest = self.finish();
+            P::forget(&mut self.decoder);
             self.engine.released(rest, at);
         }
     }
@@ -280,7 +251,7 @@ impl<P: Protocol> Master<P> {
         if !self.engine.heard(character, at) {
             return None;
         }
-        match P::push(&mut self.listener.as_mut()?.decoder, character) {
+        match P::push(&mut self.decoder, character) {
             // The usual course of things: what is handed on is large.
             DecodeProgress::More => None,
             progress => self.progressed(progress, at),
@@ -296,18 +267,15 @@ impl<P: Protocol> Master<P> {
         match progress {
             DecodeProgress::More => None,
             DecodeProgress::Bad(error) => {
-                match self.engine.refused(error.failed_check(), P::refused_header(&error), at) {
-                    Refused::Unused => None,
-                    Refused::Kept => {
-                        self.listener.as_mut()?.bad = Some(error);
-                        None
-                    }
-                    Refused::Reported => self.failed(Fault::Bad(error), at),
+                let refused = self.engine.refused(error.failed_check(), P::refused_header(&error), at);
+                if matches!(refused, Refused::Unused) {
+                    return None;
                 }
+                let outcome = self.failed(Fault::Bad(error), at);
+                outcome.filter(|_| matches!(refused, Refused::Reported))
             }
             DecodeProgress::Frame(answer) => {
-                let Listener { decoder, bad, .. } = self.listener.as_ref()?;
-                let alone = P::discarded(decoder) == 0 && bad.is_none();
+                let alone = P::discarded(&self.decoder) == 0 && self.outcome.is_none();
                 match self.engine.framed(P::header(&answer), alone, at) {
                     Framed::Unused => return None,
                     Framed::Reported => {}
@@ -347,14 +315,22 @@ impl<P: Protocol> Master<P> {
     fn miss(&mut self, now: Instant) -> Option<&ExchangeOutcome<P>> {
         // What the decoder has held back until now; each report takes at least a character, so this ends.
         while self.engine.is_waiting() {
-            let listener = self.listener.as_mut()?;
-            let progress = P::idle(&mut listener.decoder);
+            let progress = P::idle(&mut self.decoder);
             if matches!(progress, DecodeProgress::More) {
-                let discarded = P::discarded(&listener.decoder);
-                let bad = listener.bad.take();
-                let check = bad.as_ref().map(FailedCheck::failed_check);
-                let (fault, at) = self.engine.missed(check, discarded, now)?;
-                return self.failed(fault.with(bad), at);
+                let bad = match &self.outcome {
+                    Some(ExchangeOutcome { result: Err(Fault::Bad(error)), .. }) => {
+                        Some(error.failed_check())
+                    }
+                    _ => None,
+                };
+                return match self.engine.missed(bad, P::discarded(&self.decoder), now)? {
+                    // Its error is here.
+                    (Fault::Bad(_), at) => self.outcome.as_mut().map(|outcome| {
+                        outcome.at = at;
+                        &*outcome
+                    }),
+                    (fault, at) => self.failed(fault.of_no_frame(), at),
+                };
             }
             if self.progressed(progress, self.engine.last_heard()).is_some() {
                 return self.outcome();
@@ -363,14 +339,24 @@ impl<P: Protocol> Master<P> {
         None
     }
 
+    /// No more characters come: lets the decoder decide about those it holds.
+    fn finish(&mut self) -> Rest {
+        let mut rest = Rest::default();
+        // Each report takes at least one character out of the decoder, so this ends.
+        loop {
+            match P::idle(&mut self.decoder) {
+                DecodeProgress::More => break,
+                DecodeProgress::Bad(_) => {}
+                DecodeProgress::Frame(_) => rest.frames = rest.frames.saturating_add(1),
+            }
+        }
+        rest.discarded = P::discarded(&self.decoder);
+        rest
+    }
+
     /// When [`Master::poll`] has something to do, if ever.
     pub fn poll_at(&self) -> Option<Instant> {
         self.engine.poll_at()
-    }
-
-    /// Lets the decoder decide about the characters that it holds.
-    fn finish(&mut self) -> Rest {
-        self.listener.as_mut().map(Listener::finish).unwrap_or_default()
     }
 }
 

@@ -43,11 +43,14 @@ pub trait Protocol {
     /// Whether the request changes the sensor's non-volatile memory.
     fn writes(request: &Self::Request) -> bool;
 
-    /// A decoder that waits for that answer and nothing else.
-    fn decoder(expected: Self::Expected) -> Self::Decoder;
+    /// A decoder before its first [`restart`](Self::restart): until then it is handed nothing.
+    fn decoder() -> Self::Decoder;
 
-    /// Makes a decoder wait for that answer; what it holds is forgotten.
+    /// Makes a decoder wait for that answer and nothing else; what it holds is forgotten.
     fn restart(decoder: &mut Self::Decoder, expected: Self::Expected);
+
+    /// Makes a decoder forget what it holds, and wait for the same.
+    fn forget(decoder: &mut Self::Decoder);
 
     /// Feeds the decoder.
     fn push(

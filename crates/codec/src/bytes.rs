@@ -78,12 +78,14 @@ impl<const N: usize> Buffer<N> {
     }
 
     pub(crate) fn push(&mut self, byte: u8) {
-        self.extend(&[byte]);
+        if let Some(place) = self.bytes.get_mut(self.length) {
+            *place = byte;
+            self.length = self.length.wrapping_add(1);
+        }
     }
 
     pub(crate) fn extend(&mut self, field: &[u8]) {
-        let free = self.bytes.get_mut(self.length..).unwrap_or(&mut []);
-        self.length = self.length.wrapping_add(copy(free, field));
+        field.iter().for_each(|&byte| self.push(byte));
     }
 
     pub(crate) fn as_slice(&self) -> &[u8] {
@@ -97,14 +99,6 @@ pub(crate) fn put<T>(items: &mut [T], index: usize, value: T) {
     if let Some(slot) = items.get_mut(index) {
         *slot = value;
     }
-}
-
-/// Copies as much of `from` as fits, and says how much that is.
-fn copy(to: &mut [u8], from: &[u8]) -> usize {
-    to.iter_mut().zip(from).fold(0, |copied, (to, &from)| {
-        *to = from;
-        copied + 1
-    })
 }
 
 /// Low byte of the plain sum.

@@ -18,7 +18,9 @@ mod phases;
 mod task;
 mod witness;
 
-use clino_bus::{Duration, ExchangeOutcome, Fault, Instant, Isu, Master, Protocol, Retry, T7, Timing};
+use clino_bus::{
+    Duration, ExchangeOutcome, Fault, Instant, Isu, Master, Prepared, Protocol, Retry, T7, Timing,
+};
 
 use crate::{Port, Suspect};
 use phases::{Exchange, Step};
@@ -86,6 +88,7 @@ pub struct Exchanges<S: Sensor> {
 
 impl<S: Sensor> Exchanges<S> {
     /// For a port that says when a character came.
+    #[inline(never)]
     pub fn new(timing: Timing, single: bool) -> Self {
         let (now, released) = (Instant::ZERO, Instant::ZERO);
         let (witness, history) = (Heard::default(), History::default());
@@ -137,17 +140,12 @@ impl<S: Sensor> Exchanges<S> {
         let _ = self.master.lapse(self.now);
     }
 
-    /// Opens an exchange. Nothing is sent yet.
-    fn open<'a, E>(
-        &'a mut self,
-        address: S::Address,
-        request: &'a S::Request,
-    ) -> Result<Exchange<'a, S>, Failure<S, E>> {
+    /// A request that may be sent on this line.
+    fn prepare<E>(&self, address: S::Address, request: &S::Request) -> Result<Prepared<S>, Failure<S, E>> {
         if S::is_broadcast(address) && !self.single {
             return Err(Failure::NotSingleDevice);
         }
-        S::encode(address, request).map_err(Failure::Request)?;
-        Ok(Exchange::new(self, address, request))
+        Prepared::new(address, request).map_err(Failure::Request)
     }
 
     /// Asks on a blocking port.
@@ -157,7 +155,8 @@ impl<S: Sensor> Exchanges<S> {
         address: S::Address,
         request: &S::Request,
     ) -> Result<S::Answer, Failure<S, P::Error>> {
-        let mut exchange = self.open(address, request)?;
+        let request = self.prepare(address, request)?;
+        let mut exchange = Exchange::new(self, &request);
         match lead(&mut exchange, port, |_| ())? {
             Ok(answer) => Ok(answer),
             Err(fault) => Err(exchange.failure(fault)),
@@ -172,7 +171,8 @@ impl<S: Sensor> Exchanges<S> {
         address: S::Address,
         request: &S::Request,
     ) -> Result<S::Answer, Failure<S, P::Error>> {
-        let mut exchange = self.open(address, request)?;
+        let request = self.prepare(address, request)?;
+        let mut exchange = Exchange::new(self, &request);
         match lead_async(&mut exchange, port, |_| ()).await? {
             Ok(answer) => Ok(answer),
             Err(fault) => Err(exchange.failure(fault)),
@@ -191,15 +191,15 @@ fn lead<S: Sensor, P: Port>(
     mut tell: impl FnMut(&ExchangeOutcome<S>),
 ) -> Ended<S, P::Error> {
     loop {
-        match exchange.step().map_err(Failure::Request)? {
+        match exchange.step() {
             Step::Listen(span) => {
                 let listened = port.listen(span, |character, after| exchange.heard(character, after));
                 if listened.is_continue() {
                     exchange.passed(span);
                 }
             }
-            Step::Send(frame) => {
-                let sent = port.send(frame.as_ref());
+            Step::Send => {
+                let sent = port.send(exchange.frame());
                 exchange.sent(sent.is_ok());
                 sent.map_err(Failure::Port)?;
             }
@@ -217,15 +217,15 @@ async fn lead_async<S: Sensor, P: crate::AsyncPort>(
     mut tell: impl FnMut(&ExchangeOutcome<S>),
 ) -> Ended<S, P::Error> {
     loop {
-        match exchange.step().map_err(Failure::Request)? {
+        match exchange.step() {
             Step::Listen(span) => {
                 let listened = port.listen(span, |character, after| exchange.heard(character, after));
                 if listened.await.is_continue() {
                     exchange.passed(span);
                 }
             }
-            Step::Send(frame) => {
-                let sent = port.send(frame.as_ref()).await;
+            Step::Send => {
+                let sent = port.send(exchange.frame()).await;
                 exchange.sent(sent.is_ok());
                 sent.map_err(Failure::Port)?;
             }

@@ -16,30 +16,20 @@ mod history;
 mod late;
 
 use adaptive::AdaptiveTimeout;
-pub(crate) use begin::{Kind, Opening};
+pub use begin::ExchangeKind;
+pub(crate) use begin::Opening;
 use exchange::Exchange;
 pub(crate) use hear::{Framed, Refused};
 use history::NodeHistory;
 use late::OutstandingReplies;
 
 /// Where the exchange in hand is.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     Idle,
-    Sending {
-        give_up: Instant,
-    },
-    Waiting {
-        deadline: Instant,
-        give_up: Instant,
-    },
-    Quiet {
-        /// No request before this.
-        clear: Instant,
-        give_up: Instant,
-        /// A late answer may begin until then; `None` when there is none to come.
-        outstanding: Option<Instant>,
-    },
+    Sending,
+    Waiting,
+    Quiet,
 }
 
 /// What came out of a decoder when its time was over.
@@ -69,6 +59,12 @@ pub struct Engine {
     /// One character: a division that is not done for each one that comes in.
     character: Duration,
     state: State,
+    /// When this state is over: the frame counts as not sent, there is no answer, a request may be asked again.
+    due: Instant,
+    /// What is heard of an answer puts that off, but not beyond this.
+    give_up: Instant,
+    /// After a failure a late answer may begin until then: [`Instant::ZERO`] if there is none to come.
+    late_until: Instant,
     /// The exchange in hand, or the last one.
     exchange: Exchange,
     outstanding: OutstandingReplies,
@@ -87,8 +83,11 @@ impl Engine {
             timing,
             character: timing.serial.characters(1),
             state: State::Idle,
+            due: Instant::ZERO,
+            give_up: Instant::ZERO,
+            late_until: Instant::ZERO,
             exchange: Exchange::NONE,
-            outstanding: OutstandingReplies::default(),
+            outstanding: OutstandingReplies::new(),
             history: NodeHistory::default(),
             adaptive: AdaptiveTimeout::default(),
             counters: BusCounters::default(),
@@ -102,27 +101,27 @@ impl Engine {
 
     /// As [`Master::is_idle`](crate::Master::is_idle).
     pub fn is_idle(&self) -> bool {
-        matches!(self.state, State::Idle)
+        self.state == State::Idle
     }
 
     /// As [`Master::is_asking`](crate::Master::is_asking).
     pub fn is_asking(&self) -> bool {
-        matches!(self.state, State::Sending { .. } | State::Waiting { .. })
+        matches!(self.state, State::Sending | State::Waiting)
     }
 
     /// Whether a frame of ours is on its way.
     pub(crate) fn is_sending(&self) -> bool {
-        matches!(self.state, State::Sending { .. })
+        self.state == State::Sending
     }
 
     /// Whether the quiet time after a failure is not over.
     pub(crate) fn is_quiet(&self) -> bool {
-        matches!(self.state, State::Quiet { .. })
+        self.state == State::Quiet
     }
 
     /// Whether the answer is awaited.
     pub(crate) fn is_waiting(&self) -> bool {
-        matches!(self.state, State::Waiting { .. })
+        self.state == State::Waiting
     }
 
     /// What happened since reset.
@@ -173,14 +172,17 @@ impl Engine {
 
     /// Lets time pass.
     pub(crate) fn poll(&mut self, now: Instant) -> Due {
+        if self.poll_at().is_none_or(|at| now < at) {
+            return Due::Nothing;
+        }
         match self.state {
-            State::Sending { give_up } if now >= give_up => {
+            State::Idle => Due::Nothing,
+            State::Sending => {
                 self.fail(&Fault::NotSent, now);
                 Due::NotSent
             }
-            State::Waiting { deadline, .. } if now >= deadline => Due::Answer,
-            State::Quiet { .. } if self.poll_at().is_some_and(|at| now >= at) => Due::Clear,
-            _ => Due::Nothing,
+            State::Waiting => Due::Answer,
+            State::Quiet => Due::Clear,
         }
     }
 
@@ -188,11 +190,8 @@ impl Engine {
     pub fn poll_at(&self) -> Option<Instant> {
         match self.state {
             State::Idle => None,
-            State::Sending { give_up } => Some(give_up),
-            State::Waiting { deadline, .. } => Some(deadline),
-            State::Quiet { clear, outstanding, .. } => {
-                Some(outstanding.map_or(clear, |until| until.max(clear)))
-            }
+            State::Sending | State::Waiting => Some(self.due),
+            State::Quiet => Some(self.due.max(self.late_until)),
         }
     }
 }

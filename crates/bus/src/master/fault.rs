@@ -79,17 +79,16 @@ impl<E: FailedCheck> Fault<E> {
 }
 
 impl Fault<Check> {
-    /// The same with the error of the check that failed, which there is if one has.
-    pub(super) fn with<E>(self, bad: Option<E>) -> Fault<E> {
-        match (self, bad) {
-            (Fault::Bad(_), Some(error)) => Fault::Bad(error),
-            (Fault::Bad(_), None) => Fault::Garbled { characters: 0 },
-            (Fault::Contention, _) => Fault::Contention,
-            (Fault::NoAnswer { waited }, _) => Fault::NoAnswer { waited },
-            (Fault::Garbled { characters }, _) => Fault::Garbled { characters },
-            (Fault::LineBusy, _) => Fault::LineBusy,
-            (Fault::NotSent, _) => Fault::NotSent,
-            (Fault::Over { answers, garbled }, _) => Fault::Over { answers, garbled },
+    /// The same in a protocol, where no frame was refused.
+    pub(super) fn of_no_frame<E>(self) -> Fault<E> {
+        match self {
+            Fault::Bad(_) => Fault::Garbled { characters: 0 },
+            Fault::Contention => Fault::Contention,
+            Fault::NoAnswer { waited } => Fault::NoAnswer { waited },
+            Fault::Garbled { characters } => Fault::Garbled { characters },
+            Fault::LineBusy => Fault::LineBusy,
+            Fault::NotSent => Fault::NotSent,
+            Fault::Over { answers, garbled } => Fault::Over { answers, garbled },
         }
     }
 }

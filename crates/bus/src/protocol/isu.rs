@@ -44,12 +44,16 @@ impl Protocol for Isu {
         matches!(request, Request::WriteEeprom { .. } | Request::ResetNullPosition)
     }
 
-    fn decoder(expected: Expected) -> AnswerDecoder {
-        AnswerDecoder::new(expected, Checks::ALL)
+    fn decoder() -> AnswerDecoder {
+        AnswerDecoder::new(Expected::angle(), Checks::ALL)
     }
 
     fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
         decoder.restart(expected);
+    }
+
+    fn forget(decoder: &mut AnswerDecoder) {
+        decoder.forget();
     }
 
     fn push(decoder: &mut AnswerDecoder, character: Character) -> DecodeProgress<Answer, DecodeError> {

@@ -44,12 +44,17 @@ impl Protocol for T7 {
         request.opcode().is_set()
     }
 
-    fn decoder(expected: Expected) -> AnswerDecoder {
+    fn decoder() -> AnswerDecoder {
+        let expected = Expected { address: Address::FACTORY, opcode: Opcode::GetAngle2 };
         AnswerDecoder::new(expected, Checks::ALL)
     }
 
     fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
         decoder.restart(expected);
+    }
+
+    fn forget(decoder: &mut AnswerDecoder) {
+        decoder.forget();
     }
 
     fn push(decoder: &mut AnswerDecoder, character: Character) -> DecodeProgress<Answer, DecodeError> {

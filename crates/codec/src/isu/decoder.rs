@@ -56,6 +56,11 @@ impl AnswerDecoder {
     /// Waits for something else from now on. What is held and counted is forgotten.
     pub const fn restart(&mut self, expected: Expected) {
         self.answers.expected = expected;
+        self.forget();
+    }
+
+    /// Forgets what is held and counted.
+    pub const fn forget(&mut self) {
         self.stream.restart();
     }
 

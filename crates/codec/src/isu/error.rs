@@ -70,7 +70,7 @@ pub enum DecodeError {
         /// How many there are.
         received: usize,
         /// How many there should be (at least).
-        expected: usize,
+        expected: u16,
     },
     /// The length byte cannot go with the function.
     Length {

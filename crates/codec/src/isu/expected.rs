@@ -2,7 +2,7 @@
 
 use super::error::{DecodeError, Differs};
 use super::frame::OVERHEAD;
-use super::{Address, Answer, Function, Response};
+use super::{ANGLE_RAM_ADDRESS, ANGLE_RAM_BYTES, Address, Answer, Function, Response};
 use crate::checks::Checks;
 
 /// The answer that a command calls for; made by [`Request::expected`](super::Request::expected).
@@ -23,6 +23,18 @@ pub struct Expected {
 }
 
 impl Expected {
+    /// The answer to [`Request::READ_ANGLE`](super::Request::READ_ANGLE) from any module.
+    pub const fn angle() -> Self {
+        Self {
+            address: Address::ANY,
+            function: Function::ReadRam,
+            length: ANGLE_RAM_BYTES + 2,
+            start: ANGLE_RAM_ADDRESS,
+            count: ANGLE_RAM_BYTES,
+            or_count: ANGLE_RAM_BYTES,
+        }
+    }
+
     /// The module that was asked. [`Address::ANY`] expects an answer from any module.
     pub const fn address(&self) -> Address {
         self.address
@@ -58,7 +70,7 @@ impl Expected {
             return Err(DecodeError::Foreign { address, function, differs });
         }
         if checks.length && self.function == function && size != self.size() {
-            return Err(DecodeError::Size { received: size, expected: self.size() });
+            return Err(DecodeError::Size { received: size, expected: self.size() as u16 });
         }
         if checks.command { self.check_memory(&answer.response) } else { Ok(()) }
     }

@@ -35,15 +35,15 @@ impl<'a> Parts<'a> {
     #[inline(never)]
     pub(super) fn open(bytes: &'a [u8], direction: u8, checksum: bool) -> Result<Self, DecodeError> {
         let &[length, head, ref payload @ .., received] = bytes else {
-            return Err(DecodeError::Size { received: bytes.len(), expected: SHORTEST });
+            return Err(DecodeError::Size { received: bytes.len(), expected: SHORTEST as u16 });
         };
         let expected = usize::from(length).wrapping_add(OVERHEAD);
         if bytes.len() != expected {
-            return Err(DecodeError::Size { received: bytes.len(), expected });
+            return Err(DecodeError::Size { received: bytes.len(), expected: expected as u16 });
         }
         // A whole message that no value here has room for.
         if expected > LONGEST {
-            return Err(DecodeError::Size { received: bytes.len(), expected: LONGEST });
+            return Err(DecodeError::Size { received: bytes.len(), expected: LONGEST as u16 });
         }
         if head & RESPONSE != direction {
             return Err(DecodeError::Direction { head });

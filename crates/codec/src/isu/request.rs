@@ -140,7 +140,6 @@ impl Request {
     }
 
     /// Whether there can be such a message.
-    #[inline(never)]
     fn check(&self, address: Address) -> Result<(), EncodeError> {
         if address.is_reserved() {
             return Err(EncodeError::ReservedAddress);

@@ -56,6 +56,11 @@ impl AnswerDecoder {
     /// Waits for something else from now on. What is held and counted is forgotten.
     pub const fn restart(&mut self, expected: Expected) {
         self.answers = Answers::new(expected, self.answers.checks);
+        self.forget();
+    }
+
+    /// Forgets what is held and counted.
+    pub const fn forget(&mut self) {
         self.stream.restart();
     }
 
@@ -73,7 +78,7 @@ impl AnswerDecoder {
         // The usual course of things, apart from the rest because every answer pays for it.
         if let Some(bytes) = self.stream.complete() {
             if bytes == self.answers.header {
-                self.stream.wait(self.answers.size);
+                self.stream.wait(self.answers.size.into());
                 return DecodeProgress::More;
             }
             if let Some(answer) = Answer::angle(bytes, self.answers.checks.values) {
@@ -95,8 +100,9 @@ impl AnswerDecoder {
     fn look(&mut self, silent: bool) -> DecodeProgress {
         let Self { answers, stream } = self;
         let mut seen = DecodeProgress::More;
-        let counts = stream
-            .look(silent, &[answers.size], &mut |bytes, errors| answers.examine(bytes, errors, &mut seen));
+        let counts = stream.look(silent, &[answers.size.into()], &mut |bytes, errors| {
+            answers.examine(bytes, errors, &mut seen)
+        });
         if counts { seen } else { DecodeProgress::More }
     }
 
@@ -118,14 +124,14 @@ struct Answers {
     checks: Checks,
     /// How the expected answer begins, for a quick look, and how long it is.
     header: [u8; 3],
-    size: usize,
+    size: u8,
 }
 
 impl Answers {
     const fn new(expected: Expected, checks: Checks) -> Self {
         let Expected { address, opcode } = expected;
         let header = [address.get(), opcode.response_length(), opcode.get()];
-        Self { expected, checks, header, size: size(opcode) }
+        Self { expected, checks, header, size: size(opcode) as u8 }
     }
 
     /// Reads a frame whose header is that of an expected answer, and that is as long.

@@ -3,7 +3,7 @@
 
 use core::ops::ControlFlow;
 
-use clino_bus::{Duration, Event, ExchangeOutcome, Fault, Instant};
+use clino_bus::{Duration, Event, ExchangeKind, ExchangeOutcome, Fault, Instant, Prepared};
 use clino_codec::character::Character;
 
 use super::witness::{Heard, suspect};
@@ -18,11 +18,12 @@ const MOST_STALE: u32 = 1_024;
 const MOST_COUNTED: u32 = 100_000;
 
 /// What the port has to do next.
-pub enum Step<S: Sensor> {
+#[derive(Clone, Copy)]
+pub enum Step {
     /// Hand over what is heard, and say when the span has passed.
     Listen(Duration),
-    /// Send, and say whether it got out whole.
-    Send(S::Frame),
+    /// Send the [frame](Exchange::frame), and say whether it got out whole.
+    Send,
     /// Nothing: an outcome is here, see [`Exchange::take`]. One of several, if the exchange collects them.
     Partly,
     /// Nothing more: the last outcome is here.
@@ -32,8 +33,7 @@ pub enum Step<S: Sensor> {
 /// One exchange.
 pub struct Exchange<'a, S: Sensor> {
     all: &'a mut Exchanges<S>,
-    address: S::Address,
-    request: &'a S::Request,
+    request: &'a Prepared<S>,
     /// Tries that failed.
     tried: u8,
     /// The next one not before this.
@@ -80,8 +80,13 @@ enum Silence {
 
 // What the loop around an exchange calls stays in functions of its own: inlined, it takes 0.8 KB more for each protocol.
 impl<'a, S: Sensor> Exchange<'a, S> {
-    pub fn new(all: &'a mut Exchanges<S>, address: S::Address, request: &'a S::Request) -> Self {
-        Self { all, address, request, tried: 0, next: Instant::ZERO, window: None, phase: Phase::SETTLING }
+    pub fn new(all: &'a mut Exchanges<S>, request: &'a Prepared<S>) -> Self {
+        Self { all, request, tried: 0, next: Instant::ZERO, window: None, phase: Phase::SETTLING }
+    }
+
+    /// What is to be sent.
+    pub fn frame(&self) -> &'a [u8] {
+        self.request.frame()
     }
 
     /// The same, after this many tries that failed.
@@ -98,14 +103,14 @@ impl<'a, S: Sensor> Exchange<'a, S> {
 
     /// What to do next.
     #[inline(never)]
-    pub fn step(&mut self) -> Result<Step<S>, S::EncodeError> {
+    pub fn step(&mut self) -> Step {
         if let Some(next) = self.again_at() {
             (self.tried, self.next) = (self.tried.saturating_add(1), next);
             self.phase = Phase::SETTLING;
         }
         if let Phase::Settling { .. } = self.phase {
             match self.settled_at() {
-                Some(at) if at > self.all.now => return Ok(self.listen_until(at)),
+                Some(at) if at > self.all.now => return self.listen_until(at),
                 _ => {
                     let give_up = self.all.now + self.all.master.timing().line_busy;
                     self.phase = Phase::Guarding { give_up, stale: 0, silence: Silence::Unknown };
@@ -114,25 +119,23 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         }
         match self.phase {
             Phase::Guarding { silence: Silence::Kept, .. } => {
-                let frame = self.begin()?;
+                self.begin();
                 self.phase = Phase::Waiting;
                 // Until the port says otherwise, the frame may have been cut: a future can be dropped.
                 self.all.half_sent = true;
-                Ok(Step::Send(frame))
+                Step::Send
             }
-            Phase::Over => Ok(Step::Over),
+            Phase::Over => Step::Over,
             Phase::Partly => {
                 self.phase = Phase::Waiting;
-                Ok(Step::Partly)
+                Step::Partly
             }
-            Phase::Waiting => Ok(match self.all.master.poll_at() {
+            Phase::Waiting => match self.all.master.poll_at() {
                 Some(deadline) => self.listen_until(deadline),
                 // Nothing is in hand, and so nothing comes.
                 None => Step::Over,
-            }),
-            Phase::Guarding { .. } | Phase::Settling { .. } => {
-                Ok(Step::Listen(self.all.master.timing().guard))
-            }
+            },
+            Phase::Guarding { .. } | Phase::Settling { .. } => Step::Listen(self.all.master.timing().guard),
         }
     }
 
@@ -155,11 +158,11 @@ impl<'a, S: Sensor> Exchange<'a, S> {
             all.half_sent = false;
         }
         // An exchange that was dropped is still in hand: it has a deadline.
-        let clear = all.master.ask_at(self.address, self.request);
+        let clear = all.master.engine().ask_at(&self.request.reply());
         clear.map(|clear| clear.max(self.next)).or_else(|| all.master.poll_at())
     }
 
-    fn listen_until(&self, at: Instant) -> Step<S> {
+    fn listen_until(&self, at: Instant) -> Step {
         let span = at.since(self.all.now);
         Step::Listen(self.all.piece.map_or(span, |piece| piece.max(Duration::from_micros(1)).min(span)))
     }
@@ -244,9 +247,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     /// Why there is no answer, and what to suspect.
     pub fn failure<E>(&self, fault: Fault<S::DecodeError>) -> Failure<S, E> {
         let Exchanges { master, released, now, witness, history, .. } = &*self.all;
-        let frame = S::encode(self.address, self.request);
-        let sent = frame.as_ref().ok().map(AsRef::as_ref);
-        let suspect = suspect::<S>(&fault, sent, witness, history, master.counters());
+        let suspect = suspect::<S>(&fault, self.frame(), witness, history, master.counters());
         let fault = match suspect {
             // Whatever the decoder made of our own characters: the sensor said nothing.
             Suspect::OwnEcho => Fault::NoAnswer { waited: now.since(*released) },
@@ -258,26 +259,25 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     /// The line does not fall silent: the request ends before it is sent.
     fn give_up(&mut self) {
         let at = self.all.now;
-        if self.begin().is_ok() && self.all.master.observe(Event::GivenUp { at }).is_some() {
+        self.begin();
+        if self.all.master.observe(Event::GivenUp { at }).is_some() {
             self.phase = Phase::Over;
         }
     }
 
-    fn begin(&mut self) -> Result<S::Frame, S::EncodeError> {
-        let Exchanges { master, now, .. } = &mut *self.all;
-        if let Some(window) = self.window {
-            return master.begin_collecting(self.address, self.request, window, *now);
-        }
-        match self.tried {
-            0 => master.begin(self.address, self.request, *now),
-            _ => master.begin_retry(self.address, self.request, *now),
-        }
+    fn begin(&mut self) {
+        let kind = match self.window {
+            Some(window) => ExchangeKind::Collecting(window),
+            None if self.tried == 0 => ExchangeKind::First,
+            None => ExchangeKind::Retry,
+        };
+        self.all.master.begin_prepared(self.request, kind, self.all.now);
     }
 
     /// When to try again after what came out.
     fn again_at(&self) -> Option<Instant> {
         let Phase::Over = self.phase else { return None };
         let ExchangeOutcome { result: Err(fault), at } = self.all.master.outcome()? else { return None };
-        self.all.retry.after(self.tried.saturating_add(1), S::writes(self.request), fault, *at)
+        self.all.retry.after(self.tried.saturating_add(1), self.request.writes(), fault, *at)
     }
 }

@@ -5,7 +5,7 @@
 
 use core::ops::ControlFlow;
 
-use clino_bus::{Duration, Event, ExchangeOutcome, Fault, Serial, Timing};
+use clino_bus::{Duration, Event, ExchangeOutcome, Fault, Prepared, Serial, Timing};
 use clino_codec::character::Character;
 use clino_commissioning::{Commissionable, Operation, Step};
 
@@ -27,6 +27,8 @@ type Result<O, E> = core::result::Result<<O as Operation>::Report, RunError<<O a
 /// What to do next.
 enum Todo<S: Sensor, R> {
     Exchange(Asked<S>),
+    /// Say that what was to be asked is no request.
+    Refuse,
     /// Listen for this long.
     Wait(Duration),
     /// Run at this bit rate.
@@ -36,8 +38,7 @@ enum Todo<S: Sensor, R> {
 
 /// An exchange that the operation asks for.
 struct Asked<S: Sensor> {
-    address: S::Address,
-    request: S::Request,
+    request: Prepared<S>,
     /// How often, until there is an answer.
     tries: u8,
     /// Any number of answers may begin within this.
@@ -46,7 +47,7 @@ struct Asked<S: Sensor> {
 
 impl<S: Sensor> Asked<S> {
     fn exchange<'a>(&'a self, all: &'a mut Exchanges<S>, tried: u8) -> Exchange<'a, S> {
-        let exchange = Exchange::new(all, self.address, &self.request).after(tried);
+        let exchange = Exchange::new(all, &self.request).after(tried);
         match self.window {
             Some(window) => exchange.collecting(window),
             None => exchange,
@@ -65,11 +66,9 @@ where
 
     fn next(&mut self, all: &Exchanges<O::Protocol>) -> Todo<O::Protocol, Result<O, E>> {
         match self.operation.next(all.now) {
-            Step::Ask { address, request, tries } => {
-                Todo::Exchange(Asked { address, request, tries, window: None })
-            }
+            Step::Ask { address, request, tries } => Self::ask(Prepared::new(address, &request), tries, None),
             Step::Collect { address, request, window } => {
-                Todo::Exchange(Asked { address, request, tries: 1, window: Some(window) })
+                Self::ask(Prepared::new(address, &request), 1, Some(window))
             }
             Step::Wait { until } => Todo::Wait(until.since(all.now)),
             Step::Serial(serial) => Todo::Rate(serial),
@@ -82,6 +81,19 @@ where
                 None => Err(RunError::NoResult),
             }),
         }
+    }
+
+    fn ask<F, R>(
+        request: core::result::Result<Prepared<O::Protocol>, F>,
+        tries: u8,
+        window: Option<Duration>,
+    ) -> Todo<O::Protocol, R> {
+        request.map_or(Todo::Refuse, |request| Todo::Exchange(Asked { request, tries, window }))
+    }
+
+    /// What was to be asked is no request: no exchange begins.
+    fn refuse(&mut self, all: &Exchanges<O::Protocol>) -> Option<O::Event> {
+        self.operation.on(&ExchangeOutcome { result: Err(Fault::NotSent), at: all.now })
     }
 
     /// Takes what an exchange came to. `None`: it is worth another try.
@@ -127,6 +139,10 @@ impl<S: Sensor + Commissionable> Exchanges<S> {
         loop {
             let asked = match task.next(self) {
                 Todo::Exchange(asked) => asked,
+                Todo::Refuse => {
+                    task.refuse(self).into_iter().for_each(&mut tell);
+                    continue;
+                }
                 Todo::Wait(span) => {
                     let _ = port.listen(span, |character, after| self.overhear(character, after));
                     self.pass(span);
@@ -167,6 +183,10 @@ impl<S: Sensor + Commissionable> Exchanges<S> {
         loop {
             let asked = match task.next(self) {
                 Todo::Exchange(asked) => asked,
+                Todo::Refuse => {
+                    task.refuse(self).into_iter().for_each(&mut tell);
+                    continue;
+                }
                 Todo::Wait(span) => {
                     let _ = port.listen(span, |character, after| self.overhear(character, after)).await;
                     self.pass(span);

@@ -68,7 +68,7 @@ impl History {
 /// What to suspect when an exchange ends so. `sent` is its frame.
 pub fn suspect<S: Sensor>(
     fault: &Fault<S::DecodeError>,
-    sent: Option<&[u8]>,
+    sent: &[u8],
     heard: &Heard,
     history: &History,
     counters: &BusCounters,
@@ -76,7 +76,7 @@ pub fn suspect<S: Sensor>(
     if S::PRINTS_LINES && history.ascii {
         return Suspect::AsciiOutput;
     }
-    if sent.is_some_and(|frame| heard.is(frame)) {
+    if heard.is(sent) {
         return Suspect::OwnEcho;
     }
     let check = match fault {

@@ -1,25 +1,26 @@
 //! How an exchange begins, and when it may.
 
-use super::exchange::{Collecting, Exchange};
+use super::exchange::Exchange;
 use super::{Engine, Rest, State};
 use crate::counters::bump;
 use crate::{Duration, ExpectedReply, Instant};
 
 /// What kind of exchange begins.
-#[derive(Clone, Copy)]
-pub(crate) enum Kind {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ExchangeKind {
     /// The first try.
     First,
-    /// Another try.
+    /// A repetition of a request that failed.
     Retry,
-    /// One that any number of nodes may answer for this long.
+    /// One that any number of nodes may answer for this long: see [`Master::begin_collecting`](crate::Master::begin_collecting).
     Collecting(Duration),
 }
 
 /// A request that is to be sent.
 pub(crate) struct Opening {
     pub expected: ExpectedReply,
-    pub kind: Kind,
+    pub kind: ExchangeKind,
     /// It changes the sensor's non-volatile memory.
     pub writes: bool,
     /// Characters of its frame.
@@ -30,7 +31,7 @@ impl Engine {
     /// No request may be asked before this: the line is not quiet yet after the last exchange. [`Instant::ZERO`] if it is.
     pub fn clear_at(&self) -> Instant {
         match self.state {
-            State::Quiet { clear, .. } => clear,
+            State::Quiet => self.due,
             _ => Instant::ZERO,
         }
     }
@@ -40,11 +41,11 @@ impl Engine {
         let on_the_list = self.outstanding.clear_at(expected);
         match self.state {
             State::Idle => Some(on_the_list),
-            State::Sending { .. } | State::Waiting { .. } => None,
-            State::Quiet { clear, outstanding, .. } => {
+            State::Sending | State::Waiting => None,
+            State::Quiet => {
                 let confusable = expected.is_confusable_with(&self.exchange.expected);
-                let last = outstanding.filter(|_| confusable).unwrap_or(Instant::ZERO);
-                Some(on_the_list.max(clear).max(last))
+                let last = if confusable { self.late_until } else { Instant::ZERO };
+                Some(on_the_list.max(self.due).max(last))
             }
         }
     }
@@ -52,7 +53,7 @@ impl Engine {
     /// The node that was just asked may take so long to begin its answer, whatever its document says. To be called
     /// before its request is out.
     pub(crate) fn allow(&mut self, latency: Duration) {
-        if let State::Sending { .. } = self.state {
+        if self.is_sending() {
             self.exchange.latency = latency;
         }
     }
@@ -67,28 +68,38 @@ impl Engine {
         if writes {
             bump(&mut self.counters.writes);
         }
-        let retry = matches!(kind, Kind::Retry);
+        let retry = matches!(kind, ExchangeKind::Retry);
         if retry {
             bump(&mut self.counters.retries);
         }
-        let collecting = match kind {
-            Kind::Collecting(window) => Some(Collecting::new(window)),
-            _ => None,
+        let (collects, window) = match kind {
+            ExchangeKind::Collecting(window) => (true, window),
+            _ => (false, Duration::ZERO),
         };
         let latency = if writes { self.timing.set_latency } else { self.timing.get_latency };
         let (asked, released, first, last) = (now, now, now, now);
-        self.exchange =
-            Exchange { expected, latency, asked, released, first, last, retry, collecting, ..Exchange::NONE };
+        self.exchange = Exchange {
+            expected,
+            latency,
+            asked,
+            released,
+            first,
+            last,
+            retry,
+            collects,
+            window,
+            ..Exchange::NONE
+        };
         // The line reports how the frame ended; this deadline, twice what it may take, covers one that does not.
         let longest = self.timing.line_busy + self.character.times(characters as u32);
-        self.state = State::Sending { give_up: now + longest.times(2) };
+        (self.state, self.due) = (State::Sending, now + longest.times(2));
     }
 
     /// Leaves the state at hand for a new exchange.
     fn leave(&mut self, rest: Rest, now: Instant) {
         if self.is_asking() {
             let until = now + self.exchange.latency + self.timing.late;
-            self.outstanding.add(self.exchange.outstanding(until), now);
+            self.outstanding.add(self.exchange.outstanding(until));
         }
         self.leave_quiet(rest, now);
     }

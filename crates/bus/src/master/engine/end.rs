@@ -19,19 +19,20 @@ impl Engine {
         discarded: u32,
         now: Instant,
     ) -> Option<(Fault<Check>, Instant)> {
-        let State::Waiting { deadline, .. } = self.state else { return None };
-        let fault = match &mut self.exchange.collecting {
-            None => match bad {
-                Some(check) if !self.exchange.contended => Fault::Bad(check),
-                _ => self.exchange.fault(deadline),
-            },
-            // What belongs to no frame is reported once, then the sum.
-            Some(collecting) if discarded > 0 && !collecting.discarded_reported => {
-                collecting.discarded_reported = true;
-                bump(&mut collecting.garbled);
-                return Some((Fault::Garbled { characters: discarded }, self.exchange.last));
-            }
-            Some(collecting) => Fault::Over { answers: collecting.answers, garbled: collecting.garbled },
+        if !self.is_waiting() {
+            return None;
+        }
+        let exchange = &mut self.exchange;
+        // What belongs to no frame is reported once, then the sum.
+        if exchange.collects && discarded > 0 && !exchange.discarded_reported {
+            exchange.discarded_reported = true;
+            bump(&mut exchange.garbled);
+            return Some((Fault::Garbled { characters: discarded }, exchange.last));
+        }
+        let fault = match bad {
+            _ if exchange.collects => Fault::Over { answers: exchange.answers, garbled: exchange.garbled },
+            Some(check) if !exchange.contended => Fault::Bad(check),
+            _ => exchange.fault(self.due),
         };
         self.fail(&fault, now);
         Some((fault, now))
@@ -44,10 +45,15 @@ impl Engine {
             Fault::Garbled { .. } | Fault::Bad(_) => bump(&mut self.counters.bad_answer),
             Fault::NotSent | Fault::LineBusy | Fault::Contention | Fault::Over { .. } => {}
         }
-        let outstanding = is_answer_to_come(fault).then(|| at + self.timing.late);
+        self.late_until = if is_answer_to_come(fault) { at + self.timing.late } else { Instant::ZERO };
         let clear = at + self.patience(fault);
-        let give_up = clear + self.exchange.longest_wait(&self.timing);
-        self.state = State::Quiet { clear, give_up, outstanding };
+        self.enter(State::Quiet, clear);
+    }
+
+    /// What lasts until `due`, and longer if something is heard.
+    pub(super) fn enter(&mut self, state: State, due: Instant) {
+        (self.state, self.due) = (state, due);
+        self.give_up = due + self.exchange.longest_wait(&self.timing);
     }
 
     /// How long the master sends nothing after a failure.
@@ -76,9 +82,7 @@ impl Engine {
 
     /// The answer to the request that has just failed ended at `at`: no other is to come.
     pub(super) fn came_late_in_quiet(&mut self, at: Instant) {
-        if let State::Quiet { clear, outstanding, .. } = &mut self.state {
-            (*clear, *outstanding) = (at, None);
-        }
+        (self.due, self.late_until) = (at, Instant::ZERO);
         let late = self.exchange.outstanding(at);
         self.came_late(&late, at);
     }
@@ -87,16 +91,17 @@ impl Engine {
     /// what the decoder held.
     #[inline(never)]
     pub(crate) fn leave_quiet(&mut self, rest: Rest, now: Instant) {
-        let State::Quiet { mut outstanding, .. } = core::mem::replace(&mut self.state, State::Idle) else {
+        if !self.is_quiet() {
             return;
-        };
+        }
+        self.state = State::Idle;
         for _ in 0..rest.frames {
             self.note_late(self.exchange.expected.node);
-            outstanding = None;
+            self.late_until = Instant::ZERO;
         }
         self.discard(rest);
-        if let Some(until) = outstanding.filter(|&until| until > now) {
-            self.outstanding.add(self.exchange.outstanding(until), now);
+        if self.late_until > now {
+            self.outstanding.add(self.exchange.outstanding(self.late_until));
         }
     }
 

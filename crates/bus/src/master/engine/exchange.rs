@@ -26,23 +26,14 @@ pub(super) struct Exchange {
     pub contended: bool,
     /// This is a repetition.
     pub retry: bool,
-    pub collecting: Option<Collecting>,
-}
-
-/// What is kept for an exchange in which any number of nodes may answer.
-pub(super) struct Collecting {
+    /// Any number of nodes may answer; what follows is for such an exchange.
+    pub collects: bool,
     /// From our last stop bit to the end of the exchange.
     pub window: Duration,
     pub answers: u32,
     pub garbled: u32,
     /// The characters that belong to no frame were reported.
     pub discarded_reported: bool,
-}
-
-impl Collecting {
-    pub fn new(window: Duration) -> Collecting {
-        Collecting { window, answers: 0, garbled: 0, discarded_reported: false }
-    }
 }
 
 impl Exchange {
@@ -57,7 +48,11 @@ impl Exchange {
         characters: 0,
         contended: false,
         retry: false,
-        collecting: None,
+        collects: false,
+        window: Duration::ZERO,
+        answers: 0,
+        garbled: 0,
+        discarded_reported: false,
     };
 
     /// How much longer than its deadline it may be waited for at most: the longest answer, twice over.

@@ -35,10 +35,8 @@ impl Engine {
         let exchange = &mut self.exchange;
         exchange.release(at);
         let one = self.timing.first_character(exchange.latency) + self.adaptive.extension();
-        let wait = exchange.collecting.as_ref().map_or(one, |collecting| collecting.window.longer(one));
-        let deadline = at + wait;
-        let give_up = deadline + exchange.longest_wait(&self.timing);
-        self.state = State::Waiting { deadline, give_up };
+        let wait = exchange.window.longer(one);
+        self.enter(State::Waiting, at + wait);
     }
 
     /// Another node transmitted during our frame.
@@ -51,8 +49,7 @@ impl Engine {
     /// A character came. Returns whether the decoder is to have it.
     pub(crate) fn heard(&mut self, character: Character, at: Instant) -> bool {
         self.counters.character(character);
-        let gap = self.timing.gap + self.character;
-        match &mut self.state {
+        match self.state {
             // Unsolicited.
             State::Idle => {
                 bump(&mut self.counters.unasked);
@@ -60,14 +57,13 @@ impl Engine {
                 return false;
             }
             // A late answer, or a node out of turn.
-            State::Sending { .. } => {
-                bump(&mut self.counters.unasked);
-                return true;
+            State::Sending => bump(&mut self.counters.unasked),
+            State::Waiting | State::Quiet => {
+                let gap = self.timing.gap + self.character;
+                self.due = self.due.max(at + gap).min(self.give_up);
+                self.exchange.hear(at);
             }
-            State::Waiting { deadline, give_up } => *deadline = (*deadline).max(at + gap).min(*give_up),
-            State::Quiet { clear, give_up, .. } => *clear = (*clear).max(at + gap).min(*give_up),
         }
-        self.exchange.hear(at);
         true
     }
 
@@ -78,21 +74,21 @@ impl Engine {
             Some(reply) => self.came_late(&reply, at),
             None => self.counters.refused(check),
         }
-        let State::Waiting { .. } = self.state else { return Refused::Unused };
-        match &mut self.exchange.collecting {
-            None => Refused::Kept,
-            Some(collecting) => {
-                bump(&mut self.counters.bad_answer);
-                bump(&mut collecting.garbled);
-                Refused::Reported
-            }
+        if !self.is_waiting() {
+            return Refused::Unused;
         }
+        if !self.exchange.collects {
+            return Refused::Kept;
+        }
+        bump(&mut self.counters.bad_answer);
+        bump(&mut self.exchange.garbled);
+        Refused::Reported
     }
 
     /// A good frame ended at `at`, `alone` if all that was heard is this frame.
     #[inline(never)]
     pub(crate) fn framed(&mut self, header: ReplyHeader, alone: bool, at: Instant) -> Framed {
-        if let State::Quiet { .. } = self.state {
+        if self.is_quiet() {
             self.came_late_in_quiet(at);
             return Framed::Unused;
         }
@@ -116,8 +112,8 @@ impl Engine {
         if !exchange.retry {
             bump(&mut self.counters.first_try);
         }
-        if let Some(collecting) = &mut exchange.collecting {
-            bump(&mut collecting.answers);
+        if exchange.collects {
+            bump(&mut exchange.answers);
             return Framed::Reported;
         }
         // With anything before it, the first character may be another's.

@@ -25,51 +25,51 @@ pub(super) struct OutstandingReply {
 }
 
 impl OutstandingReply {
+    const NONE: OutstandingReply =
+        OutstandingReply { expected: ExpectedReply::NONE, due: Instant::ZERO, until: Instant::ZERO };
+
     /// How long after it was due an answer began that ended at `at`.
     pub fn lateness(&self, at: Instant, serial: Serial) -> Duration {
         at.since(self.due + serial.characters(self.expected.characters.into()))
     }
 }
 
-/// Failed requests whose replies are outstanding, in any order.
-#[derive(Default)]
-pub(super) struct OutstandingReplies {
-    // Places, not a list: nothing is moved, and moving takes 1.6 KB of flash where nothing else does it.
-    places: [Option<OutstandingReply>; MAX_OUTSTANDING],
-}
+/// Failed requests whose replies are outstanding, in any order. A place is free when its time is over; that of one never used
+/// was over from the beginning.
+// Places, not a list: nothing is moved, and moving takes 1.6 KB of flash where nothing else does it.
+pub(super) struct OutstandingReplies([OutstandingReply; MAX_OUTSTANDING]);
 
 impl OutstandingReplies {
-    /// Adds a request and removes those whose time is over at `now`.
-    pub fn add(&mut self, reply: OutstandingReply, now: Instant) {
-        for place in &mut self.places {
-            *place = place.filter(|reply| reply.until > now);
-        }
-        // Only a caller that ignored `may_ask` finds no place free, and takes that of the oldest.
-        if let Some(place) = self.places.iter_mut().min_by_key(|place| place.map(|reply| reply.until)) {
-            *place = Some(reply);
+    pub fn new() -> OutstandingReplies {
+        OutstandingReplies([OutstandingReply::NONE; MAX_OUTSTANDING])
+    }
+
+    /// Adds a request. Only a caller that ignored `may_ask` finds no place free, and takes that of the oldest.
+    pub fn add(&mut self, reply: OutstandingReply) {
+        if let Some(place) = self.0.iter_mut().min_by_key(|place| place.until) {
+            *place = reply;
         }
     }
 
-    /// When a request for `expected` may be sent, so that its answer cannot be confused with an outstanding one.
+    /// When a request for `expected` may be sent, so that its answer cannot be confused with an outstanding one: an instant
+    /// that has passed for at once.
     pub fn clear_at(&self, expected: &ExpectedReply) -> Instant {
-        let mut clear = Instant::ZERO;
-        let mut oldest = Some(Instant::NEVER);
-        for place in &self.places {
-            oldest = place.and_then(|reply| oldest.map(|oldest| oldest.min(reply.until)));
-            if let Some(reply) = place.filter(|reply| expected.is_confusable_with(&reply.expected)) {
+        let (mut clear, mut oldest) = (Instant::ZERO, Instant::NEVER);
+        for reply in &self.0 {
+            oldest = oldest.min(reply.until);
+            if expected.is_confusable_with(&reply.expected) {
                 clear = clear.max(reply.until);
             }
         }
-        clear.max(oldest.unwrap_or(Instant::ZERO))
+        clear.max(oldest)
     }
 
     /// An answer with this header came during the request begun at `asked`. Removes and returns the earlier request that
     /// it fits, the oldest if there are several.
     pub fn claim(&mut self, asked: Instant, header: ReplyHeader) -> Option<OutstandingReply> {
-        let fitting = self.places.iter_mut().filter_map(|place| {
-            let until = place.filter(|reply| reply.until > asked && reply.expected.fits(header))?.until;
-            Some((until, place))
-        });
-        fitting.min_by_key(|&(until, _)| until)?.1.take()
+        let outstanding =
+            self.0.iter_mut().filter(|reply| reply.until > asked && reply.expected.fits(header));
+        let oldest = outstanding.min_by_key(|reply| reply.until)?;
+        Some(core::mem::replace(oldest, OutstandingReply::NONE))
     }
 }

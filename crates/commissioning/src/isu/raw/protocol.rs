@@ -37,12 +37,16 @@ impl Protocol for UnprotectedIsu {
         Isu::writes(request)
     }
 
-    fn decoder(expected: Expected) -> AnswerDecoder {
-        Isu::decoder(expected)
+    fn decoder() -> AnswerDecoder {
+        Isu::decoder()
     }
 
     fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
         Isu::restart(decoder, expected);
+    }
+
+    fn forget(decoder: &mut AnswerDecoder) {
+        Isu::forget(decoder);
     }
 
     fn push(decoder: &mut AnswerDecoder, character: Character) -> DecodeProgress<Answer, DecodeError> {
