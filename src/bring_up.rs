@@ -122,7 +122,7 @@ pub fn bring_up(board: Board, places: Places) -> Parts {
     let isu = isu::start(ports.isu, rcc, &gateway.bus(Bus::Isu).timing, core_hz, isu_producer);
     let (console, keys, writer) = console::start(ports.console, rcc, &mut queues.console);
     let (uplink, lines) = modbus::start(ports.modbus, rcc, &settings, &mut queues.modbus);
-    let server = places.server.write(modbus::server(settings));
+    let server = make_server(places.server, settings);
     let (pwm1, pwm2) = pwm::start(ports.pwm1, ports.pwm2, rcc, pwm1_producer, pwm2_producer);
     Parts {
         start,
@@ -191,6 +191,12 @@ fn make_gateway(place: &'static mut MaybeUninit<Gateway>, limits: Limits) -> &'s
     let gateway = place.write(Gateway::idle(limits));
     gateway.set_up(params::SLOTS, &params::T7, &params::ISU);
     gateway
+}
+
+/// A function of its own: its stack is not below the rest.
+#[inline(never)]
+fn make_server(place: &'static mut MaybeUninit<Server>, settings: Settings) -> &'static mut Server {
+    place.write(modbus::server(settings))
 }
 
 /// Operations that the gateway refuses in this mode.

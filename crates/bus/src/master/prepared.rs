@@ -25,11 +25,6 @@ impl<P: Protocol> Prepared<P> {
         self.frame.as_ref()
     }
 
-    /// The frame, without the rest.
-    pub fn into_frame(self) -> P::Frame {
-        self.frame
-    }
-
     /// What its answer has to be, as far as that tells one answer from another.
     pub fn reply(&self) -> ExpectedReply {
         P::reply(&self.expected)
