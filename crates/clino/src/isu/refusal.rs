@@ -11,7 +11,7 @@ impl From<DecodeError> for Bad {
         let bad = |kind| Self::new(kind, error);
         match error {
             E::Size { received, expected } => {
-                bad("size").with("received", received).with("expected", expected)
+                bad("size").with("received", received).with("expected", u32::from(expected))
             }
             E::Length { length, function } => {
                 let function = names::function(function);
