@@ -77,6 +77,12 @@ impl<const N: usize> Buffer<N> {
         Self { bytes: [0; N], length: 0 }
     }
 
+    /// As many of these bytes as fit.
+    pub(crate) fn first(field: &[u8]) -> Self {
+        let bytes = core::array::from_fn(|index| field.get(index).copied().unwrap_or(0));
+        Self { bytes, length: field.len().min(N) }
+    }
+
     pub(crate) fn push(&mut self, byte: u8) {
         if let Some(place) = self.bytes.get_mut(self.length) {
             *place = byte;

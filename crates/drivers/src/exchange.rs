@@ -72,8 +72,8 @@ pub struct Exchanges<S: Sensor> {
     now: Instant,
     /// The driver of the last frame went off.
     released: Instant,
-    /// Characters heard since.
-    heard: u32,
+    /// The characters heard since take so long that it is this late at least when the next one is heard.
+    proven: Instant,
     /// What was heard since.
     witness: Heard,
     history: History,
@@ -90,13 +90,13 @@ impl<S: Sensor> Exchanges<S> {
     /// For a port that says when a character came.
     #[inline(never)]
     pub fn new(timing: Timing, single: bool) -> Self {
-        let (now, released) = (Instant::ZERO, Instant::ZERO);
+        let (now, released, proven) = (Instant::ZERO, Instant::ZERO, Instant::ZERO);
         let (witness, history) = (Heard::default(), History::default());
         Self {
             master: Master::new(timing),
             now,
             released,
-            heard: 0,
+            proven,
             witness,
             history,
             half_sent: false,

@@ -143,6 +143,11 @@ impl Engine {
         self.character = timing.serial.characters(1);
     }
 
+    /// One character on the line, rounded up.
+    pub fn character(&self) -> Duration {
+        self.character
+    }
+
     /// The answer that the exchange in hand, or the last one, calls for.
     pub fn expected(&self) -> &ExpectedReply {
         &self.exchange.expected

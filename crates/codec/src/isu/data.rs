@@ -21,9 +21,7 @@ impl Data {
 
     /// As many of these bytes as fit.
     pub(super) fn first(bytes: &[u8]) -> Self {
-        let mut buffer = Buffer::new();
-        buffer.extend(bytes);
-        Self(buffer)
+        Self(Buffer::first(bytes))
     }
 
     /// The bytes.
@@ -59,9 +57,7 @@ impl Words {
 
     /// As many of these words, high byte first, as fit.
     pub(super) fn from_be_bytes(bytes: &[u8]) -> Self {
-        let mut buffer = Buffer::new();
-        buffer.extend(bytes);
-        Self(buffer)
+        Self(Buffer::first(bytes))
     }
 
     /// High byte first.

@@ -14,8 +14,7 @@ use crate::Suspect;
 /// not stop transmitting. Our choice: larger than the usual buffers.
 const MOST_STALE: u32 = 1_024;
 
-/// Characters after which the time that they took is added up: a [`Duration`] holds it at 300 bit/s and above.
-const MOST_COUNTED: u32 = 100_000;
+const MICROSECOND: Duration = Duration::from_micros(1);
 
 /// What the port has to do next.
 #[derive(Clone, Copy)]
@@ -41,23 +40,22 @@ pub struct Exchange<'a, S: Sensor> {
     /// Any number of sensors may answer until so long after the request.
     window: Option<Duration>,
     phase: Phase,
+    /// Guarding: the request has to be sent by then.
+    give_up: Instant,
+    /// Guarding: characters heard.
+    stale: u32,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Phase {
     /// What was before still has its effects. What is heard may be a late answer.
-    Settling {
-        /// Until then, a sensor may take what we send for the end of a frame that was cut.
-        recovered_at: Option<Instant>,
-    },
-    /// The line has to be silent. What is heard is left over from before.
-    Guarding {
-        /// The request has to be sent by then.
-        give_up: Instant,
-        /// Characters heard.
-        stale: u32,
-        silence: Silence,
-    },
+    Settling,
+    /// The line has to be silent for a span. What is heard is left over from before.
+    Guarding,
+    /// It was not, in the present span.
+    Disturbed,
+    /// It was.
+    Silent,
     /// The frame is on its way, or the answer.
     Waiting,
     /// One of several outcomes is here; the master keeps it.
@@ -66,22 +64,13 @@ enum Phase {
     Over,
 }
 
-impl Phase {
-    const SETTLING: Self = Self::Settling { recovered_at: None };
-}
-
-/// What is known of the present span of the guard.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Silence {
-    Unknown,
-    Broken,
-    Kept,
-}
-
 // What the loop around an exchange calls stays in functions of its own: inlined, it takes 0.8 KB more for each protocol.
 impl<'a, S: Sensor> Exchange<'a, S> {
     pub fn new(all: &'a mut Exchanges<S>, request: &'a Prepared<S>) -> Self {
-        Self { all, request, tried: 0, next: Instant::ZERO, window: None, phase: Phase::SETTLING }
+        // For so long, a sensor may take what we send for the end of a frame that was cut.
+        let next = if all.half_sent { all.now + S::COMMAND_TIMEOUT } else { Instant::ZERO };
+        let phase = Phase::Settling;
+        Self { all, request, tried: 0, next, window: None, phase, give_up: next, stale: 0 }
     }
 
     /// What is to be sent.
@@ -106,19 +95,18 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     pub fn step(&mut self) -> Step {
         if let Some(next) = self.again_at() {
             (self.tried, self.next) = (self.tried.saturating_add(1), next);
-            self.phase = Phase::SETTLING;
+            self.phase = Phase::Settling;
         }
-        if let Phase::Settling { .. } = self.phase {
-            match self.settled_at() {
-                Some(at) if at > self.all.now => return self.listen_until(at),
-                _ => {
-                    let give_up = self.all.now + self.all.master.timing().line_busy;
-                    self.phase = Phase::Guarding { give_up, stale: 0, silence: Silence::Unknown };
-                }
+        if self.phase == Phase::Settling {
+            if let Some(at) = self.settled_at().filter(|&at| at > self.all.now) {
+                return self.listen_until(at);
             }
+            self.all.half_sent = false;
+            self.give_up = self.all.now + self.all.master.timing().line_busy;
+            (self.phase, self.stale) = (Phase::Guarding, 0);
         }
         match self.phase {
-            Phase::Guarding { silence: Silence::Kept, .. } => {
+            Phase::Silent => {
                 self.begin();
                 self.phase = Phase::Waiting;
                 // Until the port says otherwise, the frame may have been cut: a future can be dropped.
@@ -135,7 +123,9 @@ impl<'a, S: Sensor> Exchange<'a, S> {
                 // Nothing is in hand, and so nothing comes.
                 None => Step::Over,
             },
-            Phase::Guarding { .. } | Phase::Settling { .. } => Step::Listen(self.all.master.timing().guard),
+            Phase::Settling | Phase::Guarding | Phase::Disturbed => {
+                Step::Listen(self.all.master.timing().guard)
+            }
         }
     }
 
@@ -146,20 +136,11 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     }
 
     /// From when on the request may be sent.
-    fn settled_at(&mut self) -> Option<Instant> {
-        let all = &mut *self.all;
-        if all.half_sent
-            && let Phase::Settling { recovered_at } = &mut self.phase
-        {
-            let at = *recovered_at.get_or_insert(all.now + S::COMMAND_TIMEOUT);
-            if at > all.now {
-                return Some(at);
-            }
-            all.half_sent = false;
-        }
+    fn settled_at(&self) -> Option<Instant> {
+        let engine = self.all.master.engine();
         // An exchange that was dropped is still in hand: it has a deadline.
-        let clear = all.master.engine().ask_at(&self.request.reply());
-        clear.map(|clear| clear.max(self.next)).or_else(|| all.master.poll_at())
+        let clear = engine.ask_at(&self.request.reply()).or_else(|| engine.poll_at());
+        clear.map(|clear| clear.max(self.next))
     }
 
     fn listen_until(&self, at: Instant) -> Step {
@@ -172,23 +153,25 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     pub fn heard(&mut self, character: Character, after: Duration) -> ControlFlow<()> {
         let all = &mut *self.all;
         all.witness.take(character);
-        all.history.take(character, all.now + after, all.piece.is_none());
-        all.heard = all.heard.saturating_add(1);
-        if all.heard > MOST_COUNTED {
-            all.heard = all.heard.saturating_sub(MOST_COUNTED);
-            all.released = all.released + all.master.timing().serial.characters(MOST_COUNTED);
+        let passed = all.now + after;
+        all.history.take(passed, all.piece.is_none());
+        if S::PRINTS_LINES {
+            all.history.read(character);
         }
-        // The first may have begun before our driver was off.
-        let proven = all.released + all.master.timing().serial.characters(all.heard.saturating_sub(1));
-        let at = (all.now + after).max(proven);
+        let proven = all.proven;
+        // The next one proves that this one is over. Its time is rounded up: less a microsecond, it is not too long; and it
+        // is never zero, so that babble ends.
+        let one = all.master.engine().character() - MICROSECOND;
+        all.proven = proven + one.longer(MICROSECOND);
+        let at = passed.max(proven);
         let ended = all.master.observe(Event::Heard { character, at }).is_some()
             || all.master.lapse(proven).is_some();
-        let enough = match &mut self.phase {
-            Phase::Settling { .. } => self.settled_at().is_none_or(|at| at <= proven),
-            Phase::Guarding { stale, silence, .. } => {
-                *silence = Silence::Broken;
-                *stale = stale.saturating_add(1);
-                *stale > MOST_STALE
+        let enough = match self.phase {
+            Phase::Settling => self.settled_at().is_none_or(|at| at <= proven),
+            Phase::Guarding | Phase::Disturbed | Phase::Silent => {
+                self.phase = Phase::Disturbed;
+                self.stale = self.stale.saturating_add(1);
+                self.stale > MOST_STALE
             }
             Phase::Waiting => ended,
             Phase::Partly | Phase::Over => true,
@@ -199,7 +182,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         self.all.now = self.all.now.max(proven);
         match self.phase {
             Phase::Waiting => self.ended(),
-            Phase::Guarding { .. } => self.give_up(),
+            Phase::Disturbed => self.give_up(),
             _ => {}
         }
         ControlFlow::Break(())
@@ -211,17 +194,12 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         let all = &mut *self.all;
         all.now = all.now + span;
         let ended = all.master.lapse(all.now).is_some();
-        match &mut self.phase {
-            Phase::Settling { .. } | Phase::Partly | Phase::Over => {}
-            Phase::Guarding { silence: silence @ Silence::Unknown, .. } => *silence = Silence::Kept,
-            Phase::Guarding { silence, give_up, .. } => {
-                *silence = Silence::Unknown;
-                if all.now >= *give_up {
-                    self.give_up();
-                }
-            }
+        match self.phase {
+            Phase::Guarding => self.phase = Phase::Silent,
+            Phase::Disturbed if all.now >= self.give_up => self.give_up(),
+            Phase::Disturbed => self.phase = Phase::Guarding,
             Phase::Waiting if ended => self.ended(),
-            Phase::Waiting => {}
+            _ => {}
         }
     }
 
@@ -235,7 +213,8 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     #[inline(never)]
     pub fn sent(&mut self, whole: bool) {
         let all = &mut *self.all;
-        (all.released, all.heard, all.half_sent) = (all.now, 0, !whole);
+        // The first character may have begun before our driver was off: it proves nothing.
+        (all.released, all.proven, all.half_sent) = (all.now, all.now, !whole);
         all.witness = Heard::default();
         let at = all.now;
         let event = if whole { Event::Released { at } } else { Event::Forced { at } };
@@ -258,6 +237,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
 
     /// The line does not fall silent: the request ends before it is sent.
     fn give_up(&mut self) {
+        self.phase = Phase::Guarding;
         let at = self.all.now;
         self.begin();
         if self.all.master.observe(Event::GivenUp { at }).is_some() {

@@ -53,12 +53,16 @@ pub struct History {
 }
 
 impl History {
-    /// A character came at this time, as far as the port knows; `exact` if it looks often.
-    pub fn take(&mut self, Character { byte, .. }: Character, at: Instant, exact: bool) {
-        self.characters = self.characters.saturating_add(1);
+    /// A character came that may be one of a line of text.
+    pub fn read(&mut self, Character { byte, .. }: Character) {
         let [_, b, c, d] = self.last;
         self.last = [b, c, d, byte];
         self.ascii |= matches!(self.last, [b'0'..=b'9', b'0'..=b'9', b'\r', b'\n']);
+    }
+
+    /// A character came at this time, as far as the port knows; `exact` if it looks often.
+    pub fn take(&mut self, at: Instant, exact: bool) {
+        self.characters = self.characters.saturating_add(1);
         self.at_once = if at == self.at { self.at_once.saturating_add(1) } else { 1 };
         self.at = at;
         self.bursts |= self.at_once >= if exact { BURST } else { BURST_ASYNC };

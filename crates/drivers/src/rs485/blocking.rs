@@ -25,22 +25,23 @@ impl<U: Uart, DE: OutputPin, D: DelayNs> Port for Rs485<U, DE, D> {
             de.set_low().map_err(Error::Pin)?;
             *refused = false;
         }
+        let mut patience = Patience::new(delay, settings, frame.len());
         if *unfinished {
-            Patience::new(delay, settings, frame.len()).drain(uart)?;
-            pause(delay, settings.hold(usize::MAX));
+            patience.drain(uart)?;
+            patience.pause(settings.hold(usize::MAX));
         }
         *unfinished = true;
         let mut echo = EchoCheck::new(settings.echo, frame);
         let driving = Driving::begin(de).map_err(Error::Pin)?;
-        pause(delay, settings.before);
-        let mut patience = Patience::new(delay, settings, frame.len());
+        patience.pause(settings.before);
+        patience.waited = Duration::ZERO;
         patience.feed(uart, frame, &mut echo)?;
         patience.drain(uart)?;
-        pause(delay, settings.hold(frame.len()) + settings.after);
+        patience.pause(settings.hold(frame.len()) + settings.after);
         driving.end().map_err(Error::Pin)?;
         *unfinished = false;
         // Only now: a receiver that is late with the last one must not keep DE high.
-        Patience::new(delay, settings, frame.len()).await_echo(uart, &mut echo, 0);
+        patience.await_echo(uart, &mut echo, 0);
         Ok(echo.finish()?)
     }
 
@@ -119,7 +120,7 @@ impl<'a, D: DelayNs> Patience<'a, D> {
             match uart.receive() {
                 Some(character) => echo.take(character),
                 None if waited >= self.echo => return echo.give_up(),
-                None => waited = waited + pause(self.delay, self.step),
+                None => waited = waited + self.pause(self.step),
             }
         }
     }
@@ -136,8 +137,13 @@ impl<'a, D: DelayNs> Patience<'a, D> {
         if self.waited >= self.longest {
             return Err(Error::Stuck { waited: self.waited });
         }
-        self.waited = self.waited + pause(self.delay, self.step);
+        self.waited = self.waited + self.pause(self.step);
         Ok(())
+    }
+
+    /// As [`pause`].
+    fn pause(&mut self, span: Duration) -> Duration {
+        pause(self.delay, span)
     }
 }
 

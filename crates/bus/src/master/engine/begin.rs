@@ -77,19 +77,9 @@ impl Engine {
             _ => (false, Duration::ZERO),
         };
         let latency = if writes { self.timing.set_latency } else { self.timing.get_latency };
-        let (asked, released, first, last) = (now, now, now, now);
-        self.exchange = Exchange {
-            expected,
-            latency,
-            asked,
-            released,
-            first,
-            last,
-            retry,
-            collects,
-            window,
-            ..Exchange::NONE
-        };
+        let (asked, released) = (now, now);
+        self.exchange =
+            Exchange { expected, latency, asked, released, retry, collects, window, ..Exchange::NONE };
         // The line reports how the frame ended; this deadline, twice what it may take, covers one that does not.
         let longest = self.timing.line_busy + self.character.times(characters as u32);
         (self.state, self.due) = (State::Sending, now + longest.times(2));

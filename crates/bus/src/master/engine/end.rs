@@ -39,6 +39,7 @@ impl Engine {
     }
 
     /// Ends the exchange in hand with a fault, and keeps quiet for a while.
+    #[inline(never)]
     pub(super) fn fail(&mut self, fault: &Fault<Check>, at: Instant) {
         match fault {
             Fault::NoAnswer { .. } => bump(&mut self.counters.no_answer),
