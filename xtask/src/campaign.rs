@@ -185,7 +185,8 @@ fn all(steps: &mut Steps, wanted: &[&Campaign]) -> Outcome {
         witness::install(steps)?;
     }
     // Scripts build what they need themselves.
-    let built = if runs().any(|run| run.program().is_some()) { Some(Programs::build(steps)?) } else { None };
+    let built =
+        if runs().any(|run| run.program().is_some()) { Some(Programs::optimised(steps)?) } else { None };
     for campaign in wanted {
         for run in campaign.runs {
             run.add_to(steps, campaign.name, built.as_ref())?;

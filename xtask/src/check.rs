@@ -14,8 +14,7 @@ struct Check {
     among_all: &'static [&'static str],
     /// It uses all cores, or measures time: it runs after the others, which run side by side.
     alone: bool,
-    /// It needs the PC tool, which is built as the tests build it: on its own, what it depends on has other features, and most
-    /// of it is compiled anew.
+    /// It needs the PC tool, which is built as the tests build it.
     tool: bool,
     shows: &'static str,
 }
@@ -139,6 +138,8 @@ pub fn run(names: &[String]) -> Outcome {
     let step = |check: &Check| {
         let arguments = if all { check.among_all } else { &[] };
         let mut script = steps::script(check.script, arguments);
+        // For what it builds of the workspace: with other features, most of what that depends on is compiled anew.
+        script.env("CLINO_FEATURES", programs::features());
         if check.tool {
             script.env("CLINO_TOOL", command::target_dir().join("debug").join("clino"));
         }

@@ -20,6 +20,7 @@ fn all(steps: &mut Steps) -> Outcome {
     steps.need("rustfmt and clippy", components)?;
     firmware::add_target()?;
     steps.run("formatting", command::cargo(["fmt", "--all", "--check"]));
+    steps.run("clippy", clippy(["--all-targets", "--all-features"]));
     let image = |variant: Variant| variant.selection();
     steps.run("clippy of the image", clippy(as_str(&image(SHIPPED))));
     for variant in [WITHOUT_LOG, Variant::of(boards::NUCLEO)] {

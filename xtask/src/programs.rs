@@ -27,9 +27,14 @@ const FEATURES: [&str; 4] = [
 /// `cargo` with that selection.
 pub fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
     let mut cargo = command::cargo(arguments);
-    cargo.arg("--features").arg(FEATURES.join(","));
+    cargo.arg("--features").arg(features());
     with_image(&mut cargo, SHIPPED);
     cargo
+}
+
+/// The features of that selection, as cargo takes them.
+pub fn features() -> String {
+    FEATURES.join(",")
 }
 
 /// Tells tests of an image where it is, which board it is for, what it does, and where the virtual board's program is.
@@ -60,10 +65,22 @@ impl Programs {
     /// # Errors
     /// The build's.
     pub fn build(steps: &mut Steps) -> Result<Programs, Failure> {
+        Self::built(steps, &[])
+    }
+
+    /// Builds them for long runs, some of which measure: with other people's crates optimised, too.
+    ///
+    /// # Errors
+    /// The build's.
+    pub fn optimised(steps: &mut Steps) -> Result<Programs, Failure> {
+        Self::built(steps, &["--config", "profile.dev.package.\"*\".opt-level=3"])
+    }
+
+    fn built(steps: &mut Steps, options: &[&str]) -> Result<Programs, Failure> {
         let list = steps.file("test programs.json");
         let failed = |error: std::io::Error| Failure::new(format!("{}: {error}", list.display()));
         let mut build = cargo(["test", "--no-run", "--message-format", "json-render-diagnostics"]);
-        build.stdout(File::create(&list).map_err(failed)?);
+        build.args(options).stdout(File::create(&list).map_err(failed)?);
         steps.need("test programs", build)?;
         let text = fs::read_to_string(&list).map_err(failed)?;
         Ok(Programs(text.lines().filter_map(Program::parse).collect()))

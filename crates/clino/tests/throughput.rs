@@ -1,4 +1,4 @@
-//! How fast a stream is decoded. Run it by `checks/throughput.sh`: it means something in a release build only.
+//! How fast a stream is decoded. Run it by `checks/throughput.sh`: it means something with the tool of a release only.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use common::{CLINO, vectors};
+use common::{measured, vectors};
 
 const FRAMES: usize = 1_000_000;
 /// Frames per second that a release has to reach.
@@ -44,7 +44,7 @@ fn measure(protocol: &str) -> f64 {
     fs::write(&from, frames).unwrap();
 
     let begin = Instant::now();
-    let status = Command::new(CLINO)
+    let status = Command::new(measured())
         .args([protocol, "decode", "--stdin"])
         .stdin(Stdio::from(File::open(&from).unwrap()))
         .stdout(Stdio::from(File::create(&to).unwrap()))

@@ -17,8 +17,7 @@ if ! rustup toolchain install "$promised" --profile minimal >/dev/null 2>&1; the
     skipped "msrv: NOTHING WAS TESTED: Rust $promised cannot be installed on this machine"
     exit 0
 fi
-# What it depends on is not worth optimising for one run.
-cargo "+$promised" --config 'profile.dev.package."*".opt-level=0' test --quiet --package clino-codec --features defmt,serde --lib --test vectors
+cargo "+$promised" test --quiet --package clino-codec --features defmt,serde --lib --test vectors
 selection=
 for package in $published; do selection="$selection --package $package"; done
 cargo "+$promised" check --quiet $selection --all-features

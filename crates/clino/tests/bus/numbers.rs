@@ -1,5 +1,5 @@
-//! How fast the tool is, as a ratio to what the bus allows, measured in the same run. `crates/clino/checks/pc.sh` runs it with a
-//! release build; a computer that is busy with something else makes the figures worse.
+//! How fast the tool is, as a ratio to what the bus allows, measured in the same run. `crates/clino/checks/pc.sh` runs it with
+//! the tool of a release; a computer that is busy with something else makes the figures worse.
 
 use std::io::{BufRead as _, BufReader};
 use std::process::{Command, Stdio};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::adapter::{Adapter, Faults};
-use super::common::{CLINO, clino};
+use super::common::{measured, run};
 use super::port::Port;
 use super::server::Server;
 
@@ -80,7 +80,7 @@ fn bus_limit(port: &str) -> f64 {
 /// Readings a second of `clino watch`.
 fn polled(port: &str) -> f64 {
     let line = format!("watch t7 5 --period 0 --json --port {port}");
-    let mut child = Command::new(CLINO)
+    let mut child = Command::new(measured())
         .args(line.split_whitespace())
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
@@ -102,13 +102,13 @@ fn polled(port: &str) -> f64 {
 /// Seconds of a command that succeeds; without end if it does not, because the simulated sensor was late, too.
 fn seconds(line: &str) -> f64 {
     let began = Instant::now();
-    let run = clino(line);
+    let run = run(&measured(), line);
     if run.status == 0 { began.elapsed().as_secs_f64() } else { f64::INFINITY }
 }
 
 /// Part of a core that a process and its threads have used over `SPAN`, in percent.
 fn load(line: &str) -> f64 {
-    let mut child = Command::new(CLINO)
+    let mut child = Command::new(measured())
         .args(line.split_whitespace())
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -131,9 +131,9 @@ fn load(line: &str) -> f64 {
 }
 
 #[test]
-#[ignore = "measures time: crates/clino/checks/pc.sh runs it alone, in a release build"]
+#[ignore = "measures time: crates/clino/checks/pc.sh runs it alone, with the tool of a release"]
 fn figures() {
-    let server = Server::start("--t7 5,angle=12.345 --pty");
+    let server = Server::of(&measured(), "--t7 5,angle=12.345 --pty");
     let port = server.path();
     let scan = |line: &str, port: &str| seconds(&format!("t7 scan {line} --port {port}"));
     // 3 ms: an FTDI at its shortest timer, 1 ms, and the computer's part.
@@ -157,7 +157,7 @@ fn figures() {
     ]);
     drop((batched, server));
     let sensors: String = (1..=32).map(|address| format!("--t7 {address},angle=sine:0:30:4s ")).collect();
-    let server = Server::start(&format!("{sensors}--pty"));
+    let server = Server::of(&measured(), &format!("{sensors}--pty"));
     let port = server.path();
     let addresses: String = (1..=32).map(|address| format!("{address} ")).collect();
     let file = std::env::temp_dir().join(format!("clino-load-{}.csv", std::process::id()));

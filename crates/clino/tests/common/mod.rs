@@ -7,8 +7,13 @@ use std::thread;
 
 use serde_json::Value;
 
-/// The tool.
+/// The tool, as it was built with the tests.
 pub const CLINO: &str = env!("CARGO_BIN_EXE_clino");
+
+/// The tool that is measured: `CLINO_TOOL`, of another build, or that of the tests.
+pub fn measured() -> String {
+    std::env::var("CLINO_TOOL").unwrap_or_else(|_| CLINO.to_owned())
+}
 
 /// What a run left behind.
 #[derive(Debug)]
@@ -35,7 +40,12 @@ impl Run {
 
 /// Splits a command line at blanks, and runs it.
 pub fn clino(line: &str) -> Run {
-    let output = Command::new(CLINO).args(line.split_whitespace()).stdin(Stdio::null()).output();
+    run(CLINO, line)
+}
+
+/// The same with this build of the tool.
+pub fn run(tool: &str, line: &str) -> Run {
+    let output = Command::new(tool).args(line.split_whitespace()).stdin(Stdio::null()).output();
     Run::new(output.unwrap())
 }
 

@@ -42,7 +42,12 @@ pub fn keep_number(terminal: &str) {
 impl Server {
     /// Starts `clino sim` with the rest of the command line, split at blanks.
     pub fn start(line: &str) -> Self {
-        let mut child = Command::new(CLINO)
+        Self::of(CLINO, line)
+    }
+
+    /// The same with this build of the tool.
+    pub fn of(tool: &str, line: &str) -> Self {
+        let mut child = Command::new(tool)
             .arg("sim")
             .args(line.split_whitespace())
             .stdin(Stdio::null())
