@@ -213,9 +213,8 @@ impl<P: Protocol> Master<P> {
         match event {
             Event::Heard { character, at } => return self.heard(character, at),
             Event::Released { at } => self.released(at),
-            Event::Forced { at } if self.engine.forced(at) => return self.failed(Fault::NotSent, at),
-            Event::GivenUp { at } if self.engine.given_up(at) => return self.failed(Fault::LineBusy, at),
-            Event::Forced { .. } | Event::GivenUp { .. } => {}
+            Event::Forced { at } => return self.forced(at),
+            Event::GivenUp { at } => return self.given_up(at),
             Event::Echo { .. } => self.engine.echoed(),
             Event::Contention { .. } => self.engine.contended(),
         }
@@ -245,7 +244,8 @@ impl<P: Protocol> Master<P> {
         self.ended(Err(fault), at)
     }
 
-    fn released(&mut self, at: Instant) {
+    /// As [`Master::observe`], of [`Event::Released`].
+    pub fn released(&mut self, at: Instant) {
         if self.engine.is_sending() {
             // What was heard before is no part of the answer.
             let rest = self.finish();
@@ -254,7 +254,18 @@ impl<P: Protocol> Master<P> {
         }
     }
 
-    fn heard(&mut self, character: Character, at: Instant) -> Option<&ExchangeOutcome<P>> {
+    /// As [`Master::observe`], of [`Event::Forced`].
+    pub fn forced(&mut self, at: Instant) -> Option<&ExchangeOutcome<P>> {
+        if self.engine.forced(at) { self.failed(Fault::NotSent, at) } else { None }
+    }
+
+    /// As [`Master::observe`], of [`Event::GivenUp`].
+    pub fn given_up(&mut self, at: Instant) -> Option<&ExchangeOutcome<P>> {
+        if self.engine.given_up(at) { self.failed(Fault::LineBusy, at) } else { None }
+    }
+
+    /// As [`Master::observe`], of [`Event::Heard`].
+    pub fn heard(&mut self, character: Character, at: Instant) -> Option<&ExchangeOutcome<P>> {
         if !self.engine.heard(character, at) {
             return None;
         }

@@ -6,8 +6,8 @@ set -eu
 needs valgrind
 
 # What was accepted last, and a tenth.
-t7_limit=3500
-isu_limit=4000
+t7_limit=2950
+isu_limit=3550
 few=1000
 many=11000
 

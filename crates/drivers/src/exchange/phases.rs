@@ -3,7 +3,7 @@
 
 use core::ops::ControlFlow;
 
-use clino_bus::{Duration, Event, ExchangeKind, ExchangeOutcome, Fault, Instant, Prepared};
+use clino_bus::{Duration, ExchangeKind, ExchangeOutcome, Fault, Instant, Prepared};
 use clino_codec::character::Character;
 
 use super::witness::{Heard, suspect};
@@ -164,8 +164,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         let one = all.master.engine().character() - MICROSECOND;
         all.proven = proven + one.longer(MICROSECOND);
         let at = passed.max(proven);
-        let ended = all.master.observe(Event::Heard { character, at }).is_some()
-            || all.master.lapse(proven).is_some();
+        let ended = all.master.heard(character, at).is_some() || all.master.lapse(proven).is_some();
         let enough = match self.phase {
             Phase::Settling => self.settled_at().is_none_or(|at| at <= proven),
             Phase::Guarding | Phase::Disturbed | Phase::Silent => {
@@ -217,8 +216,9 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         (all.released, all.proven, all.half_sent) = (all.now, all.now, !whole);
         all.witness = Heard::default();
         let at = all.now;
-        let event = if whole { Event::Released { at } } else { Event::Forced { at } };
-        if all.master.observe(event).is_some() {
+        if whole {
+            all.master.released(at);
+        } else if all.master.forced(at).is_some() {
             self.phase = Phase::Over;
         }
     }
@@ -240,7 +240,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         self.phase = Phase::Guarding;
         let at = self.all.now;
         self.begin();
-        if self.all.master.observe(Event::GivenUp { at }).is_some() {
+        if self.all.master.given_up(at).is_some() {
             self.phase = Phase::Over;
         }
     }

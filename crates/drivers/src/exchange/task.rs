@@ -5,7 +5,7 @@
 
 use core::ops::ControlFlow;
 
-use clino_bus::{Duration, Event, ExchangeOutcome, Fault, Prepared, Serial, Timing};
+use clino_bus::{Duration, ExchangeOutcome, Fault, Prepared, Serial, Timing};
 use clino_codec::character::Character;
 use clino_commissioning::{Commissionable, Operation, Step};
 
@@ -122,7 +122,7 @@ impl<S: Sensor + Commissionable> Exchanges<S> {
     fn overhear(&mut self, character: Character, after: Duration) -> ControlFlow<()> {
         let at = self.now + after;
         // Outcomes are those of an exchange in hand, and there is none.
-        let _ = self.master.observe(Event::Heard { character, at });
+        let _ = self.master.heard(character, at);
         ControlFlow::Continue(())
     }
 
