@@ -18,8 +18,13 @@ fn scenario(duration_ms: u64, more: &str) -> Ran {
 fn after_three_fast_crashes_only_the_console_and_modbus_are_served_until_a_restart() {
     let lines = [(2_500, "reset-cause"), (2_600, "t7 scan"), (2_900, "reboot --yes"), (4_000, "reset-cause")];
     let lines: String = lines.into_iter().map(|(at, line)| typed(at, line)).collect();
-    let more =
-        modbus::request(&[4, 0x09, 0x80, 0, 8], 2_700) + &modbus::request(&[4, 0x00, 0x20, 0, 2], 2_800);
+    let requests = [
+        ([4, 0x09, 0x80, 0, 8], 2_700),
+        ([4, 0x00, 0x20, 0, 2], 2_750),
+        ([4, 0x01, 0x00, 0, 1], 2_800),
+        ([4, 0x02, 0x20, 0, 1], 2_850),
+    ];
+    let more: String = requests.iter().map(|(request, at)| modbus::request(request, *at)).collect();
     let ran = scenario(4_500, &(lines + &more));
 
     let resets = resets(&ran);
@@ -45,6 +50,11 @@ fn after_three_fast_crashes_only_the_console_and_modbus_are_served_until_a_resta
         "bus fault, safe, crystal; four starts, three crashes"
     );
     assert_eq!(registers[1], [0x8000, 0], "no angle");
+    assert_eq!(
+        (&registers[2][..], &registers[3][..]),
+        (&[0][..], &[13][..]),
+        "set and never read; not in use"
+    );
 
     assert!(ran.slot(0).last().is_some_and(|spoken| spoken.is_ok() && spoken.at > 4_000 * MS));
 }
