@@ -552,7 +552,7 @@ impl Restless {
         gateway.publish();
     }
 
-    /// From the next request on, the value changes before this look of it, and every so many looks again.
+    /// From the next request on, the value changes before this look of it, and after each `again` looks once more.
     fn change_at(&self, look: u32, again: u32) {
         self.looks.set(0);
         self.changes.set((look, again));

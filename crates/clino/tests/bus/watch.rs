@@ -138,6 +138,15 @@ fn the_screen_at_two_sizes_and_resized() {
         tmux.shows("the next sensor", |lines| {
             line(lines, "> t7 6").is_some() && has_plot(lines, "t7 6", usize::from(width))
         });
+        // A key that comes with a change of the size is not lost.
+        for _ in 0..10 {
+            tmux.resize(other.0, other.1);
+            tmux.keys("Up");
+            tmux.shows("back", |lines| line(lines, "> t7 5").is_some());
+            tmux.resize(width, height);
+            tmux.keys("Down");
+            tmux.shows("and forth", |lines| line(lines, "> t7 6").is_some());
+        }
         tmux.keys(if width == 80 { "q" } else { "C-c" });
         tmux.shows("the end", |lines| line(lines, "ended 0").is_some() && line(lines, "sensor").is_none());
     }
