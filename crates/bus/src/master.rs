@@ -172,28 +172,28 @@ impl<P: Protocol> Master<P> {
     ) -> Result<P::Frame, P::EncodeError> {
         let frame = P::encode(address, request)?;
         let expected = P::expected(address, request);
-        self.open(expected, P::writes(request), frame.as_ref().len(), kind, now);
+        self.open(&expected, P::writes(request), frame.as_ref().len(), kind, now);
         Ok(frame)
     }
 
     /// As [`Master::begin`] and its likes, for a request that is a frame already.
     pub fn begin_prepared(&mut self, prepared: &Prepared<P>, kind: ExchangeKind, now: Instant) {
-        self.open(prepared.expected, prepared.writes(), prepared.frame().len(), kind, now);
+        self.open(&prepared.expected, prepared.writes(), prepared.frame().len(), kind, now);
     }
 
     fn open(
         &mut self,
-        expected: P::Expected,
+        expected: &P::Expected,
         writes: bool,
         characters: usize,
         kind: ExchangeKind,
         now: Instant,
     ) {
-        let opening = Opening { expected: P::reply(&expected), kind, writes, characters };
+        let opening = Opening { expected: P::reply(expected), kind, writes, characters };
         let rest = if self.engine.is_quiet() { self.finish() } else { Rest::default() };
         self.engine.begin(&opening, rest, now);
         self.outcome = None;
-        P::restart(&mut self.decoder, expected);
+        P::restart(&mut self.decoder, *expected);
     }
 
     /// The node that was just asked may take so long to begin its answer, whatever its document says. To be called

@@ -40,7 +40,6 @@ impl OutstandingReply {
 pub(super) struct OutstandingReplies([OutstandingReply; MAX_OUTSTANDING]);
 
 impl OutstandingReplies {
-    #[inline(always)]
     pub fn new() -> OutstandingReplies {
         OutstandingReplies([OutstandingReply::NONE; MAX_OUTSTANDING])
     }
