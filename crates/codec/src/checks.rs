@@ -62,6 +62,31 @@ impl Default for Checks {
     }
 }
 
+/// Where a decoder has its checks from: [`Checks`] that are chosen when it is made, or [`AllChecks`].
+pub trait CheckSet: Copy {
+    /// The checks.
+    fn checks(self) -> Checks;
+}
+
+impl CheckSet for Checks {
+    #[inline(always)]
+    fn checks(self) -> Checks {
+        self
+    }
+}
+
+/// [`Checks::ALL`], for good: the compiler leaves out the way around each check.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AllChecks;
+
+impl CheckSet for AllChecks {
+    #[inline(always)]
+    fn checks(self) -> Checks {
+        Checks::ALL
+    }
+}
+
 /// How narrowly numbers are checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -2,7 +2,7 @@
 
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
-use clino_codec::checks::{Check, Checks};
+use clino_codec::checks::{AllChecks, Check};
 use clino_codec::isu::{
     Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Function, Request,
 };
@@ -21,7 +21,7 @@ impl Protocol for Isu {
     type DecodeError = DecodeError;
     type Frame = Frame;
     type Expected = Expected;
-    type Decoder = AnswerDecoder;
+    type Decoder = AnswerDecoder<AllChecks>;
 
     fn encode(address: Address, request: &Request) -> Result<Frame, EncodeError> {
         request.encode(address)
@@ -44,27 +44,30 @@ impl Protocol for Isu {
         matches!(request, Request::WriteEeprom { .. } | Request::ResetNullPosition)
     }
 
-    fn decoder() -> AnswerDecoder {
-        AnswerDecoder::new(Expected::angle(), Checks::ALL)
+    fn decoder() -> AnswerDecoder<AllChecks> {
+        AnswerDecoder::new(Expected::angle(), AllChecks)
     }
 
-    fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
+    fn restart(decoder: &mut AnswerDecoder<AllChecks>, expected: Expected) {
         decoder.restart(expected);
     }
 
-    fn forget(decoder: &mut AnswerDecoder) {
+    fn forget(decoder: &mut AnswerDecoder<AllChecks>) {
         decoder.forget();
     }
 
-    fn push(decoder: &mut AnswerDecoder, character: Character) -> DecodeProgress<Answer, DecodeError> {
+    fn push(
+        decoder: &mut AnswerDecoder<AllChecks>,
+        character: Character,
+    ) -> DecodeProgress<Answer, DecodeError> {
         decoder.push(character)
     }
 
-    fn idle(decoder: &mut AnswerDecoder) -> DecodeProgress<Answer, DecodeError> {
+    fn idle(decoder: &mut AnswerDecoder<AllChecks>) -> DecodeProgress<Answer, DecodeError> {
         decoder.idle()
     }
 
-    fn discarded(decoder: &AnswerDecoder) -> u32 {
+    fn discarded(decoder: &AnswerDecoder<AllChecks>) -> u32 {
         decoder.discarded()
     }
 

@@ -19,6 +19,11 @@ impl Data {
         (bytes.len() <= MAX_DATA).then(|| Self::first(bytes))
     }
 
+    /// Bytes that stand there.
+    pub(super) const fn of(bytes: Buffer<MAX_DATA>) -> Self {
+        Self(bytes)
+    }
+
     /// As many of these bytes as fit.
     pub(super) fn first(bytes: &[u8]) -> Self {
         Self(Buffer::first(bytes))
@@ -57,7 +62,12 @@ impl Words {
 
     /// As many of these words, high byte first, as fit.
     pub(super) fn from_be_bytes(bytes: &[u8]) -> Self {
-        Self(Buffer::first(bytes))
+        Self::of(Buffer::first(bytes))
+    }
+
+    /// Words that stand there, high byte first.
+    pub(super) const fn of(bytes: Buffer<MAX_DATA>) -> Self {
+        Self(bytes)
     }
 
     /// High byte first.

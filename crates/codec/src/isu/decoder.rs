@@ -3,10 +3,10 @@
 use super::error::DecodeError;
 use super::frame::{LONGEST, OVERHEAD};
 use super::function::RESPONSE;
-use super::parts::{Parts, is_device_error};
-use super::{Address, Answer, Expected, Function};
+use super::parts::{Parts, check_sum, is_device_error};
+use super::{Address, Answer, Expected, Function, Response};
 use crate::character::{Character, LineErrors};
-use crate::checks::Checks;
+use crate::checks::{CheckSet, Checks};
 use crate::stream::{Stream, Verdict};
 
 /// How many bytes it takes to tell what starts with them.
@@ -42,14 +42,14 @@ pub type DecodeProgress = crate::DecodeProgress<Answer, DecodeError>;
 /// assert_eq!(decoder.discarded(), 1);
 /// ```
 #[derive(Clone, Debug)]
-pub struct AnswerDecoder {
-    answers: Answers,
+pub struct AnswerDecoder<C = Checks> {
+    answers: Answers<C>,
     stream: Stream<LONGEST>,
 }
 
-impl AnswerDecoder {
+impl<C: CheckSet> AnswerDecoder<C> {
     /// A decoder that waits for `expected` and applies `checks`.
-    pub const fn new(expected: Expected, checks: Checks) -> Self {
+    pub const fn new(expected: Expected, checks: C) -> Self {
         Self { answers: Answers { expected, checks }, stream: Stream::new() }
     }
 
@@ -103,34 +103,47 @@ impl AnswerDecoder {
 
 /// The grammar of answers, for a receiver that waits for one of them.
 #[derive(Clone, Debug)]
-struct Answers {
+struct Answers<C> {
     expected: Expected,
-    checks: Checks,
+    checks: C,
 }
 
-impl Answers {
+impl<C: CheckSet> Answers<C> {
+    /// Reads a frame whose header is that of an expected answer, and that is as long.
+    fn read(&self, parts: Parts<'_>, frame: &[u8]) -> Result<Answer, DecodeError> {
+        let checks = self.checks.checks();
+        if checks.checksum {
+            check_sum(frame)?;
+        }
+        let response = Response::read(&parts);
+        if checks.command {
+            self.expected.check_memory(&response)?;
+        }
+        Ok(Answer { address: parts.address, response })
+    }
+
     /// What starts with these bytes.
     fn examine(&self, bytes: &[u8], errors: &[LineErrors], seen: &mut DecodeProgress) -> Verdict {
         let Some(&[length, head]) = bytes.first_chunk() else { return Verdict::Incomplete(HEADER) };
+        let checks = self.checks.checks();
         let size = usize::from(length).saturating_add(OVERHEAD);
-        let mut foreign = None;
+        let (from, mut answers, mut foreign) = (Address::of_head(head), None, None);
         if !is_device_error(length, head) {
             // Sender and function of an answer that could stand on this line.
-            let (address, Some(function)) = (Address::of_head(head), Function::of_head(head)) else {
-                return Verdict::Discard;
-            };
+            let Some(function) = Function::of_head(head) else { return Verdict::Discard };
+            answers = Some(function);
             let possible = function.response_length_fits(length);
             // One that is too long to be held is never the expected one.
-            if head & RESPONSE == 0 || address.is_reserved() || size > LONGEST {
+            if head & RESPONSE == 0 || from.is_reserved() || size > LONGEST {
                 return Verdict::Discard;
             }
-            if let Some(differs) = self.expected.differs(address, function, self.checks) {
+            if let Some(differs) = self.expected.differs(from, function, checks) {
                 if !possible {
                     return Verdict::Discard;
                 }
-                foreign = Some(DecodeError::Foreign { address, function, differs });
+                foreign = Some(DecodeError::Foreign { address: from, function, differs });
             } else if !self.expected.length_fits(length)
-                && !(possible && (!self.checks.length || function != self.expected.function()))
+                && !(possible && (!checks.length || function != self.expected.function()))
             {
                 *seen = DecodeProgress::Bad(DecodeError::Length { length, function });
                 return Verdict::Bad(0);
@@ -141,13 +154,13 @@ impl Answers {
         };
         let errors = errors.get(..size).unwrap_or(&[]);
         if let Some(error) = foreign {
-            let intact = LineErrors::all(errors).is_none() && Parts::open(frame, RESPONSE, true).is_ok();
+            let intact = LineErrors::all(errors).is_none() && check_sum(frame).is_ok();
             *seen = DecodeProgress::Bad(error);
             return if intact { Verdict::Bad(size) } else { Verdict::Discard };
         }
-        match self.checks.complaint(errors) {
+        match checks.complaint(errors) {
             Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),
-            None => seen.settle(self.expected.check(frame, self.checks), size),
+            None => seen.settle(self.read(Parts::of(from, answers, frame), frame), size),
         }
     }
 }

@@ -93,7 +93,7 @@ impl Expected {
     }
 
     /// The answer must be about the memory that the command named.
-    fn check_memory(&self, response: &Response) -> Result<(), DecodeError> {
+    pub(super) fn check_memory(&self, response: &Response) -> Result<(), DecodeError> {
         let (start, count) = match response {
             Response::ReadRam { start, .. } | Response::ReadEeprom { start, .. } => (*start, self.count),
             Response::WriteEeprom { start, count } => (*start, *count),

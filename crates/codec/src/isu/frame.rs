@@ -19,9 +19,10 @@ impl Frame {
         // At most head, address and `MAX_DATA` bytes: fits.
         let length = first.len().wrapping_add(data.len()).wrapping_add(1) as u8;
         let mut buffer = Buffer::new();
-        for field in [&[length, head], first, data] {
-            buffer.extend(field);
-        }
+        buffer.push(length);
+        buffer.push(head);
+        buffer.extend(first);
+        buffer.extend(data);
         // The plain sum of all bytes but the length.
         buffer.push(sum(buffer.as_slice()).wrapping_sub(length));
         Self(buffer)

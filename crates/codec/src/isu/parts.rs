@@ -34,7 +34,7 @@ impl<'a> Parts<'a> {
     /// Takes a command, or an answer, apart; `direction` is zero or [`RESPONSE`].
     #[inline(never)]
     pub(super) fn open(bytes: &'a [u8], direction: u8, checksum: bool) -> Result<Self, DecodeError> {
-        let &[length, head, ref payload @ .., received] = bytes else {
+        let &[length, head, ref payload @ .., _] = bytes else {
             return Err(DecodeError::Size { received: bytes.len(), expected: SHORTEST as u16 });
         };
         let expected = usize::from(length).wrapping_add(OVERHEAD);
@@ -62,12 +62,19 @@ impl<'a> Parts<'a> {
             }
             parts.function = Some(function);
         }
-        // The checksum covers everything but the length byte, and is not negated.
-        let computed = sum(payload).wrapping_add(head);
-        if checksum && computed != received {
-            return Err(DecodeError::Checksum { received, computed });
+        if checksum {
+            check_sum(bytes)?;
         }
         Ok(parts)
+    }
+
+    /// The same of a message about which all that is known already but its checksum.
+    pub(super) fn of(address: Address, function: Option<Function>, bytes: &'a [u8]) -> Self {
+        let (head, payload) = match bytes {
+            &[_, head, ref payload @ .., _] => (head, payload),
+            _ => (0, &[][..]),
+        };
+        Self { address, function, head, payload }
     }
 
     /// Memory address and what follows it; zero and nothing in messages without.
@@ -77,4 +84,11 @@ impl<'a> Parts<'a> {
             [] => (0, &[]),
         }
     }
+}
+
+/// Checks a whole message's last byte. The checksum covers everything but the length byte, and is not negated.
+pub(super) fn check_sum(bytes: &[u8]) -> Result<(), DecodeError> {
+    let [_, covered @ .., received] = bytes else { return Ok(()) };
+    let (received, computed) = (*received, sum(covered));
+    if computed == received { Ok(()) } else { Err(DecodeError::Checksum { received, computed }) }
 }

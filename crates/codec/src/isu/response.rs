@@ -9,6 +9,7 @@ use super::function::RESPONSE;
 use super::parts::{HARDWARE_ERROR, INVALID_CHECKSUM, INVALID_FUNCTION_CODE, Parts};
 use super::{ANGLE_RAM_ADDRESS, Address, Function};
 use crate::angle::Angle;
+use crate::bytes::Buffer;
 use crate::checks::Checks;
 
 /// The content of an answer, named like the command it answers.
@@ -156,9 +157,11 @@ impl Response {
     }
 
     #[inline(always)]
-    fn read(parts: &Parts<'_>) -> Self {
+    pub(super) fn read(parts: &Parts<'_>) -> Self {
         let (start, rest) = parts.memory();
         let third = rest.first().copied().unwrap_or(0);
+        // Of the answers that carry data; empty in none of the others, and of no use there.
+        let data = Buffer::first(rest);
         let Some(function) = parts.function else {
             return Self::Error(match parts.head {
                 INVALID_FUNCTION_CODE => DeviceError::InvalidFunctionCode,
@@ -169,9 +172,9 @@ impl Response {
         match function {
             Function::GoToSoftErrorState => Self::GoToSoftErrorState,
             Function::ResetModule => Self::ResetModule,
-            Function::ReadRam => Self::ReadRam { start, data: Data::first(rest) },
+            Function::ReadRam => Self::ReadRam { start, data: Data::of(data) },
             Function::WriteRam => Self::WriteRam { start, count_or_first_byte: third },
-            Function::ReadEeprom => Self::ReadEeprom { start, words: Words::from_be_bytes(rest) },
+            Function::ReadEeprom => Self::ReadEeprom { start, words: Words::of(data) },
             Function::WriteEeprom => Self::WriteEeprom { start, count: third },
             Function::ResetNullPosition => Self::ResetNullPosition,
         }

@@ -3,9 +3,11 @@
 use clino_bus::{ExpectedReply, Isu, Protocol, ReplyHeader};
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
-use clino_codec::isu::{Address, Answer, AnswerDecoder, DecodeError, EncodeError, Expected, Frame, Request};
+use clino_codec::isu::{Address, Answer, DecodeError, EncodeError, Expected, Frame, Request};
 
 use crate::Commissionable;
+
+type Decoder = <Isu as Protocol>::Decoder;
 
 /// [`Isu`] without the refusal of writes to undocumented memory. Everything else is the same.
 #[derive(Debug)]
@@ -19,7 +21,7 @@ impl Protocol for UnprotectedIsu {
     type DecodeError = DecodeError;
     type Frame = Frame;
     type Expected = Expected;
-    type Decoder = AnswerDecoder;
+    type Decoder = Decoder;
 
     fn encode(address: Address, request: &Request) -> Result<Frame, EncodeError> {
         request.encode_even_if_it_bricks_the_module(address)
@@ -37,27 +39,27 @@ impl Protocol for UnprotectedIsu {
         Isu::writes(request)
     }
 
-    fn decoder() -> AnswerDecoder {
+    fn decoder() -> Decoder {
         Isu::decoder()
     }
 
-    fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
+    fn restart(decoder: &mut Decoder, expected: Expected) {
         Isu::restart(decoder, expected);
     }
 
-    fn forget(decoder: &mut AnswerDecoder) {
+    fn forget(decoder: &mut Decoder) {
         Isu::forget(decoder);
     }
 
-    fn push(decoder: &mut AnswerDecoder, character: Character) -> DecodeProgress<Answer, DecodeError> {
+    fn push(decoder: &mut Decoder, character: Character) -> DecodeProgress<Answer, DecodeError> {
         Isu::push(decoder, character)
     }
 
-    fn idle(decoder: &mut AnswerDecoder) -> DecodeProgress<Answer, DecodeError> {
+    fn idle(decoder: &mut Decoder) -> DecodeProgress<Answer, DecodeError> {
         Isu::idle(decoder)
     }
 
-    fn discarded(decoder: &AnswerDecoder) -> u32 {
+    fn discarded(decoder: &Decoder) -> u32 {
         Isu::discarded(decoder)
     }
 
