@@ -6,7 +6,7 @@ set -eu
 needs python3
 
 goal=4096
-ratchet=13100
+ratchet=13700
 limit=$goal
 [ "${1:-}" != --ratchet ] || limit=$ratchet
 

@@ -2,9 +2,10 @@
 
 use clino_codec::DecodeProgress;
 use clino_codec::character::Character;
-use clino_codec::checks::{Check, Checks};
+use clino_codec::checks::Check;
 use clino_codec::t7::{
-    Address, Answer, AnswerDecoder, CommandFrame, DecodeError, EncodeError, Expected, Opcode, Request,
+    Address, Answer, AnswerDecoder, AsAsked, Axis, CommandFrame, DecodeError, EncodeError, Expected, Opcode,
+    Request,
 };
 
 use crate::{ExpectedReply, FailedCheck, Protocol, ReplyHeader};
@@ -13,6 +14,13 @@ use crate::{ExpectedReply, FailedCheck, Protocol, ReplyHeader};
 #[derive(Debug)]
 pub struct T7;
 
+/// The answer that a request calls for, and how it is read.
+#[derive(Clone, Copy, Debug)]
+pub struct Awaited {
+    expected: Expected,
+    reading: AsAsked,
+}
+
 impl Protocol for T7 {
     type Address = Address;
     type Request = Request;
@@ -20,18 +28,19 @@ impl Protocol for T7 {
     type EncodeError = EncodeError;
     type DecodeError = DecodeError;
     type Frame = CommandFrame;
-    type Expected = Expected;
-    type Decoder = AnswerDecoder;
+    type Expected = Awaited;
+    type Decoder = AnswerDecoder<AsAsked>;
 
     fn encode(address: Address, request: &Request) -> Result<CommandFrame, EncodeError> {
         request.encode(address)
     }
 
-    fn expected(address: Address, request: &Request) -> Expected {
-        request.expected(address)
+    fn expected(address: Address, request: &Request) -> Awaited {
+        Awaited { expected: request.expected(address), reading: request.reading() }
     }
 
-    fn reply(&Expected { address, opcode }: &Expected) -> ExpectedReply {
+    fn reply(awaited: &Awaited) -> ExpectedReply {
+        let Expected { address, opcode } = awaited.expected;
         ExpectedReply {
             node: address.get(),
             from_any: address.is_all(),
@@ -41,31 +50,34 @@ impl Protocol for T7 {
     }
 
     fn writes(request: &Request) -> bool {
-        request.opcode().is_set()
+        request.is_set()
     }
 
-    fn decoder() -> AnswerDecoder {
-        let expected = Expected { address: Address::FACTORY, opcode: Opcode::GetAngle2 };
-        AnswerDecoder::new(expected, Checks::ALL)
+    fn decoder() -> AnswerDecoder<AsAsked> {
+        let request = Request::GetAngle(Axis::Two);
+        AnswerDecoder::new(request.expected(Address::FACTORY), request.reading())
     }
 
-    fn restart(decoder: &mut AnswerDecoder, expected: Expected) {
-        decoder.restart(expected);
+    fn restart(decoder: &mut AnswerDecoder<AsAsked>, awaited: Awaited) {
+        decoder.restart_reading(awaited.expected, awaited.reading);
     }
 
-    fn forget(decoder: &mut AnswerDecoder) {
+    fn forget(decoder: &mut AnswerDecoder<AsAsked>) {
         decoder.forget();
     }
 
-    fn push(decoder: &mut AnswerDecoder, character: Character) -> DecodeProgress<Answer, DecodeError> {
+    fn push(
+        decoder: &mut AnswerDecoder<AsAsked>,
+        character: Character,
+    ) -> DecodeProgress<Answer, DecodeError> {
         decoder.push(character)
     }
 
-    fn idle(decoder: &mut AnswerDecoder) -> DecodeProgress<Answer, DecodeError> {
+    fn idle(decoder: &mut AnswerDecoder<AsAsked>) -> DecodeProgress<Answer, DecodeError> {
         decoder.idle()
     }
 
-    fn discarded(decoder: &AnswerDecoder) -> u32 {
+    fn discarded(decoder: &AnswerDecoder<AsAsked>) -> u32 {
         decoder.discarded()
     }
 

@@ -2,7 +2,7 @@
 
 use clino_codec::angle::{Angle, AngleText, Range};
 use clino_codec::ascii::{Centidegrees, LineDecoder};
-use clino_codec::checks::CheckCounters;
+use clino_codec::checks::{CheckCounters, Checks};
 use clino_codec::isu::eeprom::{self, Audit, Image, Plan, PlannedWrite};
 use clino_codec::pwm::{self, Law, Limits, Ticks};
 use clino_codec::{isu, t7};
@@ -53,10 +53,10 @@ pub static ENTRIES: &[Entry] = &entries![
     t7::Opcode::new,
     t7::CommandFrame::as_bytes,
     t7::AnswerFrame::as_bytes,
-    t7::AnswerDecoder::new,
-    t7::AnswerDecoder::restart,
-    t7::AnswerDecoder::push,
-    t7::AnswerDecoder::idle,
+    t7::AnswerDecoder::<Checks>::new,
+    t7::AnswerDecoder::<Checks>::restart,
+    t7::AnswerDecoder::<Checks>::push,
+    t7::AnswerDecoder::<Checks>::idle,
     t7::Sniffer::new,
     t7::Sniffer::push,
     t7::Sniffer::idle,
@@ -73,10 +73,10 @@ pub static ENTRIES: &[Entry] = &entries![
     isu::Data::new,
     isu::Words::new,
     isu::Frame::as_bytes,
-    isu::AnswerDecoder::new,
-    isu::AnswerDecoder::restart,
-    isu::AnswerDecoder::push,
-    isu::AnswerDecoder::idle,
+    isu::AnswerDecoder::<Checks>::new,
+    isu::AnswerDecoder::<Checks>::restart,
+    isu::AnswerDecoder::<Checks>::push,
+    isu::AnswerDecoder::<Checks>::idle,
     eeprom::pack,
     eeprom::unpack,
     Image::word,

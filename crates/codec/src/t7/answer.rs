@@ -97,8 +97,8 @@ impl Answer {
         if let Some(answer) = Self::angle(bytes, checks.values) {
             return Ok(answer);
         }
-        let Envelope { address, length, opcode, body } = Envelope::open(bytes, Speaker::Device, checks)?;
-        Self::read(address, length, opcode, body, checks)
+        let Envelope { address, opcode, .. } = Envelope::open(bytes, Speaker::Device, checks)?;
+        Self::read(Expected { address, opcode }, bytes, checks)
     }
 
     /// The answer that is polled all day, if it is one that no check refuses: a short cut.
@@ -112,15 +112,16 @@ impl Answer {
         is_good.then_some(Self { address, response: Response::GetAngle { axis, angle }, length_quirk: false })
     }
 
-    /// Reads a body that is as long as answers to this command are.
+    /// Reads a frame that is as long as answers to this command are.
     #[inline(never)]
     pub(super) fn read(
-        address: Address,
-        length: u8,
-        opcode: Opcode,
-        body: &[u8],
+        Expected { address, opcode }: Expected,
+        frame: &[u8],
         checks: Checks,
     ) -> Result<Self, DecodeError> {
+        let &[_, length, _, ref body @ ..] = frame else {
+            return Err(DecodeError::Size { received: frame.len(), expected: size(opcode) });
+        };
         if !opcode.is_set() {
             fields::check(opcode, body, checks.values)?;
         }

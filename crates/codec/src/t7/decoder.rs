@@ -1,10 +1,10 @@
 //! Streaming decoder for the answer to one command.
 
 use super::answer::size;
-use super::envelope::{body, check_sum};
 use super::error::DecodeError;
-use super::frame::HEADER;
+use super::frame::{HEADER, OVERHEAD};
 use super::opcode::length_fits;
+use super::reading::Reading;
 use super::{Address, Answer, Expected, Opcode};
 use crate::bytes::sum;
 use crate::character::{Character, LineErrors};
@@ -39,24 +39,33 @@ pub type DecodeProgress = crate::DecodeProgress<Answer, DecodeError>;
 /// assert_eq!(decoder.discarded(), 2);
 /// ```
 #[derive(Clone, Debug)]
-pub struct AnswerDecoder {
-    answers: Answers,
+pub struct AnswerDecoder<R = Checks> {
+    answers: Answers<R>,
     stream: Stream<{ super::frame::LONGEST }>,
 }
 
-impl AnswerDecoder {
+impl<R: Reading> AnswerDecoder<R> {
     /// A decoder that waits for `expected` and applies `checks`.
     ///
     /// With the command check off, a damaged length or command byte can make the decoder wait for a longer
     /// frame; [`idle`](Self::idle) then releases a good frame that was received meanwhile.
-    pub const fn new(expected: Expected, checks: Checks) -> Self {
-        Self { answers: Answers::new(expected, checks), stream: Stream::new() }
+    pub const fn new(expected: Expected, checks: R) -> Self {
+        Self {
+            answers: Answers { expected, size: expected.size() as u16, reading: checks },
+            stream: Stream::new(),
+        }
     }
 
     /// Waits for something else from now on. What is held and counted is forgotten.
     pub const fn restart(&mut self, expected: Expected) {
-        self.answers = Answers::new(expected, self.answers.checks);
+        (self.answers.expected, self.answers.size) = (expected, expected.size() as u16);
         self.forget();
+    }
+
+    /// The same, to be read in this way.
+    pub const fn restart_reading(&mut self, expected: Expected, reading: R) {
+        self.answers.reading = reading;
+        self.restart(expected);
     }
 
     /// Forgets what is held and counted.
@@ -77,11 +86,13 @@ impl AnswerDecoder {
         }
         // The usual course of things, apart from the rest because every answer pays for it.
         if let Some(bytes) = self.stream.complete() {
-            if bytes == self.answers.header {
+            if let &[address, length, command] = bytes
+                && self.answers.is_header([address, length, command])
+            {
                 self.stream.wait(self.answers.size.into());
                 return DecodeProgress::More;
             }
-            if let Some(answer) = Answer::angle(bytes, self.answers.checks.values) {
+            if let Some(answer) = self.answers.quick(bytes) {
                 self.stream.clear();
                 self.stream.wait(HEADER);
                 return DecodeProgress::Frame(answer);
@@ -119,30 +130,32 @@ impl AnswerDecoder {
 
 /// The grammar of answers, for a receiver that waits for one of them.
 #[derive(Clone, Debug)]
-struct Answers {
+struct Answers<R> {
     expected: Expected,
-    checks: Checks,
-    /// How the expected answer begins, for a quick look, and how long it is.
-    header: [u8; 3],
-    size: u8,
+    /// Bytes of the expected answer.
+    size: u16,
+    reading: R,
 }
 
-impl Answers {
-    const fn new(expected: Expected, checks: Checks) -> Self {
-        let Expected { address, opcode } = expected;
-        let header = [address.get(), opcode.response_length(), opcode.get()];
-        Self { expected, checks, header, size: size(opcode) as u8 }
+impl<R: Reading> Answers<R> {
+    /// Whether the expected answer begins so.
+    fn is_header(&self, [address, length, command]: [u8; 3]) -> bool {
+        let Expected { address: from, opcode } = self.expected;
+        let right = self.size.wrapping_sub(OVERHEAD as u16);
+        address == from.get() && u16::from(length) == right && command == opcode.get()
+    }
+
+    /// As many bytes as were waited for, behind a header that was examined: the answer, if nothing is wrong with it.
+    fn quick(&self, bytes: &[u8]) -> Option<Answer> {
+        if bytes.len() == self.size.into() { self.reading.quick(self.expected.opcode, bytes) } else { None }
     }
 
     /// Reads a frame whose header is that of an expected answer, and that is as long.
-    fn read(&self, from: Address, length: u8, opcode: Opcode, frame: &[u8]) -> Result<Answer, DecodeError> {
-        if from.is_all() {
-            return Err(DecodeError::UnknownAddress { address: from.get() });
+    fn read(&self, said: Expected, frame: &[u8]) -> Result<Answer, DecodeError> {
+        if said.address.is_all() {
+            return Err(DecodeError::UnknownAddress { address: said.address.get() });
         }
-        if self.checks.checksum {
-            check_sum(frame)?;
-        }
-        Answer::read(from, length, opcode, body(frame), self.checks)
+        self.reading.read(said, frame)
     }
 
     /// What starts with these bytes.
@@ -154,16 +167,17 @@ impl Answers {
             return Verdict::Discard;
         };
         // No device answers as the all-respond address; but a decoder that expects it waits for such a frame and reports it.
-        if from.is_all() && [address, length, command] != self.header {
+        if from.is_all() && !self.is_header([address, length, command]) {
             return Verdict::Discard;
         }
+        let checks = self.reading.checks();
         let size = size(opcode);
-        let differs = self.expected.differs(from, opcode, self.checks);
+        let differs = self.expected.differs(from, opcode, checks);
         if !length_fits(length, opcode) {
             if differs.is_some() {
                 return Verdict::Discard;
             }
-            if self.checks.length {
+            if checks.length {
                 let expected = opcode.response_length();
                 *seen = DecodeProgress::Bad(DecodeError::Length { received: length, expected });
                 return Verdict::Bad(0);
@@ -178,9 +192,9 @@ impl Answers {
             *seen = DecodeProgress::Bad(DecodeError::Foreign { address: from, opcode, differs });
             return if intact { Verdict::Bad(size) } else { Verdict::Discard };
         }
-        match self.checks.complaint(errors) {
+        match checks.complaint(errors) {
             Some(errors) => seen.settle(Err(DecodeError::LineErrors { errors }), size),
-            None => seen.settle(self.read(from, length, opcode, frame), size),
+            None => seen.settle(self.read(Expected { address: from, opcode }, frame), size),
         }
     }
 }

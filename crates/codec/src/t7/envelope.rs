@@ -17,7 +17,6 @@ pub(super) enum Speaker {
 /// A message with nothing wrong around its body.
 pub(super) struct Envelope<'a> {
     pub(super) address: Address,
-    pub(super) length: u8,
     pub(super) opcode: Opcode,
     /// Parameters, data or status, then the checksum if there is one.
     pub(super) body: &'a [u8],
@@ -47,7 +46,7 @@ impl<'a> Envelope<'a> {
         if checks.checksum && (!host || opcode.is_set()) {
             check_sum(bytes)?;
         }
-        Ok(Self { address, length, opcode, body: body(bytes) })
+        Ok(Self { address, opcode, body: body(bytes) })
     }
 }
 

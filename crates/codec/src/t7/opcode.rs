@@ -45,7 +45,7 @@ pub enum Opcode {
 }
 
 /// Length byte of every Get command: the command code alone.
-const GET_LENGTH: u8 = 0x01;
+pub(super) const GET_LENGTH: u8 = 0x01;
 /// Length byte of every answer to a Set command: command, status, checksum.
 const STATUS_LENGTH: u8 = 0x03;
 /// Length byte of Get All Angles in the guide's printed example. Its table says 10, which fits the 16 bytes

@@ -5,6 +5,7 @@
 use super::envelope::{Envelope, Speaker};
 use super::error::{DecodeError, EncodeError};
 use super::frame::CommandFrame;
+use super::opcode::GET_LENGTH;
 use super::parameters::{direction, range, range_code};
 use super::{Address, Axis, BaudRate, DeviceType, Direction, Expected, Millidegrees, Opcode, fields};
 use crate::angle::Range;
@@ -100,6 +101,7 @@ pub struct Command {
 
 impl Request {
     /// The command code.
+    #[inline(always)]
     pub const fn opcode(&self) -> Opcode {
         match self {
             Self::GetAllAngles => Opcode::GetAllAngles,
@@ -120,6 +122,22 @@ impl Request {
         }
     }
 
+    /// Whether it changes the device: see [`Opcode::is_set`].
+    #[inline]
+    pub const fn is_set(&self) -> bool {
+        !matches!(
+            self,
+            Self::GetAllAngles
+                | Self::GetAngle(_)
+                | Self::GetAllAngleOffsets
+                | Self::GetAllData
+                | Self::GetAllDirections
+                | Self::GetDamping
+                | Self::GetAngleOutputRange
+                | Self::GetDeviceInformation
+        )
+    }
+
     /// What the answer to this command, sent to `address`, has to be.
     pub const fn expected(&self, address: Address) -> Expected {
         Expected { address, opcode: self.opcode() }
@@ -135,8 +153,10 @@ impl Request {
         if address.is_all() && !opcode.may_go_to_all() {
             return Err(EncodeError::NotForAll { opcode, response_length: opcode.response_length() });
         }
-        let mut frame = CommandFrame::new(address, opcode.request_length(), opcode.get());
-        if self.write(Writer::new(frame.body())) {
+        let length = if self.is_set() { opcode.request_length() } else { GET_LENGTH };
+        let mut frame = CommandFrame::new(address, length, opcode.get());
+        if self.is_set() {
+            self.write(Writer::new(frame.body()));
             fields::check(opcode, frame.body(), ValueRange::AnyMode)?;
             frame.seal();
         }
@@ -145,7 +165,7 @@ impl Request {
 
     /// Writes the parameters of a Set command; a Get command has none, and no checksum.
     #[inline(always)]
-    fn write(&self, mut body: Writer<'_>) -> bool {
+    fn write(&self, mut body: Writer<'_>) {
         match *self {
             Self::SetAngle { axis, angle: value } | Self::SetAngleOffset { axis, offset: value } => {
                 body.put([axis.get()]);
@@ -167,9 +187,8 @@ impl Request {
             | Self::GetAllDirections
             | Self::GetDamping
             | Self::GetAngleOutputRange
-            | Self::GetDeviceInformation => return false,
+            | Self::GetDeviceInformation => {}
         }
-        true
     }
 
     /// The command that these bytes are, whole and exactly. A command that must not go to the all-respond
