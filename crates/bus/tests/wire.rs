@@ -86,6 +86,7 @@ fn requests(bench: &Bench<T7>) -> Vec<(u64, u64)> {
     requests
 }
 
+#[cfg(feature = "many-nodes")]
 #[test]
 fn a_dead_t7_costs_no_more_than_2600_us() {
     let mut bench = bench(timing().line(), false, &[]);
@@ -100,6 +101,7 @@ fn a_dead_t7_costs_no_more_than_2600_us() {
     assert!(longest <= 2_600 * US, "{longest}");
 }
 
+#[cfg(feature = "many-nodes")]
 #[test]
 fn a_t7_that_has_just_died_costs_six_milliseconds_more_once() {
     let (mortal, other) = (turning(5, 2 * MS), turning(6, 2 * MS));

@@ -3,7 +3,6 @@
 //! The engine has the times, the counters and the outstanding replies. The [`Master`](crate::Master) around it has the
 //! decoder, and tells what comes out of it by its [`ReplyHeader`](crate::ReplyHeader) or the check that failed.
 
-use super::Fault;
 use crate::counters::{BusCounters, bump};
 use crate::{Duration, ExpectedReply, Instant, Timing};
 
@@ -12,12 +11,15 @@ mod begin;
 mod end;
 mod exchange;
 mod hear;
+#[cfg_attr(not(feature = "many-nodes"), path = "engine/no_history.rs")]
 mod history;
 mod late;
 
 use adaptive::AdaptiveTimeout;
 pub use begin::ExchangeKind;
 pub(crate) use begin::Opening;
+use end::End;
+pub(crate) use end::Missed;
 use exchange::Exchange;
 pub(crate) use hear::{Framed, Refused};
 use history::NodeHistory;
@@ -161,13 +163,13 @@ impl Engine {
     /// The driver was switched off in the middle of our frame. Returns whether that has ended an exchange.
     pub(crate) fn forced(&mut self, at: Instant) -> bool {
         bump(&mut self.counters.forced);
-        self.not_sent(&Fault::NotSent, at)
+        self.not_sent(End::Unanswered, at)
     }
 
     /// Our frame was dropped before its first character. Returns whether that has ended an exchange.
     pub(crate) fn given_up(&mut self, at: Instant) -> bool {
         bump(&mut self.counters.line_busy);
-        self.not_sent(&Fault::LineBusy, at)
+        self.not_sent(End::Unasked, at)
     }
 
     /// A character of ours came back.
@@ -183,7 +185,7 @@ impl Engine {
         match self.state {
             State::Idle => Due::Nothing,
             State::Sending => {
-                self.fail(&Fault::NotSent, now);
+                self.fail(End::Unanswered, now);
                 Due::NotSent
             }
             State::Waiting => Due::Answer,

@@ -78,21 +78,6 @@ impl<E: FailedCheck> Fault<E> {
     }
 }
 
-impl Fault<Check> {
-    /// The same in a protocol, where no frame was refused.
-    pub(super) fn of_no_frame<E>(self) -> Fault<E> {
-        match self {
-            Fault::Bad(_) => Fault::Garbled { characters: 0 },
-            Fault::Contention => Fault::Contention,
-            Fault::NoAnswer { waited } => Fault::NoAnswer { waited },
-            Fault::Garbled { characters } => Fault::Garbled { characters },
-            Fault::LineBusy => Fault::LineBusy,
-            Fault::NotSent => Fault::NotSent,
-            Fault::Over { answers, garbled } => Fault::Over { answers, garbled },
-        }
-    }
-}
-
 impl<E> Fault<E> {
     /// Whether the node has certainly not received the request, so that it can be repeated even if it writes.
     pub fn request_unheard(&self) -> bool {

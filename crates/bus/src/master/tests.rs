@@ -112,6 +112,7 @@ fn an_answer_that_comes_at_once_is_not_lost() {
     assert!(bench.is_the_answer());
 }
 
+#[cfg(feature = "many-nodes")]
 #[test]
 fn a_dead_node_costs_its_first_character_deadline() {
     let mut bench = Bench::asked();
@@ -145,6 +146,7 @@ fn a_late_answer_is_counted_and_never_used() {
     assert_eq!(bench.master.counters().good, 0);
 }
 
+#[cfg(feature = "many-nodes")]
 #[test]
 fn the_quiet_time_ends_only_after_the_late_answer() {
     let mut bench = Bench::asked();

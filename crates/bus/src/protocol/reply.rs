@@ -35,6 +35,7 @@ impl ExpectedReply {
         ExpectedReply { node: 0, from_any: false, command: 0, characters: 0 };
 
     /// Whether an answer with this header may be the expected one.
+    #[cfg(feature = "many-nodes")]
     pub(crate) fn fits(&self, header: ReplyHeader) -> bool {
         match header {
             ReplyHeader::Named { node, command } => {

@@ -2,11 +2,42 @@
 
 use clino_codec::checks::Check;
 
-use super::super::Fault;
-use super::late::OutstandingReply;
+use super::late::{OutstandingReply, Reply};
 use super::{Engine, Rest, State};
 use crate::counters::bump;
 use crate::{Duration, Instant};
+
+/// What an exchange without its answer leaves behind.
+#[derive(Clone, Copy)]
+pub(super) enum End {
+    /// The line stayed silent.
+    Silent,
+    /// Something came: a frame that this check refused, or none.
+    Bad(Option<Check>),
+    /// The node may have heard the request, or a part of it.
+    Unanswered,
+    /// Nothing was sent.
+    Unasked,
+}
+
+/// Why there is no answer at the deadline.
+pub(crate) enum Missed {
+    /// The frame that was refused last was no answer.
+    Refused,
+    /// Characters came, but no frame.
+    Garbled {
+        characters: u32,
+    },
+    NoAnswer {
+        waited: Duration,
+    },
+    Contention,
+    /// The window of a collecting exchange is over.
+    Over {
+        answers: u32,
+        garbled: u32,
+    },
+}
 
 impl Engine {
     /// The deadline of the exchange in hand has passed, and the decoder holds nothing more: why there is no answer, and
@@ -18,7 +49,7 @@ impl Engine {
         bad: Option<Check>,
         discarded: u32,
         now: Instant,
-    ) -> Option<(Fault<Check>, Instant)> {
+    ) -> Option<(Missed, Instant)> {
         if !self.is_waiting() {
             return None;
         }
@@ -27,28 +58,40 @@ impl Engine {
         if exchange.collects && discarded > 0 && !exchange.discarded_reported {
             exchange.discarded_reported = true;
             bump(&mut exchange.garbled);
-            return Some((Fault::Garbled { characters: discarded }, exchange.last));
+            return Some((Missed::Garbled { characters: discarded }, exchange.last));
         }
-        let fault = match bad {
-            _ if exchange.collects => Fault::Over { answers: exchange.answers, garbled: exchange.garbled },
-            Some(check) if !exchange.contended => Fault::Bad(check),
-            _ => exchange.fault(self.due),
+        let (missed, end) = match (bad, exchange.characters) {
+            _ if exchange.collects => {
+                (Missed::Over { answers: exchange.answers, garbled: exchange.garbled }, End::Unanswered)
+            }
+            _ if exchange.contended => (Missed::Contention, End::Unanswered),
+            (Some(check), _) => (Missed::Refused, End::Bad(Some(check))),
+            (None, 0) => (Missed::NoAnswer { waited: self.due.since(exchange.released) }, End::Silent),
+            (None, characters) => (Missed::Garbled { characters }, End::Bad(None)),
         };
-        self.fail(&fault, now);
-        Some((fault, now))
+        self.fail(end, now);
+        Some((missed, now))
     }
 
-    /// Ends the exchange in hand with a fault, and keeps quiet for a while.
+    /// Ends the exchange in hand without its answer, and keeps quiet for a while.
     #[inline(never)]
-    pub(super) fn fail(&mut self, fault: &Fault<Check>, at: Instant) {
-        match fault {
-            Fault::NoAnswer { .. } => bump(&mut self.counters.no_answer),
-            Fault::Garbled { .. } | Fault::Bad(_) => bump(&mut self.counters.bad_answer),
-            Fault::NotSent | Fault::LineBusy | Fault::Contention | Fault::Over { .. } => {}
+    pub(super) fn fail(&mut self, end: End, at: Instant) {
+        let (mut quiet, mut is_to_come) = (self.timing.quiet, true);
+        match end {
+            End::Silent => {
+                bump(&mut self.counters.no_answer);
+                quiet = self.history.missed(self.exchange.expected.node, &self.timing);
+            }
+            End::Bad(check) => {
+                bump(&mut self.counters.bad_answer);
+                // A node answers once, however badly; this was another one's answer, or one to another command.
+                is_to_come = matches!(check, None | Some(Check::Address | Check::Command));
+            }
+            End::Unasked => is_to_come = false,
+            End::Unanswered => {}
         }
-        self.late_until = if is_answer_to_come(fault) { at + self.timing.late } else { Instant::ZERO };
-        let clear = at + self.patience(fault);
-        self.enter(State::Quiet, clear);
+        self.late_until = if is_to_come { at + self.timing.late } else { Instant::ZERO };
+        self.enter(State::Quiet, at + quiet);
     }
 
     /// What lasts until `due`, and longer if something is heard.
@@ -57,28 +100,28 @@ impl Engine {
         self.give_up = due + self.exchange.longest_wait(&self.timing);
     }
 
-    /// How long the master sends nothing after a failure.
-    fn patience(&mut self, fault: &Fault<Check>) -> Duration {
-        match fault {
-            Fault::NoAnswer { .. } => self.history.missed(self.exchange.expected.node, &self.timing),
-            _ => self.timing.quiet,
-        }
-    }
-
     /// Our frame did not get out whole. Returns whether that ends an exchange.
-    pub(super) fn not_sent(&mut self, fault: &Fault<Check>, at: Instant) -> bool {
+    pub(super) fn not_sent(&mut self, end: End, at: Instant) -> bool {
         let is_sending = self.is_sending();
         if is_sending {
-            self.fail(fault, at);
+            self.fail(end, at);
         }
         is_sending
     }
 
-    /// A late answer was recognised; it ended at `at`.
+    /// A late answer to this request ended at `at`.
     pub(super) fn came_late(&mut self, reply: &OutstandingReply, at: Instant) {
-        self.note_late(reply.expected.node);
+        self.note_late(Some(reply.expected.node));
         self.history.late(reply.expected.node);
         self.adaptive.note(reply.lateness(at, self.timing.serial), &self.timing);
+    }
+
+    /// A late answer to an earlier request ended at `at`.
+    pub(super) fn claimed(&mut self, reply: &Reply, at: Instant) {
+        match reply.known() {
+            Some(reply) => self.came_late(reply, at),
+            None => self.note_late(None),
+        }
     }
 
     /// The answer to the request that has just failed ended at `at`: no other is to come.
@@ -97,7 +140,7 @@ impl Engine {
         }
         self.state = State::Idle;
         for _ in 0..rest.frames {
-            self.note_late(self.exchange.expected.node);
+            self.note_late(Some(self.exchange.expected.node));
             self.late_until = Instant::ZERO;
         }
         self.discard(rest);
@@ -106,18 +149,9 @@ impl Engine {
         }
     }
 
-    fn note_late(&mut self, node: u8) {
+    /// Of this node, if it is known.
+    fn note_late(&mut self, node: Option<u8>) {
         bump(&mut self.counters.late);
-        self.late_node = Some(node);
-    }
-}
-
-/// Whether the node may still answer the request that ended so. It does not if it was not asked, and not if it has
-/// answered already, however badly.
-fn is_answer_to_come(fault: &Fault<Check>) -> bool {
-    match fault {
-        Fault::LineBusy => false,
-        Fault::Bad(check) => matches!(check, Check::Address | Check::Command),
-        _ => true,
+        self.late_node = node;
     }
 }

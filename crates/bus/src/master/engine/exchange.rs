@@ -1,8 +1,5 @@
 //! One request and when what was heard of its answer came.
 
-use clino_codec::checks::Check;
-
-use super::super::Fault;
 use super::late::OutstandingReply;
 use crate::{Duration, ExpectedReply, Instant, Timing};
 
@@ -77,15 +74,6 @@ impl Exchange {
             self.first = at;
         }
         self.last = at;
-        self.characters = self.characters.saturating_add(1);
-    }
-
-    /// Why there is no answer at `deadline`, where no frame was refused.
-    pub fn fault(&self, deadline: Instant) -> Fault<Check> {
-        match self.characters {
-            _ if self.contended => Fault::Contention,
-            0 => Fault::NoAnswer { waited: deadline.since(self.released) },
-            characters => Fault::Garbled { characters },
-        }
+        self.characters = self.characters.wrapping_add(1);
     }
 }

@@ -71,7 +71,7 @@ impl Engine {
     #[inline(never)]
     pub(crate) fn refused(&mut self, check: Check, header: Option<ReplyHeader>, at: Instant) -> Refused {
         match header.and_then(|header| self.outstanding.claim(self.exchange.asked, header)) {
-            Some(reply) => self.came_late(&reply, at),
+            Some(reply) => self.claimed(&reply, at),
             None => self.counters.refused(check),
         }
         if !self.is_waiting() {
@@ -94,7 +94,7 @@ impl Engine {
         }
         let waiting = self.is_waiting();
         if let Some(reply) = self.outstanding.claim(self.exchange.asked, header) {
-            self.came_late(&reply, at);
+            self.claimed(&reply, at);
             if waiting {
                 // What was heard so far was no answer to this one.
                 self.exchange.characters = 0;

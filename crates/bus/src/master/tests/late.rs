@@ -19,6 +19,7 @@ impl Bench {
     }
 }
 
+#[cfg(feature = "many-nodes")]
 #[test]
 fn the_same_request_waits_for_the_late_answer_to_the_last_one() {
     let mut bench = Bench::asked();
@@ -43,6 +44,7 @@ fn when_the_late_answer_has_come_the_wait_is_over() {
     assert_eq!(bench.master.counters().late, 1);
 }
 
+#[cfg(feature = "many-nodes")]
 #[test]
 fn a_late_answer_in_the_next_nodes_exchange_is_late_and_not_foreign() {
     let mut bench = Bench::asked();
@@ -57,6 +59,7 @@ fn a_late_answer_in_the_next_nodes_exchange_is_late_and_not_foreign() {
     assert!(bench.master.may_ask(node(5), &ANGLE, Instant::from_micros(bench.now)));
 }
 
+#[cfg(feature = "many-nodes")]
 #[test]
 fn a_late_answer_while_the_next_frame_waits_for_silence_is_late() {
     let mut bench = Bench::asked();
@@ -128,6 +131,7 @@ fn an_answer_that_came_damaged_is_not_waited_for() {
     assert!(bench.master.is_idle());
 }
 
+#[cfg(feature = "many-nodes")]
 #[test]
 fn replies_of_many_dead_nodes_are_outstanding_together() {
     let mut bench = Bench::asked();
@@ -147,6 +151,7 @@ fn replies_of_many_dead_nodes_are_outstanding_together() {
     assert_eq!(bench.master.counters().late, late + 1);
 }
 
+#[cfg(feature = "many-nodes")]
 #[test]
 fn with_too_many_replies_outstanding_the_next_request_waits() {
     // A caller whose timing makes dead nodes cheaper than the list is made for.
@@ -202,4 +207,53 @@ fn the_wait_grows_by_the_extension_at_most() {
     bench.ask_node(6, 0);
     bench.wait_until(bench.now + 10_000);
     assert_eq!(*bench.fault(), Fault::NoAnswer { waited: Duration::from_micros(DEADLINE as u32) });
+}
+
+#[cfg(not(feature = "many-nodes"))]
+mod without_a_list {
+    use super::*;
+
+    #[test]
+    fn every_request_waits_for_the_late_answer_to_the_last_one() {
+        let mut bench = Bench::asked();
+        bench.wait_until(1_000 + DEADLINE);
+        let expired = Some(Instant::from_micros(1_000 + DEADLINE + LATE));
+        for request in [ANGLE, Request::GetAngle(Axis::One), Request::GetDamping] {
+            for address in [node(5), node(6), Address::ALL] {
+                assert_eq!(bench.master.ask_at(address, &request), expired);
+            }
+        }
+        assert_eq!(bench.master.poll_at(), expired, "idle from then on");
+    }
+
+    /// Of three requests that were given up, the answers come late during a fourth, in any order; its own comes with them.
+    #[test]
+    fn a_request_that_is_sent_too_early_is_never_answered() {
+        let answers: Vec<[u8; 8]> = (5..=8_u8)
+            .map(|address| {
+                let mut answer = ANSWER;
+                (answer[0], answer[7]) = (address, answer[7].wrapping_sub(address - 5));
+                answer
+            })
+            .collect();
+        for first in 0..4 {
+            let mut bench = Bench::asked();
+            for address in 6..=8 {
+                bench.wait_until(bench.now + 500);
+                bench.master.begin(node(address), &ANGLE, Instant::from_micros(bench.now)).unwrap();
+                bench.released();
+            }
+            bench.outcomes.clear();
+            for turn in 0..4 {
+                bench.hear(bench.now + 100, &answers[(first + turn) % 4]);
+            }
+            bench.wait_until(bench.now + 2 * LATE);
+            assert!(bench.only_outcome().result.is_err(), "{first}: {:?}", bench.outcomes);
+            assert_eq!(bench.master.counters().late, 4);
+            // What is asked in time is answered.
+            bench.ask_node(8, bench.now);
+            bench.hear(bench.now + 1_000, &answers[3]);
+            assert_eq!(bench.only_outcome().result.as_ref().unwrap().address.get(), 8);
+        }
+    }
 }
