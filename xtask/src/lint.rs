@@ -21,6 +21,10 @@ fn all(steps: &mut Steps) -> Outcome {
     firmware::add_target()?;
     steps.run("formatting", command::cargo(["fmt", "--all", "--check"]));
     steps.run("clippy", clippy(["--all-targets", "--all-features"]));
+    steps.run(
+        "clippy of few nodes",
+        clippy(["--package", "clino-drivers", "--no-default-features", "--features", "nb"]),
+    );
     let image = |variant: Variant| variant.selection();
     steps.run("clippy of the image", clippy(as_str(&image(SHIPPED))));
     for variant in [WITHOUT_LOG, Variant::of(boards::NUCLEO)] {

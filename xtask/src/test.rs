@@ -25,6 +25,21 @@ const WAITING: &str = "clino::sim";
 const SHORT_MESSAGES: [&str; 6] =
     ["test", "--package", "clino-codec", "--no-default-features", "--test", "short_messages"];
 
+/// Bus and drivers without the feature that remembers each node.
+const FEW_NODES: [&str; 11] = [
+    "test",
+    "--package",
+    "clino-bus",
+    "--package",
+    "clino-drivers",
+    "--no-default-features",
+    "--features",
+    "clino-drivers/nb,clino-drivers/embedded-io,clino-drivers/async",
+    "--lib",
+    "--test",
+    "exchanges",
+];
+
 /// Programs that take longest, longest first: what is left for the end should be short.
 const LONGEST: [&str; 8] = [
     "clino-host-tests::soak",
@@ -132,6 +147,7 @@ fn everything(steps: &mut Steps) -> Outcome {
     beside.extend(witness::daily(steps)?);
     beside.push(Step::new("documentation", programs::cargo(["test", "--doc"])));
     beside.push(Step::new("the codec as the image has it", command::cargo(SHORT_MESSAGES)));
+    beside.push(Step::new("bus and drivers for few nodes", command::cargo(FEW_NODES)));
     beside.extend(programs.examples().map(|example| Step::new(&example.name, example.command())));
     steps.side_by_side(beside);
     Ok(())

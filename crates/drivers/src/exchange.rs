@@ -7,24 +7,19 @@
 //! ```
 //!
 //! Deadlines, late answers and the quiet time are those of the bus's [`Master`]; this adds what stands between it and a
-//! port without a clock.
-//!
-//! Time is what the port has waited. Between calls, and while the code itself runs, it stands still: every wait lasts
-//! at least as long as its figure, and longer by what the code takes. Received characters prove the passing of time,
-//! too: `n` of them take as long as `n` characters last, so that no babble lasts for ever on a slow processor.
+//! port without a clock, and its own reckoning of time (`exchange/clock.rs`).
 
+mod clock;
 mod phases;
 #[cfg(feature = "commissioning")]
 mod task;
 mod witness;
 
-use clino_bus::{
-    Duration, ExchangeOutcome, Fault, Instant, Isu, Master, Prepared, Protocol, Retry, T7, Timing,
-};
+use clino_bus::{Duration, ExchangeOutcome, Fault, Isu, Master, Prepared, Protocol, Retry, T7, Timing};
 
 use crate::{Port, Suspect};
+use clock::Clock;
 use phases::{Exchange, Step};
-use witness::{Heard, History};
 
 /// What a driver has to know besides the protocol.
 pub trait Sensor: Protocol {
@@ -69,20 +64,9 @@ pub enum Failure<S: Sensor, E> {
 /// What lasts from one exchange to the next.
 pub struct Exchanges<S: Sensor> {
     master: Master<S>,
-    now: Instant,
-    /// The driver of the last frame went off.
-    released: Instant,
-    /// The characters heard since take so long that it is this late at least when the next one is heard.
-    proven: Instant,
-    /// What was heard since.
-    witness: Heard,
-    history: History,
-    /// The last frame did not get out whole.
-    half_sent: bool,
+    clock: Clock,
     /// There is one sensor on the line, and no other.
     single: bool,
-    /// The longest wait in one piece, where the port cannot say when a character came.
-    piece: Option<Duration>,
     retry: Retry,
 }
 
@@ -90,26 +74,15 @@ impl<S: Sensor> Exchanges<S> {
     /// For a port that says when a character came.
     #[inline(never)]
     pub fn new(timing: Timing, single: bool) -> Self {
-        let (now, released, proven) = (Instant::ZERO, Instant::ZERO, Instant::ZERO);
-        let (witness, history) = (Heard::default(), History::default());
-        Self {
-            master: Master::new(timing),
-            now,
-            released,
-            proven,
-            witness,
-            history,
-            half_sent: false,
-            single,
-            piece: None,
-            retry: Retry::NEVER,
-        }
+        Self { master: Master::new(timing), clock: Clock::new(), single, retry: Retry::NEVER }
     }
 
     /// For a port that only knows in which span a character came.
     #[cfg(feature = "async")]
     pub fn in_pieces(timing: Timing, single: bool) -> Self {
-        Self { piece: Some(timing.gap), ..Self::new(timing, single) }
+        let mut all = Self::new(timing, single);
+        all.clock.piece = Some(timing.gap);
+        all
     }
 
     /// Whether there is one sensor on the line, and no other.
@@ -124,7 +97,7 @@ impl<S: Sensor> Exchanges<S> {
 
     /// Other waits from the next exchange on.
     pub fn set_timing(&mut self, timing: Timing) {
-        self.piece = self.piece.map(|_| timing.gap);
+        self.clock.piece = self.clock.piece.map(|_| timing.gap);
         self.master.set_timing(timing);
     }
 
@@ -135,9 +108,9 @@ impl<S: Sensor> Exchanges<S> {
 
     /// So much time has passed besides what the port has waited.
     pub fn pass(&mut self, span: Duration) {
-        self.now = self.now + span;
+        self.clock.now = self.clock.now + span;
         // What was in hand, if a future was dropped, may have passed its deadline.
-        let _ = self.master.lapse(self.now);
+        let _ = self.master.lapse(self.clock.now);
     }
 
     /// A request that may be sent on this line.

@@ -38,11 +38,12 @@ fn a_dead_node_costs_little() {
     // Never shorter; longer by what the calls cost, two for every delay of 10 µs.
     assert!(cost >= DEAD, "{cost}");
     assert!(cost < DEAD + DEAD / 10, "{cost}");
-    // And the next one is not any worse for it.
+    // And the next one is not any worse for it; without `many-nodes` the late answer is waited for, 25 ms.
     let before = board.now();
     let angle = t7.angle(address(5), Axis::Two).unwrap();
     assert!(is_true(&board, angle));
-    assert!(board.now() - before < 4 * MS);
+    let worse = if cfg!(feature = "many-nodes") { 0..MS } else { 20 * MS..28 * MS };
+    assert!(worse.contains(&(board.now() - before).saturating_sub(3 * MS)), "{}", board.now() - before);
 }
 
 /// The answer to one request is never taken for that to the next, if it is no later than [`Timing::late`].
@@ -91,7 +92,12 @@ fn late_answers_do_not_go_to_another_node() {
         let angle = t7.angle(address(6), Axis::Two).unwrap();
         assert!(sensors::is_true(angle, 0), "{delay}");
     }
-    assert!(refused > 0, "the two have met at some delay");
+    // Without `many-nodes` the second is not asked before the first one's answer can come no more.
+    assert_eq!(
+        refused > 0,
+        cfg!(feature = "many-nodes"),
+        "{refused}: whether the two have met at some delay"
+    );
 }
 
 #[test]

@@ -6,15 +6,14 @@ use core::ops::ControlFlow;
 use clino_bus::{Duration, ExchangeKind, ExchangeOutcome, Fault, Instant, Prepared};
 use clino_codec::character::Character;
 
-use super::witness::{Heard, suspect};
+use super::clock::{Came, Clock};
+use super::witness::suspect;
 use super::{Exchanges, Failure, Sensor};
 use crate::Suspect;
 
 /// More unsolicited characters than this are not left over in a receive buffer, but come from a node that does
 /// not stop transmitting. Our choice: larger than the usual buffers.
 const MOST_STALE: u32 = 1_024;
-
-const MICROSECOND: Duration = Duration::from_micros(1);
 
 /// What the port has to do next.
 #[derive(Clone, Copy)]
@@ -68,7 +67,7 @@ enum Phase {
 impl<'a, S: Sensor> Exchange<'a, S> {
     pub fn new(all: &'a mut Exchanges<S>, request: &'a Prepared<S>) -> Self {
         // For so long, a sensor may take what we send for the end of a frame that was cut.
-        let next = if all.half_sent { all.now + S::COMMAND_TIMEOUT } else { Instant::ZERO };
+        let next = if all.clock.half_sent { all.clock.now + S::COMMAND_TIMEOUT } else { Instant::ZERO };
         let phase = Phase::Settling;
         Self { all, request, tried: 0, next, window: None, phase, give_up: next, stale: 0 }
     }
@@ -98,11 +97,11 @@ impl<'a, S: Sensor> Exchange<'a, S> {
             self.phase = Phase::Settling;
         }
         if self.phase == Phase::Settling {
-            if let Some(at) = self.settled_at().filter(|&at| at > self.all.now) {
+            if let Some(at) = self.settled_at().filter(|&at| at > self.all.clock.now) {
                 return self.listen_until(at);
             }
-            self.all.half_sent = false;
-            self.give_up = self.all.now + self.all.master.timing().line_busy;
+            self.all.clock.half_sent = false;
+            self.give_up = self.all.clock.now + self.all.master.timing().line_busy;
             (self.phase, self.stale) = (Phase::Guarding, 0);
         }
         match self.phase {
@@ -110,7 +109,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
                 self.begin();
                 self.phase = Phase::Waiting;
                 // Until the port says otherwise, the frame may have been cut: a future can be dropped.
-                self.all.half_sent = true;
+                self.all.clock.half_sent = true;
                 Step::Send
             }
             Phase::Over => Step::Over,
@@ -131,7 +130,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
 
     /// The outcome that is here.
     pub fn take(&mut self) -> ExchangeOutcome<S> {
-        let nothing = ExchangeOutcome { result: Err(Fault::NotSent), at: self.all.now };
+        let nothing = ExchangeOutcome { result: Err(Fault::NotSent), at: self.all.clock.now };
         self.all.master.take_outcome().unwrap_or(nothing)
     }
 
@@ -143,46 +142,43 @@ impl<'a, S: Sensor> Exchange<'a, S> {
         clear.map(|clear| clear.max(self.next))
     }
 
+    /// Only operations ask several sensors at once.
+    fn window(&self) -> Option<Duration> {
+        self.window.filter(|_| cfg!(feature = "commissioning"))
+    }
+
     fn listen_until(&self, at: Instant) -> Step {
-        let span = at.since(self.all.now);
-        Step::Listen(self.all.piece.map_or(span, |piece| piece.max(Duration::from_micros(1)).min(span)))
+        Step::Listen(self.all.clock.until(at))
     }
 
     /// A character came `after` the beginning of the span. Breaks when the rest of the span is of no interest.
     #[inline(never)]
     pub fn heard(&mut self, character: Character, after: Duration) -> ControlFlow<()> {
         let all = &mut *self.all;
-        all.witness.take(character);
-        let passed = all.now + after;
-        all.history.take(passed, all.piece.is_none());
-        if S::PRINTS_LINES {
-            all.history.read(character);
-        }
-        let proven = all.proven;
-        // The next one proves that this one is over. Its time is rounded up: less a microsecond, it is not too long; and it
-        // is never zero, so that babble ends.
-        let one = all.master.engine().character() - MICROSECOND;
-        all.proven = proven + one.longer(MICROSECOND);
-        let at = passed.max(proven);
+        let one = all.master.engine().character();
+        let Came { at, proven } = all.clock.hear(character, after, one, S::PRINTS_LINES);
         let ended = all.master.heard(character, at).is_some() || all.master.lapse(proven).is_some();
         let enough = match self.phase {
             Phase::Settling => self.settled_at().is_none_or(|at| at <= proven),
             Phase::Guarding | Phase::Disturbed | Phase::Silent => {
                 self.phase = Phase::Disturbed;
-                self.stale = self.stale.saturating_add(1);
+                self.stale = self.stale.wrapping_add(1);
                 self.stale > MOST_STALE
             }
-            Phase::Waiting => ended,
+            Phase::Waiting => {
+                if ended {
+                    self.ended();
+                }
+                ended
+            }
             Phase::Partly | Phase::Over => true,
         };
         if !enough {
             return ControlFlow::Continue(());
         }
-        self.all.now = self.all.now.max(proven);
-        match self.phase {
-            Phase::Waiting => self.ended(),
-            Phase::Disturbed => self.give_up(),
-            _ => {}
+        self.all.clock.now = self.all.clock.now.max(proven);
+        if self.phase == Phase::Disturbed {
+            self.give_up();
         }
         ControlFlow::Break(())
     }
@@ -191,11 +187,11 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     #[inline(never)]
     pub fn passed(&mut self, span: Duration) {
         let all = &mut *self.all;
-        all.now = all.now + span;
-        let ended = all.master.lapse(all.now).is_some();
+        all.clock.now = all.clock.now + span;
+        let ended = all.master.lapse(all.clock.now).is_some();
         match self.phase {
             Phase::Guarding => self.phase = Phase::Silent,
-            Phase::Disturbed if all.now >= self.give_up => self.give_up(),
+            Phase::Disturbed if all.clock.now >= self.give_up => self.give_up(),
             Phase::Disturbed => self.phase = Phase::Guarding,
             Phase::Waiting if ended => self.ended(),
             _ => {}
@@ -204,7 +200,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
 
     /// The master has an outcome. One that collects has several, of which the last says so.
     fn ended(&mut self) {
-        let last = self.window.is_none() || !self.all.master.is_asking();
+        let last = self.window().is_none() || !self.all.master.is_asking();
         self.phase = if last { Phase::Over } else { Phase::Partly };
     }
 
@@ -212,10 +208,8 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     #[inline(never)]
     pub fn sent(&mut self, whole: bool) {
         let all = &mut *self.all;
-        // The first character may have begun before our driver was off: it proves nothing.
-        (all.released, all.proven, all.half_sent) = (all.now, all.now, !whole);
-        all.witness = Heard::default();
-        let at = all.now;
+        all.clock.sent(whole);
+        let at = all.clock.now;
         if whole {
             all.master.released(at);
         } else if all.master.forced(at).is_some() {
@@ -225,7 +219,8 @@ impl<'a, S: Sensor> Exchange<'a, S> {
 
     /// Why there is no answer, and what to suspect.
     pub fn failure<E>(&self, fault: Fault<S::DecodeError>) -> Failure<S, E> {
-        let Exchanges { master, released, now, witness, history, .. } = &*self.all;
+        let Exchanges { master, clock, .. } = &*self.all;
+        let Clock { released, now, witness, history, .. } = clock;
         let suspect = suspect::<S>(&fault, self.frame(), witness, history, master.counters());
         let fault = match suspect {
             // Whatever the decoder made of our own characters: the sensor said nothing.
@@ -238,7 +233,7 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     /// The line does not fall silent: the request ends before it is sent.
     fn give_up(&mut self) {
         self.phase = Phase::Guarding;
-        let at = self.all.now;
+        let at = self.all.clock.now;
         self.begin();
         if self.all.master.given_up(at).is_some() {
             self.phase = Phase::Over;
@@ -246,12 +241,12 @@ impl<'a, S: Sensor> Exchange<'a, S> {
     }
 
     fn begin(&mut self) {
-        let kind = match self.window {
+        let kind = match self.window() {
             Some(window) => ExchangeKind::Collecting(window),
             None if self.tried == 0 => ExchangeKind::First,
             None => ExchangeKind::Retry,
         };
-        self.all.master.begin_prepared(self.request, kind, self.all.now);
+        self.all.master.begin_prepared(self.request, kind, self.all.clock.now);
     }
 
     /// When to try again after what came out.

@@ -65,12 +65,12 @@ where
     }
 
     fn next(&mut self, all: &Exchanges<O::Protocol>) -> Todo<O::Protocol, Result<O, E>> {
-        match self.operation.next(all.now) {
+        match self.operation.next(all.clock.now) {
             Step::Ask { address, request, tries } => Self::ask(Prepared::new(address, &request), tries, None),
             Step::Collect { address, request, window } => {
                 Self::ask(Prepared::new(address, &request), 1, Some(window))
             }
-            Step::Wait { until } => Todo::Wait(until.since(all.now)),
+            Step::Wait { until } => Todo::Wait(until.since(all.clock.now)),
             Step::Serial(serial) => Todo::Rate(serial),
             Step::Done => Todo::Done(match self.operation.result() {
                 Some(Ok(report)) => Ok(report),
@@ -93,7 +93,7 @@ where
 
     /// What was to be asked is no request: no exchange begins.
     fn refuse(&mut self, all: &Exchanges<O::Protocol>) -> Option<O::Event> {
-        self.operation.on(&ExchangeOutcome { result: Err(Fault::NotSent), at: all.now })
+        self.operation.on(&ExchangeOutcome { result: Err(Fault::NotSent), at: all.clock.now })
     }
 
     /// Takes what an exchange came to. `None`: it is worth another try.
@@ -113,14 +113,14 @@ where
         if failed && may_repeat {
             return None;
         }
-        Some(self.operation.on(&ExchangeOutcome { result, at: all.now }))
+        Some(self.operation.on(&ExchangeOutcome { result, at: all.clock.now }))
     }
 }
 
 impl<S: Sensor + Commissionable> Exchanges<S> {
     /// A character that belongs to no exchange came within the span that is listened to.
     fn overhear(&mut self, character: Character, after: Duration) -> ControlFlow<()> {
-        let at = self.now + after;
+        let at = self.clock.now + after;
         // Outcomes are those of an exchange in hand, and there is none.
         let _ = self.master.heard(character, at);
         ControlFlow::Continue(())

@@ -1,5 +1,7 @@
 //! What was heard besides what the master counts, and what it suggests.
 
+use core::array;
+
 use clino_bus::{BusCounters, FailedCheck, Fault, Instant};
 use clino_codec::character::Character;
 use clino_codec::checks::Check;
@@ -23,12 +25,14 @@ impl Heard {
         if let Some(place) = self.first.get_mut(self.count as usize) {
             *place = byte;
         }
-        self.count = self.count.saturating_add(1);
+        self.count = self.count.wrapping_add(1);
     }
 
     /// Whether it is this frame and nothing else.
     fn is(&self, frame: &[u8]) -> bool {
-        self.count as usize == frame.len() && frame.iter().zip(self.first).all(|(&sent, heard)| sent == heard)
+        // Without a loop: a program that does not look at its errors does without this then.
+        let sent: [u8; KEPT] = array::from_fn(|place| frame.get(place).copied().unwrap_or(0));
+        self.count as usize == frame.len() && self.first == sent
     }
 }
 
@@ -44,7 +48,7 @@ const BURST_ASYNC: u8 = 16;
 pub struct History {
     characters: u32,
     /// The last four: an ISU's ASCII line ends with two digits, CR, LF. Source: AN #201 section 4, ASCII Output Mode.
-    last: [u8; 4],
+    last: u32,
     ascii: bool,
     /// Characters came faster than a line can carry them: a receiver has kept them.
     bursts: bool,
@@ -55,14 +59,13 @@ pub struct History {
 impl History {
     /// A character came that may be one of a line of text.
     pub fn read(&mut self, Character { byte, .. }: Character) {
-        let [_, b, c, d] = self.last;
-        self.last = [b, c, d, byte];
-        self.ascii |= matches!(self.last, [b'0'..=b'9', b'0'..=b'9', b'\r', b'\n']);
+        self.last = self.last << u8::BITS | u32::from(byte);
+        self.ascii |= matches!(self.last.to_be_bytes(), [b'0'..=b'9', b'0'..=b'9', b'\r', b'\n']);
     }
 
     /// A character came at this time, as far as the port knows; `exact` if it looks often.
     pub fn take(&mut self, at: Instant, exact: bool) {
-        self.characters = self.characters.saturating_add(1);
+        self.characters = self.characters.wrapping_add(1);
         self.at_once = if at == self.at { self.at_once.saturating_add(1) } else { 1 };
         self.at = at;
         self.bursts |= self.at_once >= if exact { BURST } else { BURST_ASYNC };

@@ -147,7 +147,8 @@ impl<'a, D: DelayNs> Patience<'a, D> {
     }
 }
 
-/// Waits for at least `span` and returns it; zero costs nothing.
+/// Waits for at least `span` and returns it; zero costs nothing. In one place: a delay may be long code.
+#[inline(never)]
 fn pause(delay: &mut impl DelayNs, span: Duration) -> Duration {
     if span > Duration::ZERO {
         delay.delay_us(span.as_micros());
