@@ -7,7 +7,7 @@ use clino_bus::{Duration, Instant};
 use clino_codec::angle::Angle;
 
 use crate::alarm::{Alarm, AlarmDetail, Watch};
-use crate::config::{Filter, SINGLE_AXIS};
+use crate::config::SINGLE_AXIS;
 use crate::counters::{SlotCounters, bump16, bump32};
 use crate::health::Health;
 use crate::summary::Standing;
@@ -136,7 +136,7 @@ impl Slot {
             identified: false,
             measured: NEVER,
             sequence: 0,
-            window: Window::default(),
+            window: Window::EMPTY,
             motion: Motion::default(),
             alarm: Watch::default(),
             extremes: Extremes::default(),
@@ -189,7 +189,7 @@ impl Slot {
         (self.fresh, self.pending, self.gap) = (false, false, false);
         self.raw = Angle::ZERO;
         self.temperature = NO_TEMPERATURE;
-        self.window = Window::default();
+        self.window = Window::EMPTY;
         self.motion = Motion::default();
         self.sequence = self.sequence.wrapping_add(1);
     }
@@ -357,16 +357,9 @@ impl Slot {
         let config = &self.config;
         let angle = oriented(self.raw, config.soft_zero, config.direction);
         if gap {
-            self.window.clear();
+            self.window = Window::EMPTY;
         }
-        if config.filter != Filter::Off {
-            self.window.push(angle, config.samples);
-        }
-        let angle = match config.filter {
-            Filter::Off => angle,
-            Filter::Mean => self.window.mean(),
-            Filter::Median => self.window.median(),
-        };
+        let angle = self.window.filtered(angle, config.filter, config.samples);
         self.motion.take(angle, config.range, self.measured, gap);
     }
 
