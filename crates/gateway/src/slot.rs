@@ -61,8 +61,6 @@ impl Sample {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
     pub config: SlotConfig,
-    /// The sensor is known to measure the slot's axis.
-    identified: bool,
     pub counters: SlotCounters,
     pub health: Health,
     pub strikes: Strikes,
@@ -70,11 +68,7 @@ pub(crate) struct Slot {
     link: Link,
     status: Status,
     last_error: Option<Status>,
-    fresh: bool,
-    /// The last value is not digested yet.
-    pending: bool,
-    /// There was no good value for a while before the one that is pending.
-    gap: bool,
+    facts: Facts,
     raw: Angle,
     temperature: i16,
     /// Serial number of the sensor; [`UNKNOWN`] until it has said it.
@@ -86,6 +80,30 @@ pub(crate) struct Slot {
     motion: Motion,
     alarm: Watch,
     extremes: Extremes,
+}
+
+/// What else is known of a slot, a bit each.
+#[derive(Clone, Copy, Debug)]
+struct Facts(u8);
+
+impl Facts {
+    const NONE: Facts = Facts(0);
+    /// The sensor is known to measure the slot's axis.
+    const IDENTIFIED: Facts = Facts(1 << 0);
+    /// The last value was measured anew.
+    const FRESH: Facts = Facts(1 << 1);
+    /// The last value is not digested yet.
+    const PENDING: Facts = Facts(1 << 2);
+    /// There was no good value for a while before the one that is pending.
+    const GAP: Facts = Facts(1 << 3);
+
+    const fn has(self, fact: Facts) -> bool {
+        self.0 & fact.0 != 0
+    }
+
+    fn set(&mut self, fact: Facts, on: bool) {
+        self.0 = if on { self.0 | fact.0 } else { self.0 & !fact.0 };
+    }
 }
 
 /// What a slot says before it is read.
@@ -127,19 +145,16 @@ impl Slot {
             link: Link::default(),
             status: first_status(&config),
             last_error: None,
-            fresh: false,
-            pending: false,
-            gap: false,
+            facts: Facts::NONE,
             raw: Angle::ZERO,
             temperature: NO_TEMPERATURE,
             serial: UNKNOWN,
-            identified: false,
             measured: NEVER,
             sequence: 0,
             window: Window::EMPTY,
             motion: Motion::default(),
             alarm: Watch::default(),
-            extremes: Extremes::default(),
+            extremes: Extremes::NONE,
         }
     }
 
@@ -155,7 +170,7 @@ impl Slot {
         self.alarm.change(&self.config.alarm, &config.alarm);
         if !means_the_same(&self.config, &config) {
             self.alarm.restart(&config.alarm);
-            self.extremes = Extremes::default();
+            self.extremes = Extremes::NONE;
         }
         self.forget_numbers();
         self.health = Health::WELL;
@@ -172,7 +187,7 @@ impl Slot {
     pub fn restart(&mut self) {
         self.forget_numbers();
         self.alarm.restart(&self.config.alarm);
-        self.extremes = Extremes::default();
+        self.extremes = Extremes::NONE;
         if matches!(self.status, Status::Ok | Status::Suspect) {
             self.status = Status::NeverRead;
         }
@@ -183,10 +198,9 @@ impl Slot {
 
     /// What the sensor has said so far is worth nothing. In its place: a slot is large.
     fn forget_numbers(&mut self) {
-        self.identified = false;
+        self.facts = Facts::NONE;
         self.strikes = Strikes::default();
         self.plausibility = Plausibility::NEW;
-        (self.fresh, self.pending, self.gap) = (false, false, false);
         self.raw = Angle::ZERO;
         self.temperature = NO_TEMPERATURE;
         self.window = Window::EMPTY;
@@ -227,7 +241,8 @@ impl Slot {
 
     /// Whether the sensor has to say what it is before its value is of use.
     pub fn is_to_identify(&self) -> bool {
-        !self.identified && matches!(self.config.source, Source::T7 { axis, .. } if axis != SINGLE_AXIS)
+        !self.facts.has(Facts::IDENTIFIED)
+            && matches!(self.config.source, Source::T7 { axis, .. } if axis != SINGLE_AXIS)
     }
 
     /// The sensor has said what it is.
@@ -235,13 +250,14 @@ impl Slot {
     /// # Errors
     /// It does not measure the slot's axis.
     pub fn identify(&mut self, identity: Identity) -> Result<(), Status> {
-        self.identified = identity == Identity::MultiAxis;
-        if self.identified { Ok(()) } else { Err(Status::ConfigFault) }
+        let measures_all = identity == Identity::MultiAxis;
+        self.facts.set(Facts::IDENTIFIED, measures_all);
+        if measures_all { Ok(()) } else { Err(Status::ConfigFault) }
     }
 
     /// The sensor did not answer: another one may be in its place.
     pub fn forget_identity(&mut self) {
-        self.identified = false;
+        self.facts.set(Facts::IDENTIFIED, false);
     }
 
     /// Something was wrong with what was received: the next value needs a confirmation.
@@ -319,9 +335,12 @@ impl Slot {
     fn accept(&mut self, sample: Sample, at: Instant, fresh: bool) {
         self.digest();
         // A value is new, too, if the one that it confirms was.
-        self.fresh = fresh || sample.angle != self.raw || !self.motion.has_begun();
-        self.gap |= self.is_stale(at);
-        (self.raw, self.measured, self.pending) = (sample.angle, at, true);
+        self.facts.set(Facts::FRESH, fresh || sample.angle != self.raw || !self.motion.has_begun());
+        if self.is_stale(at) {
+            self.facts.set(Facts::GAP, true);
+        }
+        (self.raw, self.measured) = (sample.angle, at);
+        self.facts.set(Facts::PENDING, true);
         self.temperature = sample.temperature.unwrap_or(NO_TEMPERATURE);
         if let Some(one_g) = sample.one_g {
             let speaks = self.strikes.count(one_g, GRAVITY_STRIKES);
@@ -332,16 +351,17 @@ impl Slot {
     /// Makes the angle of the last value, if that has not been done.
     #[inline]
     pub fn digest(&mut self) {
-        if core::mem::take(&mut self.pending) {
+        if self.facts.has(Facts::PENDING) {
+            self.facts.set(Facts::PENDING, false);
             self.make_angle();
         }
     }
 
     #[inline(never)]
     fn make_angle(&mut self) {
-        let gap = self.gap;
-        if self.fresh {
-            self.gap = false;
+        let gap = self.facts.has(Facts::GAP);
+        if self.facts.has(Facts::FRESH) {
+            self.facts.set(Facts::GAP, false);
             self.move_on(gap);
         }
         let angle = self.motion.published(self.config.range).mdeg();
@@ -380,7 +400,7 @@ impl Slot {
 
     /// Forgets the lowest and the highest angle.
     pub fn clear_extremes(&mut self) {
-        self.extremes = Extremes::default();
+        self.extremes = Extremes::NONE;
     }
 
     /// Time passes: returns whether the alarm *no_value* is raised.
@@ -452,7 +472,7 @@ impl Slot {
             sequence: self.sequence,
             health: self.health,
             alarms: self.alarm.alarms(),
-            fresh: self.fresh,
+            fresh: self.facts.has(Facts::FRESH),
             status: self.status,
             raw: self.raw,
             angle: self.motion.published(self.config.range),
