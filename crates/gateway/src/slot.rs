@@ -239,6 +239,11 @@ impl Slot {
         self.plausibility.forget();
     }
 
+    /// The angle that the sensor has said last, published or not; it has to have said one.
+    pub fn last_said(&self) -> Angle {
+        if self.config.confirm { self.plausibility.candidate() } else { self.raw }
+    }
+
     /// Whether the sensor has to say what it is before its value is of use.
     pub fn is_to_identify(&self) -> bool {
         !self.facts.has(Facts::IDENTIFIED)

@@ -18,9 +18,8 @@ pub(crate) struct Turn {
     pub tried: u8,
     /// Readings in a row to which there was no answer.
     pub silent: u8,
-    /// The node is taken for dead.
-    pub dead: bool,
-    /// Least time to the next probe of a dead node, in milliseconds.
+    /// Of a node that is taken for dead: least time from its next probe to the one after that, in milliseconds. Zero of
+    /// another.
     pub pause_ms: u16,
     /// When an ISU has its next angle.
     pub refresh: RefreshTracker,
@@ -45,9 +44,14 @@ impl Turn {
         self.refresh = RefreshTracker::default();
     }
 
+    /// Whether the node is taken for dead.
+    pub fn is_dead(&self) -> bool {
+        self.pause_ms > 0
+    }
+
     /// The node gets all its tries again, dead or not.
     pub fn revive(&mut self) {
-        (self.dead, self.silent, self.pause_ms, self.tried) = (false, 0, 0, 0);
+        (self.silent, self.pause_ms, self.tried) = (0, 0, 0);
     }
 }
 
@@ -108,7 +112,7 @@ impl Polled {
     /// Why the slot is asked now.
     pub fn purpose(&self) -> Purpose {
         match self.turn.tried {
-            0 if self.turn.dead => Purpose::Probe,
+            0 if self.turn.is_dead() => Purpose::Probe,
             0 if self.slot.is_to_confirm() => Purpose::Confirmation,
             0 => Purpose::Reading,
             _ => Purpose::Retry,
@@ -120,7 +124,7 @@ impl Polled {
         Detail {
             counters: self.slot.counters,
             last_error: self.slot.last_error(),
-            is_dead: self.turn.dead,
+            is_dead: self.turn.is_dead(),
             awaits_confirmation: self.slot.is_to_confirm(),
             extremes: self.slot.extremes(),
         }
