@@ -18,6 +18,7 @@ pub(crate) const LONGEST_AGE: u64 = ROUND - FUTURE - 1;
 
 /// The low 48 bits of an instant, in three parts, which need no room for alignment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Stamp([u16; 3]);
 
 impl Stamp {
