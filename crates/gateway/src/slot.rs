@@ -71,8 +71,6 @@ pub(crate) struct Slot {
     facts: Facts,
     raw: Angle,
     temperature: i16,
-    /// Serial number of the sensor; [`UNKNOWN`] until it has said it.
-    serial: u32,
     /// When the last good value came; [`NEVER`] before the first.
     measured: Instant,
     sequence: u32,
@@ -123,8 +121,6 @@ fn means_the_same(one: &SlotConfig, other: &SlotConfig) -> bool {
 
 /// Nothing was measured yet.
 const NEVER: Instant = Instant::NEVER;
-/// No sensor has said its serial number.
-const UNKNOWN: u32 = 0;
 /// Nothing was said of the temperature: colder than anything.
 const NO_TEMPERATURE: i16 = i16::MIN;
 
@@ -148,7 +144,6 @@ impl Slot {
             facts: Facts::NONE,
             raw: Angle::ZERO,
             temperature: NO_TEMPERATURE,
-            serial: UNKNOWN,
             measured: NEVER,
             sequence: 0,
             window: Window::EMPTY,
@@ -177,7 +172,6 @@ impl Slot {
         self.link = Link::default();
         self.status = first_status(&config);
         self.last_error = None;
-        self.serial = UNKNOWN;
         self.measured = NEVER;
         self.config = config;
     }
@@ -206,12 +200,6 @@ impl Slot {
         self.window = Window::EMPTY;
         self.motion = Motion::default();
         self.sequence = self.sequence.wrapping_add(1);
-    }
-
-    /// Whether a sensor of this serial number is another one than the slot has read so far; from now on it is that.
-    pub fn is_replaced_by(&mut self, serial: u32) -> bool {
-        let before = core::mem::replace(&mut self.serial, serial);
-        before != UNKNOWN && before != serial
     }
 
     /// How the last reading that failed did; `None` if none has.

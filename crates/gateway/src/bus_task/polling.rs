@@ -9,7 +9,7 @@ use clino_codec::checks::Check;
 use crate::counters::{bump16, bump32};
 use crate::schedule::outage::{BusHealth, Consequence, Watch};
 use crate::schedule::queue::{Asked, Queue};
-use crate::schedule::{Polled, Turn};
+use crate::schedule::{Polled, Sensor, Turn};
 use crate::slot::{Identity, Sample, Slot};
 use crate::trace::{Purpose, Verdict};
 use crate::{Bus, SlotConfig, Status};
@@ -297,9 +297,11 @@ fn failed(slot: &mut Slot, fault: &Fault<Check>) -> bool {
 
 /// A good reading of a sensor that repeats itself ended at `at`: whether it has measured anew. Changes when the slot is due.
 fn note_refresh(turn: &mut Turn, slot: &Slot, sample: &Sample, asked: &Asked, at: Instant) -> bool {
-    let fresh = turn.refresh.read(sample.angle != slot.last_said(), asked.released, at);
-    if let Some(next) = turn.refresh.next(asked.since, slot.config.period) {
+    let mut refresh = turn.sensor.refresh();
+    let fresh = refresh.read(sample.angle != slot.last_said(), asked.released, at);
+    if let Some(next) = refresh.next(asked.since, slot.config.period) {
         turn.due = next;
     }
+    turn.sensor = Sensor::Refresh(refresh);
     fresh
 }

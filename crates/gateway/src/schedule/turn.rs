@@ -21,8 +21,48 @@ pub(crate) struct Turn {
     /// Of a node that is taken for dead: least time from its next probe to the one after that, in milliseconds. Zero of
     /// another.
     pub pause_ms: u16,
+    pub sensor: Sensor,
+}
+
+/// What is kept of a sensor beside its values: another thing of each kind.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Sensor {
+    /// Serial number of a T7; [`UNKNOWN`] until it has said it.
+    Serial(u32),
     /// When an ISU has its next angle.
-    pub refresh: RefreshTracker,
+    Refresh(RefreshTracker),
+}
+
+/// No sensor has said its serial number.
+const UNKNOWN: u32 = 0;
+
+impl Default for Sensor {
+    fn default() -> Sensor {
+        Sensor::Serial(UNKNOWN)
+    }
+}
+
+impl Sensor {
+    /// What is known of the refresh of an ISU; nothing of others.
+    pub fn refresh(&self) -> RefreshTracker {
+        match self {
+            Sensor::Refresh(tracker) => *tracker,
+            Sensor::Serial(_) => RefreshTracker::default(),
+        }
+    }
+
+    /// The refresh of an ISU is not known any more.
+    fn lose_refresh(&mut self) {
+        if let Sensor::Refresh(tracker) = self {
+            *tracker = RefreshTracker::default();
+        }
+    }
+
+    /// Whether a sensor of this serial number is another one than was read so far; from now on it is that.
+    pub fn is_replaced_by(&mut self, serial: u32) -> bool {
+        let before = core::mem::replace(self, Sensor::Serial(serial));
+        matches!(before, Sensor::Serial(before) if before != UNKNOWN && before != serial)
+    }
 }
 
 impl Turn {
@@ -41,7 +81,7 @@ impl Turn {
 
     /// The sensor has other numbers now: its refresh is not known; what is known of its answers stays.
     fn restart(&mut self) {
-        self.refresh = RefreshTracker::default();
+        self.sensor.lose_refresh();
     }
 
     /// Whether the node is taken for dead.
@@ -97,7 +137,7 @@ impl Polled {
     /// No answer has come for long: earlier values neither confirm nor predict anything.
     pub fn lose_track(&mut self) {
         self.slot.lose_track();
-        self.turn.refresh = RefreshTracker::default();
+        self.turn.sensor.lose_refresh();
     }
 
     /// When the slot is due; a retry goes first, the confirmation of a value is due `confirm_after` it came.
