@@ -2,7 +2,6 @@
 
 use core::mem::MaybeUninit;
 
-use clino_bus::Event;
 use clino_codec::pwm::Limits;
 use clino_gateway::{Bus, Capture, Configuration, DegradedMode, Gateway};
 use clino_modbus::Settings;
@@ -19,7 +18,7 @@ use crate::modbus::{Lines, Server};
 use crate::ports::T7Port;
 use crate::quiet::Kept;
 use crate::uart::Rs485;
-use crate::{clock, console, isu, modbus, params, pwm, start, watchdog};
+use crate::{clock, console, events, isu, modbus, params, pwm, start, watchdog};
 
 /// Events the T7 bus can have in hand before the bus level fetches them: 2.8 ms of characters at 115200 bit/s.
 const T7_EVENTS: usize = 32;
@@ -30,8 +29,8 @@ const CAPTURES: usize = 4;
 
 /// The queues between interrupts and the levels below them.
 pub struct Queues {
-    t7: Queue<Event, T7_EVENTS>,
-    isu: Queue<Event, ISU_EVENTS>,
+    t7: events::Queue<T7_EVENTS>,
+    isu: events::Queue<ISU_EVENTS>,
     pwm1: Queue<Capture, CAPTURES>,
     pwm2: Queue<Capture, CAPTURES>,
     console: console::Queues,

@@ -6,7 +6,7 @@
 //! The levels below read values and give orders by locking the gateway, which holds this level off for as long as it takes:
 //! they look at one thing at a time.
 
-use clino_bus::{DriverEnable, Event, Instant};
+use clino_bus::{DriverEnable, Instant};
 use clino_console::BusState;
 use clino_gateway::{Bus, Capture, Gateway, PwmInput, Requester};
 use clino_recovery::MonitoredTask;
@@ -15,12 +15,12 @@ use rtic::Mutex;
 
 use crate::app::bus_level::{LocalResources, SharedResources};
 use crate::clock::Alarm;
-use crate::{clock, ports, shared, watchdog};
+use crate::{clock, events, ports, shared, watchdog};
 
 /// Events of the ports for the bus level.
 pub struct Inbox {
-    pub t7: Consumer<'static, Event>,
-    pub isu: Consumer<'static, Event>,
+    pub t7: events::Consumer,
+    pub isu: events::Consumer,
     pub pwm1: Consumer<'static, Capture>,
     pub pwm2: Consumer<'static, Capture>,
 }
@@ -33,10 +33,9 @@ impl Inbox {
     /// Hands the gateway the events. A function of its own: its stack is free again when an exchange begins.
     #[inline(never)]
     fn empty_into(&mut self, gateway: &mut Gateway, now: Instant) {
-        for (bus, events) in [(Bus::T7, &mut self.t7), (Bus::Isu, &mut self.isu)] {
-            while let Some(event) = events.peek() {
-                gateway.line(bus, *event);
-                _ = events.dequeue();
+        for (bus, queue) in [(Bus::T7, &mut self.t7), (Bus::Isu, &mut self.isu)] {
+            while let Some(event) = events::take(queue, now) {
+                gateway.line(bus, event);
             }
         }
         while let Some(capture) = self.pwm1.dequeue() {

@@ -61,13 +61,13 @@ impl Incoming {
     }
 
     /// Takes a character; returns how many were lost with that.
-    fn take(&mut self, byte: u8, errors: LineErrors) -> u32 {
+    fn take(&mut self, byte: u8, is_flawed: bool) -> u32 {
         if let Some(started) = self.started.take()
             && clock::now().since(started) < CONSOLE_START
         {
             self.lose();
         }
-        match self.queue.enqueue(Received { byte, errors, lost: self.lost }) {
+        match self.queue.enqueue(Received::new(byte, is_flawed, self.lost)) {
             Ok(()) => {
                 self.lost = 0;
                 0
@@ -120,8 +120,8 @@ impl Port {
             let byte = uart.dr().read().dr().bits() as u8;
             let mut lost = 0;
             if full {
-                let flags = uart::line_errors(&status);
-                lost += incoming.take(byte, flags.without(LineErrors::OVERRUN));
+                let flaws = uart::line_errors(&status).without(LineErrors::OVERRUN);
+                lost += incoming.take(byte, !flaws.is_none());
             }
             if overrun {
                 // The register kept its character; what came behind it is lost.

@@ -34,6 +34,7 @@ mod clock;
 mod config_store;
 #[cfg(feature = "console")]
 mod console;
+mod events;
 mod faults;
 mod flash;
 #[cfg(feature = "console")]

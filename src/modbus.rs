@@ -5,13 +5,12 @@
 
 use core::cell::RefCell;
 
-use clino_bus::{DriverEnable, Instant};
+use clino_bus::{DriverEnable, Event, Instant};
 use clino_gateway::Gateway;
 use clino_gateway::settings::SettingsPart;
 use clino_modbus::binding::{self, Binding, DeferredRequest};
 use clino_modbus::{Identification, Refusal, Settings};
 use clino_recovery::{MonitoredTask, Start};
-use heapless::spsc::Consumer;
 use rtic::Mutex;
 use stm32f4xx_hal::rcc::Rcc;
 
@@ -19,12 +18,11 @@ use crate::app::modbus_level::SharedResources;
 use crate::board::ModbusLine;
 use crate::clock::Alarm;
 use crate::quiet::Kept;
-use crate::{board, clock, params, ports, shared, watchdog};
+use crate::{board, clock, events, params, ports, shared, watchdog};
 
 pub mod port;
 
 pub use clino_modbus::Server;
-use port::Event;
 
 static IDENTIFICATION: Identification = Identification([
     "clino",
@@ -37,7 +35,7 @@ static IDENTIFICATION: Identification = Identification([
 
 /// What has happened on the line.
 pub struct Lines {
-    pub events: Consumer<'static, Event>,
+    pub events: events::Consumer,
 }
 
 /// Takes the port into service.
@@ -82,10 +80,13 @@ impl<'a> Level<'a> {
     pub fn run(&mut self) -> bool {
         // Events after this look are for the next run.
         let now = clock::now();
-        while let Some(event) = self.lines.events.dequeue() {
+        while let Some(event) = events::take(&mut self.lines.events, now) {
             match event {
                 Event::Heard { character, at } => self.server.heard(character, at),
-                Event::Sent { at } => self.server.sent(at),
+                // The last stop bit of the answer is out.
+                Event::Released { at } => self.server.sent(at),
+                // The port has no other events.
+                _ => {}
             }
         }
         if let Some(settings) = with(self.shared, |shared| shared.new_settings.lock(Option::take)).flatten() {

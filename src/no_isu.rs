@@ -1,18 +1,18 @@
 //! In the place of `isu.rs` in an image without ISUs: the USART and the pins stay as a reset leaves them.
 
-use clino_bus::{DriverEnable, Event, Instant, Timing};
+use clino_bus::{DriverEnable, Instant, Timing};
 use clino_gateway::Action;
-use heapless::spsc::Producer;
 use stm32f4xx_hal::rcc::Rcc;
 
 use crate::board::IsuLine;
+use crate::events::Producer;
 use crate::uart::BusPort;
 
 /// No port.
 pub struct Port;
 
 /// Takes nothing into service.
-pub fn start(_: IsuLine, _: &mut Rcc, _: &Timing, _: u32, _: Producer<'static, Event>) -> Port {
+pub fn start(_: IsuLine, _: &mut Rcc, _: &Timing, _: u32, _: Producer) -> Port {
     Port
 }
 

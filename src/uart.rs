@@ -15,11 +15,11 @@ use clino_bus::{DriverEnable, Duration, Event, Instant, Line, Timing};
 use clino_codec::character::{Character, LineErrors};
 use clino_gateway::Action;
 use embedded_hal::digital::OutputPin;
-use heapless::spsc::Producer;
 use stm32f4xx_hal::pac::usart1::{RegisterBlock, sr};
 
+use crate::events::Producer;
 use crate::log::log;
-use crate::{board, clock};
+use crate::{board, clock, events};
 
 /// Bits of one character on the line, 8N1.
 const CHARACTER_BITS: u32 = 10;
@@ -34,7 +34,7 @@ pub struct Rs485<U, D> {
     line: Line,
     /// Longest wait for the line to fall silent.
     line_busy: Duration,
-    events: Producer<'static, Event>,
+    events: Producer,
     watch: DriverWatch,
     /// Events the bus level did not fetch in time.
     dropped: u32,
@@ -90,14 +90,7 @@ impl<U: Usart, D: OutputPin> BusPort for Rs485<U, D> {
 
 impl<U: Usart, D: OutputPin> Rs485<U, D> {
     /// Takes a USART whose clock runs at `clock_hz` and sets it up: 8N1, receiver and its interrupt on.
-    pub fn new(
-        uart: U,
-        mut de: D,
-        timing: &Timing,
-        clock_hz: u32,
-        core_hz: u32,
-        events: Producer<'static, Event>,
-    ) -> Self {
+    pub fn new(uart: U, mut de: D, timing: &Timing, clock_hz: u32, core_hz: u32, events: Producer) -> Self {
         _ = de.set_low();
         let divider = divider(clock_hz, timing.serial.baud);
         set_up(&uart, divider);
@@ -254,7 +247,7 @@ impl<U: Usart, D: OutputPin> Rs485<U, D> {
     }
 
     fn report(&mut self, event: Event) {
-        if self.events.enqueue(event).is_err() {
+        if !events::put(&mut self.events, event) {
             // The bus level is too far behind; what follows is incomplete and will fail its checks.
             self.dropped = self.dropped.wrapping_add(1);
             self.overrun = true;

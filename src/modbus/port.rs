@@ -3,32 +3,22 @@
 //! The transceiver's receiver is off while its driver is on (one pin is DE and R̅E̅), so nothing of an answer comes back. DE
 //! falls in the transmission-complete interrupt of the last character.
 
-use clino_bus::Instant;
+use clino_bus::Event;
 use clino_codec::character::{Character, LineErrors};
 use clino_modbus::settings::{Parity, StopBits};
 use clino_modbus::{MAX_FRAME, Settings};
 use heapless::Vec;
-use heapless::spsc::{Producer, Queue};
 
 use super::Lines;
 use crate::board::{ModbusDe, ModbusUsart};
-use crate::{clock, uart};
+use crate::{clock, events, uart};
 
 /// Characters that can wait for the Modbus level: 2.7 ms of them at 115200 bit/s.
 const EVENTS: usize = 32;
 
-/// An event on the line.
-#[derive(Clone, Copy)]
-pub enum Event {
-    /// A character has come in; this was the centre of its stop bit.
-    Heard { character: Character, at: Instant },
-    /// The last stop bit of the answer is out.
-    Sent { at: Instant },
-}
-
 /// What passes between the interrupt and the Modbus level.
 pub struct Queues {
-    events: Queue<Event, EVENTS>,
+    events: events::Queue<EVENTS>,
     answer: Answer,
 }
 
@@ -53,7 +43,7 @@ impl Answer {
 
 impl Queues {
     pub const fn new() -> Queues {
-        Queues { events: Queue::new(), answer: Answer::none() }
+        Queues { events: events::Queue::new(), answer: Answer::none() }
     }
 }
 
@@ -61,7 +51,7 @@ pub struct Port {
     uart: ModbusUsart,
     clock_hz: u32,
     de: ModbusDe,
-    events: Producer<'static, Event>,
+    events: events::Producer,
     answer: &'static mut Answer,
     /// An event found no room, or an overrun came without a character: the next one carries it.
     overrun: bool,
@@ -132,7 +122,7 @@ impl Port {
         if control.tcie().bit_is_set() && status.tc().bit_is_set() {
             self.uart.cr1().modify(|_, w| w.tcie().clear_bit());
             self.de.set_low();
-            self.report(Event::Sent { at: clock::now() });
+            self.report(Event::Released { at: clock::now() });
             is_news = true;
         }
         if control.txeie().bit_is_set() && status.txe().bit_is_set() {
@@ -158,6 +148,6 @@ impl Port {
     }
 
     fn report(&mut self, event: Event) {
-        self.overrun |= self.events.enqueue(event).is_err();
+        self.overrun |= !events::put(&mut self.events, event);
     }
 }

@@ -1,6 +1,6 @@
 //! Diagnostics: counters and the last transactions.
 
-use clino_bus::Duration;
+use clino_bus::{Duration, Instant};
 use clino_gateway::Bus;
 use clino_gateway::order::Order;
 use clino_gateway::trace::{Entry, TRACED};
@@ -115,20 +115,20 @@ fn last(job: &mut Job<'_, '_>, most: u8) {
         job.reply.say("       at_us  bus  addr  code  took_us  purpose       verdict\n");
     }
     // One that ended between two calls has moved the others on: it makes one of them come twice.
-    let mut before = None;
+    let (now, mut before) = (job.host.now(), None);
     for entry in entries.iter().flatten() {
         if before != Some(entry) {
-            row(&mut job.reply, entry);
+            row(&mut job.reply, entry, now);
         }
         before = Some(entry);
     }
 }
 
-fn row(reply: &mut Reply<'_>, entry: &Entry) {
-    let bus = Value::Text(entry.bus.name());
+fn row(reply: &mut Reply<'_>, entry: &Entry, now: Instant) {
+    let bus = Value::Text(entry.bus().name());
     let values = [
-        entry.at.as_micros().into(),
-        entry.address.into(),
+        entry.at(now).as_micros().into(),
+        entry.address().into(),
         entry.command.into(),
         entry.took().as_micros().into(),
         entry.purpose.name().into(),

@@ -90,7 +90,7 @@ impl Editor {
 
     /// Whether a character is but the rest of the line end before it: LF after CR.
     pub fn is_rest_of_end(&mut self, received: Received) -> bool {
-        received.lost == 0 && received.errors.is_none() && self.keys.is_rest_of_end(received.byte)
+        received == Received::clean(received.byte) && self.keys.is_rest_of_end(received.byte)
     }
 
     /// Keeps the line, to be recalled.
@@ -100,11 +100,11 @@ impl Editor {
 
     /// Takes a character.
     pub fn take(&mut self, received: Received, manner: Manner, out: &mut dyn Out) -> Option<Event> {
-        if received.lost > 0 {
+        if received.lost() > 0 {
             self.keys.interrupt();
-            self.line.spoil(Reason::Lost, received.lost.into());
+            self.line.spoil(Reason::Lost, received.lost().into());
         }
-        if !received.errors.is_none() {
+        if received.is_flawed() {
             self.keys.interrupt();
             self.line.spoil(Reason::Receiver, 1);
             return None;

@@ -148,10 +148,10 @@ impl<'o> Shell<'o> {
     fn take(&mut self, received: Received, host: &mut dyn Host) {
         let now = host.now();
         if let Mode::Settling { until, dropped } = self.mode {
-            let more = u16::from(received.lost).saturating_add(1);
+            let more = u16::from(received.lost()).saturating_add(1);
             if now < until && !received.is_interrupt() {
                 // Noise does not keep a paste going.
-                let until = if received.errors.is_none() { now + SILENCE } else { until };
+                let until = if received.is_flawed() { until } else { now + SILENCE };
                 self.mode = Mode::Settling { until, dropped: dropped.saturating_add(more) };
                 return;
             }
@@ -164,7 +164,7 @@ impl<'o> Shell<'o> {
         if is_begun && manner == Manner::PROGRAM && self.presence.is_gone(now, idle_ms, false) {
             line.spoil(Reason::Left, line.length() as u16);
         }
-        if received.errors.is_none() {
+        if !received.is_flawed() {
             self.presence.is_here(now);
         }
         match self.editor.take(received, manner, self.out) {
@@ -418,7 +418,7 @@ impl<'o> Shell<'o> {
         let mut early = 0_u16;
         for received in (0..MOST_WAITING).map_while(|_| host.received()) {
             if !self.editor.is_rest_of_end(received) {
-                early = early.saturating_add(1).saturating_add(received.lost.into());
+                early = early.saturating_add(1).saturating_add(received.lost().into());
             }
         }
         let now = host.now();

@@ -173,15 +173,6 @@ impl Alarms {
     }
 }
 
-/// What one alarm has seen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Record {
-    /// When its condition began, or when it was raised.
-    since: Stamp,
-    /// The angle or the rate furthest beyond the limit, in 0.001° or 0.001°/s.
-    extreme: Halves,
-}
-
 /// What is known of an alarm that is not quiet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AlarmDetail {
@@ -193,13 +184,16 @@ pub struct AlarmDetail {
     pub extreme: Option<i32>,
 }
 
-/// The alarms of one slot. 42 bytes.
+/// The alarms of one slot. 38 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Watch {
     alarms: Alarms,
     /// Conditions that hold and have not lasted for the delay, a bit each.
     pending: u8,
-    records: [Record; ALARMS],
+    /// When the condition of each began, or when it was raised.
+    since: [Stamp; ALARMS],
+    /// The angle or the rate furthest beyond the limit, in 0.001° or 0.001°/s. *no_value*, the last one, has none.
+    extremes: [Halves; ALARMS - 1],
 }
 
 impl Watch {
@@ -211,9 +205,9 @@ impl Watch {
     /// What is known of one at `now`; `None` while it is quiet.
     pub fn detail(&self, alarm: Alarm, now: Instant) -> Option<AlarmDetail> {
         let state = self.alarms.state(alarm);
-        let record = self.records.get(alarm as usize).filter(|_| state != AlarmState::Quiet)?;
-        let extreme = Some(record.extreme.get()).filter(|_| alarm != Alarm::NoValue);
-        Some(AlarmDetail { state, age_ms: now.millis_since(record.since.near(now)), extreme })
+        let since = self.since.get(alarm as usize).filter(|_| state != AlarmState::Quiet)?;
+        let extreme = self.extremes.get(alarm as usize).map(|extreme| extreme.get());
+        Some(AlarmDetail { state, age_ms: now.millis_since(since.near(now)), extreme })
     }
 
     /// A right angle (0.001°) and its rate (0.001°/s) came at `at`; after a `gap` in the values conditions begin anew.
@@ -242,12 +236,13 @@ impl Watch {
         value: i32,
         at: Instant,
     ) {
-        let Some(record) = self.records.get_mut(alarm as usize) else { return };
+        let record = self.since.get_mut(alarm as usize).zip(self.extremes.get_mut(alarm as usize));
+        let Some((since, extreme)) = record else { return };
         if self.alarms.is_active(alarm) {
             if !stays {
                 self.end(config, alarm);
-            } else if is_further(alarm, value, record.extreme.get()) {
-                record.extreme = Halves::of(value);
+            } else if is_further(alarm, value, extreme.get()) {
+                *extreme = Halves::of(value);
             }
             return;
         }
@@ -257,20 +252,20 @@ impl Watch {
         }
         // One that waits for its acknowledgement has been an alarm already.
         if self.alarms.is_unacknowledged(alarm) {
-            if is_further(alarm, value, record.extreme.get()) {
-                record.extreme = Halves::of(value);
+            if is_further(alarm, value, extreme.get()) {
+                *extreme = Halves::of(value);
             }
             self.alarms.raise(alarm);
             return;
         }
         if self.pending & alarm.bit() == 0 {
             self.pending |= alarm.bit();
-            *record = Record { since: Stamp::of(at), extreme: Halves::of(value) };
-        } else if is_further(alarm, value, record.extreme.get()) {
-            record.extreme = Halves::of(value);
+            (*since, *extreme) = (Stamp::of(at), Halves::of(value));
+        } else if is_further(alarm, value, extreme.get()) {
+            *extreme = Halves::of(value);
         }
-        if at.since(record.since.near(at)) >= tenths(config.delay) {
-            record.since = Stamp::of(at);
+        if at.since(since.near(at)) >= tenths(config.delay) {
+            *since = Stamp::of(at);
             self.pending &= !alarm.bit();
             self.alarms.raise(alarm);
         }
@@ -285,22 +280,22 @@ impl Watch {
     /// *no_value* is raised now.
     pub fn miss(&mut self, config: &AlarmConfig, measured: Option<Instant>, now: Instant) -> bool {
         let alarm = Alarm::NoValue;
-        let Some(record) = self.records.get_mut(alarm as usize) else { return false };
+        let Some(since) = self.since.get_mut(alarm as usize) else { return false };
         if config.no_value == 0 || self.alarms.is_active(alarm) {
             return false;
         }
         if self.pending & alarm.bit() == 0 {
             self.pending |= alarm.bit();
             if !self.alarms.is_unacknowledged(alarm) {
-                record.since = Stamp::of(now);
+                *since = Stamp::of(now);
             }
         }
-        let last = measured.unwrap_or_else(|| record.since.near(now));
+        let last = measured.unwrap_or_else(|| since.near(now));
         if now.since(last) <= tenths(config.no_value) {
             return false;
         }
         if !self.alarms.is_unacknowledged(alarm) {
-            record.since = Stamp::of(now);
+            *since = Stamp::of(now);
         }
         self.pending &= !alarm.bit();
         self.alarms.raise(alarm);

@@ -50,7 +50,7 @@ pub use config::{Bus, MAX_SLOTS, PwmInput, SlotConfig, Source};
 pub use consequence::Consequence;
 pub use counters::SlotCounters;
 pub use degraded::{DegradedMode, INTERNAL_OSCILLATOR_PPM, UART_TOLERANCE_PPM};
-pub use event::{Action, Capture, Requester};
+pub use event::{Action, Capture, QueuedEvent, Requester};
 pub use gateway::Gateway;
 pub use health::Health;
 pub use schedule::Detail;

@@ -27,4 +27,4 @@ mod silence;
 mod turn;
 
 pub use turn::Detail;
-pub(crate) use turn::{Polled, Turn};
+pub(crate) use turn::{Polled, Sensor, Turn};

@@ -7,7 +7,7 @@ use clino_bus::{Duration, Instant};
 use clino_codec::angle::Angle;
 
 use crate::alarm::{Alarm, AlarmDetail, Watch};
-use crate::config::{Filter, SINGLE_AXIS};
+use crate::config::SINGLE_AXIS;
 use crate::counters::{SlotCounters, bump16, bump32};
 use crate::health::Health;
 use crate::summary::Standing;
@@ -61,8 +61,6 @@ impl Sample {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
     pub config: SlotConfig,
-    /// The sensor is known to measure the slot's axis.
-    identified: bool,
     pub counters: SlotCounters,
     pub health: Health,
     pub strikes: Strikes,
@@ -70,15 +68,9 @@ pub(crate) struct Slot {
     link: Link,
     status: Status,
     last_error: Option<Status>,
-    fresh: bool,
-    /// The last value is not digested yet.
-    pending: bool,
-    /// There was no good value for a while before the one that is pending.
-    gap: bool,
+    facts: Facts,
     raw: Angle,
     temperature: i16,
-    /// Serial number of the sensor; [`UNKNOWN`] until it has said it.
-    serial: u32,
     /// When the last good value came; [`NEVER`] before the first.
     measured: Instant,
     sequence: u32,
@@ -86,6 +78,30 @@ pub(crate) struct Slot {
     motion: Motion,
     alarm: Watch,
     extremes: Extremes,
+}
+
+/// What else is known of a slot, a bit each.
+#[derive(Clone, Copy, Debug)]
+struct Facts(u8);
+
+impl Facts {
+    const NONE: Facts = Facts(0);
+    /// The sensor is known to measure the slot's axis.
+    const IDENTIFIED: Facts = Facts(1 << 0);
+    /// The last value was measured anew.
+    const FRESH: Facts = Facts(1 << 1);
+    /// The last value is not digested yet.
+    const PENDING: Facts = Facts(1 << 2);
+    /// There was no good value for a while before the one that is pending.
+    const GAP: Facts = Facts(1 << 3);
+
+    const fn has(self, fact: Facts) -> bool {
+        self.0 & fact.0 != 0
+    }
+
+    fn set(&mut self, fact: Facts, on: bool) {
+        self.0 = if on { self.0 | fact.0 } else { self.0 & !fact.0 };
+    }
 }
 
 /// What a slot says before it is read.
@@ -105,8 +121,6 @@ fn means_the_same(one: &SlotConfig, other: &SlotConfig) -> bool {
 
 /// Nothing was measured yet.
 const NEVER: Instant = Instant::NEVER;
-/// No sensor has said its serial number.
-const UNKNOWN: u32 = 0;
 /// Nothing was said of the temperature: colder than anything.
 const NO_TEMPERATURE: i16 = i16::MIN;
 
@@ -127,19 +141,15 @@ impl Slot {
             link: Link::default(),
             status: first_status(&config),
             last_error: None,
-            fresh: false,
-            pending: false,
-            gap: false,
+            facts: Facts::NONE,
             raw: Angle::ZERO,
             temperature: NO_TEMPERATURE,
-            serial: UNKNOWN,
-            identified: false,
             measured: NEVER,
             sequence: 0,
-            window: Window::default(),
+            window: Window::EMPTY,
             motion: Motion::default(),
             alarm: Watch::default(),
-            extremes: Extremes::default(),
+            extremes: Extremes::NONE,
         }
     }
 
@@ -155,14 +165,13 @@ impl Slot {
         self.alarm.change(&self.config.alarm, &config.alarm);
         if !means_the_same(&self.config, &config) {
             self.alarm.restart(&config.alarm);
-            self.extremes = Extremes::default();
+            self.extremes = Extremes::NONE;
         }
         self.forget_numbers();
         self.health = Health::WELL;
         self.link = Link::default();
         self.status = first_status(&config);
         self.last_error = None;
-        self.serial = UNKNOWN;
         self.measured = NEVER;
         self.config = config;
     }
@@ -172,7 +181,7 @@ impl Slot {
     pub fn restart(&mut self) {
         self.forget_numbers();
         self.alarm.restart(&self.config.alarm);
-        self.extremes = Extremes::default();
+        self.extremes = Extremes::NONE;
         if matches!(self.status, Status::Ok | Status::Suspect) {
             self.status = Status::NeverRead;
         }
@@ -183,21 +192,14 @@ impl Slot {
 
     /// What the sensor has said so far is worth nothing. In its place: a slot is large.
     fn forget_numbers(&mut self) {
-        self.identified = false;
+        self.facts = Facts::NONE;
         self.strikes = Strikes::default();
         self.plausibility = Plausibility::NEW;
-        (self.fresh, self.pending, self.gap) = (false, false, false);
         self.raw = Angle::ZERO;
         self.temperature = NO_TEMPERATURE;
-        self.window = Window::default();
+        self.window = Window::EMPTY;
         self.motion = Motion::default();
         self.sequence = self.sequence.wrapping_add(1);
-    }
-
-    /// Whether a sensor of this serial number is another one than the slot has read so far; from now on it is that.
-    pub fn is_replaced_by(&mut self, serial: u32) -> bool {
-        let before = core::mem::replace(&mut self.serial, serial);
-        before != UNKNOWN && before != serial
     }
 
     /// How the last reading that failed did; `None` if none has.
@@ -225,9 +227,15 @@ impl Slot {
         self.plausibility.forget();
     }
 
+    /// The angle that the sensor has said last, published or not; it has to have said one.
+    pub fn last_said(&self) -> Angle {
+        if self.config.confirm { self.plausibility.candidate() } else { self.raw }
+    }
+
     /// Whether the sensor has to say what it is before its value is of use.
     pub fn is_to_identify(&self) -> bool {
-        !self.identified && matches!(self.config.source, Source::T7 { axis, .. } if axis != SINGLE_AXIS)
+        !self.facts.has(Facts::IDENTIFIED)
+            && matches!(self.config.source, Source::T7 { axis, .. } if axis != SINGLE_AXIS)
     }
 
     /// The sensor has said what it is.
@@ -235,13 +243,14 @@ impl Slot {
     /// # Errors
     /// It does not measure the slot's axis.
     pub fn identify(&mut self, identity: Identity) -> Result<(), Status> {
-        self.identified = identity == Identity::MultiAxis;
-        if self.identified { Ok(()) } else { Err(Status::ConfigFault) }
+        let measures_all = identity == Identity::MultiAxis;
+        self.facts.set(Facts::IDENTIFIED, measures_all);
+        if measures_all { Ok(()) } else { Err(Status::ConfigFault) }
     }
 
     /// The sensor did not answer: another one may be in its place.
     pub fn forget_identity(&mut self) {
-        self.identified = false;
+        self.facts.set(Facts::IDENTIFIED, false);
     }
 
     /// Something was wrong with what was received: the next value needs a confirmation.
@@ -319,9 +328,12 @@ impl Slot {
     fn accept(&mut self, sample: Sample, at: Instant, fresh: bool) {
         self.digest();
         // A value is new, too, if the one that it confirms was.
-        self.fresh = fresh || sample.angle != self.raw || !self.motion.has_begun();
-        self.gap |= self.is_stale(at);
-        (self.raw, self.measured, self.pending) = (sample.angle, at, true);
+        self.facts.set(Facts::FRESH, fresh || sample.angle != self.raw || !self.motion.has_begun());
+        if self.is_stale(at) {
+            self.facts.set(Facts::GAP, true);
+        }
+        (self.raw, self.measured) = (sample.angle, at);
+        self.facts.set(Facts::PENDING, true);
         self.temperature = sample.temperature.unwrap_or(NO_TEMPERATURE);
         if let Some(one_g) = sample.one_g {
             let speaks = self.strikes.count(one_g, GRAVITY_STRIKES);
@@ -332,16 +344,17 @@ impl Slot {
     /// Makes the angle of the last value, if that has not been done.
     #[inline]
     pub fn digest(&mut self) {
-        if core::mem::take(&mut self.pending) {
+        if self.facts.has(Facts::PENDING) {
+            self.facts.set(Facts::PENDING, false);
             self.make_angle();
         }
     }
 
     #[inline(never)]
     fn make_angle(&mut self) {
-        let gap = self.gap;
-        if self.fresh {
-            self.gap = false;
+        let gap = self.facts.has(Facts::GAP);
+        if self.facts.has(Facts::FRESH) {
+            self.facts.set(Facts::GAP, false);
             self.move_on(gap);
         }
         let angle = self.motion.published(self.config.range).mdeg();
@@ -357,16 +370,9 @@ impl Slot {
         let config = &self.config;
         let angle = oriented(self.raw, config.soft_zero, config.direction);
         if gap {
-            self.window.clear();
+            self.window = Window::EMPTY;
         }
-        if config.filter != Filter::Off {
-            self.window.push(angle, config.samples);
-        }
-        let angle = match config.filter {
-            Filter::Off => angle,
-            Filter::Mean => self.window.mean(),
-            Filter::Median => self.window.median(),
-        };
+        let angle = self.window.filtered(angle, config.filter, config.samples);
         self.motion.take(angle, config.range, self.measured, gap);
     }
 
@@ -387,7 +393,7 @@ impl Slot {
 
     /// Forgets the lowest and the highest angle.
     pub fn clear_extremes(&mut self) {
-        self.extremes = Extremes::default();
+        self.extremes = Extremes::NONE;
     }
 
     /// Time passes: returns whether the alarm *no_value* is raised.
@@ -459,7 +465,7 @@ impl Slot {
             sequence: self.sequence,
             health: self.health,
             alarms: self.alarm.alarms(),
-            fresh: self.fresh,
+            fresh: self.facts.has(Facts::FRESH),
             status: self.status,
             raw: self.raw,
             angle: self.motion.published(self.config.range),

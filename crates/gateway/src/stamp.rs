@@ -6,7 +6,7 @@
 //! an older one is never taken for an instant to come. The longest span that a setting allows is
 //! [an hour](crate::settings::slot::LONGEST_STALE).
 
-use clino_bus::Instant;
+use clino_bus::{Duration, Instant};
 
 /// Instants that a stamp can tell apart: 2^48 µs.
 const ROUND: u64 = 1 << 48;
@@ -18,6 +18,7 @@ pub(crate) const LONGEST_AGE: u64 = ROUND - FUTURE - 1;
 
 /// The low 48 bits of an instant, in three parts, which need no room for alignment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Stamp([u16; 3]);
 
 impl Stamp {
@@ -44,6 +45,32 @@ impl Stamp {
     const fn bits(self) -> u64 {
         let Stamp([low, middle, high]) = self;
         low as u64 | (middle as u64) << 16 | (high as u64) << 32
+    }
+}
+
+/// The low 24 bits of an instant, for what is looked at soon: the one instant with these bits between a second ahead of the
+/// clock and 15 s ago.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ShortStamp([u8; 3]);
+
+/// Instants that a short stamp can tell apart: 2^24 µs, 16.8 s.
+const SHORT_ROUND: u32 = 1 << 24;
+/// How far ahead an instant may lie that is kept as a short stamp: what happens while a queue is emptied, with room; µs.
+const SHORT_FUTURE: u32 = 1 << 20;
+
+impl ShortStamp {
+    /// What is kept of an instant.
+    pub const fn of(at: Instant) -> ShortStamp {
+        let [low, middle, high, ..] = at.as_micros().to_le_bytes();
+        ShortStamp([low, middle, high])
+    }
+
+    /// The instant, as seen at `now`.
+    pub fn near(self, now: Instant) -> Instant {
+        let ShortStamp([low, middle, high]) = self;
+        let latest = now + Duration::from_micros(SHORT_FUTURE);
+        let before = (latest.as_micros() as u32).wrapping_sub(u32::from_le_bytes([low, middle, high, 0]));
+        latest - Duration::from_micros(before % SHORT_ROUND)
     }
 }
 

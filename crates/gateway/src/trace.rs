@@ -1,12 +1,12 @@
 //! The last transactions of both buses: what happened before a fault.
 //!
-//! Written where a transaction ends; read newest first. 16 bytes an entry.
+//! Written where a transaction ends; read newest first. 12 bytes an entry.
 
 use clino_bus::{Duration, Fault, Instant};
 use clino_codec::checks::Check;
 use heapless::Vec;
 
-use crate::Bus;
+use crate::{Bus, Stamp};
 
 /// How many transactions are kept.
 pub const TRACED: usize = 32;
@@ -112,14 +112,11 @@ impl Purpose {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Entry {
-    /// When the request was handed to the line.
-    pub at: Instant,
+    at: Stamp,
     /// From then to the end of the transaction, in microseconds; at most 65 535 steps of 16 µs, a second.
     took: u16,
-    /// Where.
-    pub bus: Bus,
-    /// The address that was asked.
-    pub address: u8,
+    /// The address that was asked, in 7 bits, and the number of its bus.
+    node: u8,
     /// The command code (T7) or function (ISU).
     pub command: u8,
     /// Why.
@@ -131,15 +128,35 @@ pub struct Entry {
 /// Microseconds of a count of [`Entry::took`].
 const TOOK_STEP_US: u32 = 16;
 
+/// Where an entry's node has the number of its bus: no address is greater than 127.
+const BUS_BIT: u32 = 7;
+
 impl Entry {
     /// Nothing has ended yet.
     pub(crate) fn begun(at: Instant, bus: Bus, (address, command): (u8, u8), purpose: Purpose) -> Entry {
-        Entry { at, took: 0, bus, address, command, purpose, verdict: Verdict::NotSent }
+        let node = address & !(1 << BUS_BIT) | (bus as u8) << BUS_BIT;
+        Entry { at: Stamp::of(at), took: 0, node, command, purpose, verdict: Verdict::NotSent }
     }
 
     pub(crate) fn ended(self, at: Instant, verdict: Verdict) -> Entry {
-        let took = u16::try_from(at.since(self.at).as_micros() / TOOK_STEP_US).unwrap_or(u16::MAX);
+        const STEP: u64 = TOOK_STEP_US as u64;
+        let took = u16::try_from(self.at.micros_ago(at) / STEP).unwrap_or(u16::MAX);
         Entry { took, verdict, ..self }
+    }
+
+    /// When the request was handed to the line, as seen at `now`.
+    pub fn at(&self, now: Instant) -> Instant {
+        self.at.near(now)
+    }
+
+    /// Where.
+    pub fn bus(&self) -> Bus {
+        if self.node >> BUS_BIT == Bus::Isu as u8 { Bus::Isu } else { Bus::T7 }
+    }
+
+    /// The address that was asked.
+    pub fn address(&self) -> u8 {
+        self.node & !(1 << BUS_BIT)
     }
 
     /// How long it took, to 16 µs; a second at most.

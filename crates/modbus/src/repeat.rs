@@ -23,6 +23,7 @@
 //! no place is refused as busy: an answer without a place is not known when it comes back.
 
 use clino_bus::{Duration, Instant};
+use clino_gateway::Stamp;
 
 use crate::request::{self, Form, is_padded};
 
@@ -35,8 +36,9 @@ const PLACES: usize = 32;
 /// Repeats in a row that are the master's on a quiet line.
 const IN_A_ROW: u8 = 8;
 
-/// The beginning of an answer that is kept: all of an answer to function 06 but its checksum.
-const HEAD: usize = 6;
+/// The beginning of an answer that is kept, beside its checksum: no two answers of 8 bytes have both in common, because the
+/// checksum of the same four bytes and any two behind them is another for each two.
+const HEAD: usize = 4;
 
 /// Answers that were sent lately.
 #[derive(Debug)]
@@ -61,15 +63,16 @@ enum Line {
     Quiet,
 }
 
-/// An answer.
+/// An answer. 16 bytes.
 #[derive(Clone, Copy, Debug)]
 struct Sent {
     head: [u8; HEAD],
     /// Its last two bytes: its checksum.
     tail: [u8; 2],
-    length: u16,
+    /// Its length less one, so that the longest fits; [`NOTHING`](Sent::NOTHING) is one byte long, which no frame is.
+    length_less_one: u8,
     /// A repeat that is whole until then is an echo,
-    until: Instant,
+    until: Stamp,
     /// if fewer than these have come.
     copies: u8,
     come: u8,
@@ -101,7 +104,7 @@ impl Repeats {
         (self.next_copies, self.next_row) = (1, 0);
         let quiet = self.line == Line::Quiet;
         let mut all = self.requests.iter_mut().chain([&mut self.other]);
-        let Some(sent) = all.find(|sent| now <= sent.until && sent.is(frame)) else { return false };
+        let Some(sent) = all.find(|sent| sent.is_recent(now) && sent.is(frame)) else { return false };
         if !request::is_its_answer(frame) {
             // No master asks for what we have answered to something else.
             return true;
@@ -133,7 +136,7 @@ impl Repeats {
             if self.line == Line::Doubtful {
                 self.line = Line::Probed(echo_by);
             }
-        } else if let Some(place) = self.place(answer) {
+        } else if let Some(place) = self.place(answer, echo_by) {
             *place = sent;
         }
     }
@@ -141,32 +144,82 @@ impl Repeats {
     /// Whether there is no place for an answer to be known when it comes back, and it might.
     pub fn is_full(&mut self, answer: &[u8], now: Instant) -> bool {
         self.line != Line::Quiet
-            && self.place(answer).is_none_or(|place| now <= place.until && !place.is(answer))
+            && self.place(answer, now).is_none_or(|place| place.is_recent(now) && !place.is(answer))
     }
 
-    /// Where an answer belongs: to its like, or in place of the oldest.
-    fn place(&mut self, answer: &[u8]) -> Option<&mut Sent> {
-        self.requests.iter_mut().min_by_key(|sent| (!sent.is(answer), sent.until))
+    /// Where an answer belongs at about `now`: to its like, or in place of the oldest.
+    fn place(&mut self, answer: &[u8], now: Instant) -> Option<&mut Sent> {
+        self.requests.iter_mut().min_by_key(|sent| (!sent.is(answer), sent.until.near(now)))
     }
 }
 
 impl Sent {
-    const NOTHING: Sent =
-        Sent { head: [0; HEAD], tail: [0; 2], length: 0, until: Instant::ZERO, copies: 1, come: 0, row: 0 };
+    const NOTHING: Sent = Sent {
+        head: [0; HEAD],
+        tail: [0; 2],
+        length_less_one: 0,
+        until: Stamp::of(Instant::ZERO),
+        copies: 1,
+        come: 0,
+        row: 0,
+    };
 
     fn new(answer: &[u8], until: Instant) -> Sent {
         let mut head = [0; HEAD];
         head.iter_mut().zip(answer).for_each(|(place, &byte)| *place = byte);
         let tail = answer.last_chunk().copied().unwrap_or_default();
-        Sent { head, tail, length: answer.len() as u16, until, ..Sent::NOTHING }
+        let length_less_one = answer.len().saturating_sub(1) as u8;
+        Sent { head, tail, length_less_one, until: Stamp::of(until), ..Sent::NOTHING }
+    }
+
+    /// Whether a repeat that is whole at `now` is an echo.
+    fn is_recent(&self, now: Instant) -> bool {
+        self.until.micros_ago(now) == 0
     }
 
     /// Whether a frame is this answer, zeros behind it or not.
     fn is(&self, frame: &[u8]) -> bool {
-        let length = usize::from(self.length);
-        let Some(whole) = frame.get(..length).filter(|whole| !whole.is_empty()) else { return false };
+        let length = usize::from(self.length_less_one).saturating_add(1);
+        let Some(whole) = frame.get(..length) else { return false };
         is_padded(frame, length)
             && whole.iter().zip(&self.head).all(|(byte, head)| byte == head)
             && whole.ends_with(&self.tail)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::crc;
+    use std::collections::BTreeSet;
+
+    /// So four bytes and the checksum stand for the whole answer.
+    #[test]
+    fn no_two_answers_of_eight_bytes_have_beginning_and_checksum_in_common() {
+        for [a, b, c, d] in [[1, 6, 0x1C, 0], [247, 6, 0xFF, 0xFF], [5, 8, 0, 0]] {
+            let checksums: BTreeSet<u16> = (0..=u16::MAX)
+                .map(|value| {
+                    let [high, low] = value.to_be_bytes();
+                    crc::over(&[a, b, c, d, high, low])
+                })
+                .collect();
+            assert_eq!(checksums.len(), 65_536);
+        }
+        assert_eq!((HEAD, size_of::<Sent>()), (4, 16));
+    }
+
+    #[test]
+    fn an_answer_of_any_length_is_known() {
+        let frame: std::vec::Vec<u8> = (0..=255).map(|n: u8| n ^ 1).collect();
+        for length in 4..=frame.len() {
+            let answer = &frame[..length];
+            let sent = Sent::new(answer, Instant::ZERO);
+            assert!(sent.is(answer), "{length}");
+            assert!(
+                !sent.is(&frame[..length - 1]) && (length == 256 || !sent.is(&frame[..length + 1])),
+                "{length}"
+            );
+        }
+        assert!(!Sent::NOTHING.is(&frame[..1]) && !Sent::NOTHING.is(&[0; 8]) && !Sent::NOTHING.is(&[]));
     }
 }

@@ -1,7 +1,6 @@
 //! What is typed ahead: of a question, of the end of a task, of the end of a stream; and what is pasted.
 
 use clino_bus::{Duration, Event};
-use clino_codec::character::LineErrors;
 use clino_console::Received;
 use clino_gateway::order::Order;
 use clino_gateway::{Action, Bus};
@@ -75,19 +74,17 @@ fn a_paste_that_pauses_at_the_question_does_not_answer_it_either() {
 
 #[test]
 fn an_answer_that_is_damaged_is_a_no() {
-    for errors in [LineErrors::FRAMING, LineErrors::NOISE] {
-        let mut desk = Desk::with_person();
-        desk.type_in("t7 zero 5\r");
-        desk.receive(Received { byte: b'y', errors, lost: 0 });
-        assert!((desk.type_in("\r") + &desk.wait_ms(100)).contains("not done\r\n"));
-        assert_eq!(desk.rest.orders, []);
-    }
+    let mut desk = Desk::with_person();
+    desk.type_in("t7 zero 5\r");
+    desk.receive(Received::new(b'y', true, 0));
+    assert!((desk.type_in("\r") + &desk.wait_ms(100)).contains("not done\r\n"));
+    assert_eq!(desk.rest.orders, []);
     for lost_before in [b'y', b'\r'] {
         let mut desk = Desk::with_person();
         desk.type_in("t7 zero 5\r");
         for byte in *b"y\r" {
             let lost = u8::from(byte == lost_before);
-            desk.receive(Received { byte, errors: LineErrors::NONE, lost });
+            desk.receive(Received::new(byte, false, lost));
         }
         assert!((desk.printed() + &desk.wait_ms(100)).contains("not done\r\n"));
         assert_eq!(desk.rest.orders, []);
@@ -191,25 +188,23 @@ fn a_prompt_is_kept_for_a_day_and_a_line_for_ten() {
 /// A cable that picks up disturbances types nothing: neither the prompt nor a paste that is dropped waits for it.
 #[test]
 fn noise_holds_no_prompt() {
-    for errors in [LineErrors::FRAMING, LineErrors::NOISE] {
-        let disturbed = Received { byte: 0x55, errors, lost: 0 };
-        let mut desk = Desk::with_person();
-        let mut said = String::new();
-        for _ in 0..60 {
-            desk.receive(disturbed);
-            said += &desk.wait_ms(1_000);
-        }
-        assert!(said.contains("\"why\":\"idle\""), "{said:?}");
-
-        let mut desk = Desk::with_person();
-        desk.type_in("t7 zero 5\r");
-        let mut said = desk.type_in("list\r");
-        for _ in 0..10 {
-            desk.receive(disturbed);
-            said += &desk.wait_ms(10);
-        }
-        assert!(said.contains(EARLY) && said.ends_with("clino> "), "{said:?}");
+    let disturbed = Received::new(0x55, true, 0);
+    let mut desk = Desk::with_person();
+    let mut said = String::new();
+    for _ in 0..60 {
+        desk.receive(disturbed);
+        said += &desk.wait_ms(1_000);
     }
+    assert!(said.contains("\"why\":\"idle\""), "{said:?}");
+
+    let mut desk = Desk::with_person();
+    desk.type_in("t7 zero 5\r");
+    let mut said = desk.type_in("list\r");
+    for _ in 0..10 {
+        desk.receive(disturbed);
+        said += &desk.wait_ms(10);
+    }
+    assert!(said.contains(EARLY) && said.ends_with("clino> "), "{said:?}");
 }
 
 #[test]

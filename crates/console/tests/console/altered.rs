@@ -13,7 +13,6 @@ use std::env;
 use std::fmt::Write as _;
 
 use clino_bus::{Duration, Instant};
-use clino_codec::character::LineErrors;
 use clino_console::{BusState, BusWork, Host, LONGEST_LINE, Received, Saved, Shell, StorageError};
 use clino_gateway::order::{Order, Refusal};
 use clino_gateway::settings::Named;
@@ -324,6 +323,15 @@ fn inserted(byte: u8) -> Way {
     Way { received: Received::clean(byte), from: None, pause_ms: 0 }
 }
 
+impl Way {
+    /// That many characters before it are lost.
+    fn lose(&mut self, lost: usize) {
+        let before = self.received;
+        let lost = (lost + usize::from(before.lost())).min(255) as u8;
+        self.received = Received::new(before.byte, before.is_flawed(), lost);
+    }
+}
+
 /// Damages a script in a way that can be seen.
 fn damage_visibly(way: &mut Vec<Way>, person: bool, chance: &mut Chance) {
     let at = chance.below(way.len() - 2);
@@ -332,21 +340,21 @@ fn damage_visibly(way: &mut Vec<Way>, person: bool, chance: &mut Chance) {
     match chance.below(9) {
         // The queue was full.
         0 | 1 => {
-            let lost: usize = way.drain(at..end).map(|way| 1 + usize::from(way.received.lost)).sum();
-            let after = &mut way[at].received.lost;
-            *after = after.saturating_add(lost.min(255) as u8);
+            let lost: usize = way.drain(at..end).map(|way| 1 + usize::from(way.received.lost())).sum();
+            way[at].lose(lost);
         }
         // The receiver has overrun: it knows of one.
         2 => {
             way.drain(at..end);
-            way[at].received.lost = way[at].received.lost.max(1);
+            if way[at].received.lost() == 0 {
+                way[at].lose(1);
+            }
         }
         // The receiver complains; what it has sampled may be right.
         3 | 4 => {
-            let errors = [LineErrors::FRAMING, LineErrors::NOISE, LineErrors::PARITY][chance.below(3)];
             for way in &mut way[at..end.min(at + 3)] {
                 let byte = if chance.below(2) == 0 { way.received.byte } else { chance.next() as u8 };
-                *way = Way { received: Received { byte, errors, ..way.received }, from: None, ..*way };
+                *way = Way { received: Received::new(byte, true, way.received.lost()), from: None, ..*way };
             }
         }
         // A control character, or one that is not ASCII, too many or instead of another.
@@ -422,9 +430,9 @@ fn run(bench: &mut Bench, way: &[Way], lines: &[String], (person, traceless): (b
     let mut returned = person;
     for &way in way {
         bench.host.now = bench.host.now + Duration::from_millis(way.pause_ms);
-        let Received { byte, errors, lost } = way.received;
-        let after_return = std::mem::take(&mut returned) && lost == 0 && errors.is_none();
-        if !(errors.is_none() && matches!(byte, b'\r' | b'\n')) {
+        let (byte, flawed, lost) = (way.received.byte, way.received.is_flawed(), way.received.lost());
+        let after_return = std::mem::take(&mut returned) && lost == 0 && !flawed;
+        if flawed || !matches!(byte, b'\r' | b'\n') {
             bench.push(way.received);
             // NUL behind a carriage return belongs to it.
             if !(after_return && byte == 0) {
@@ -437,10 +445,7 @@ fn run(bench: &mut Bench, way: &[Way], lines: &[String], (person, traceless): (b
         let places = segment.iter().chain([&way]).map(|way| way.from);
         let is_whole = number
             .is_some_and(|number| places.eq((0..=lines[number].len()).map(|place| Some((number, place)))))
-            && segment
-                .iter()
-                .chain([&way])
-                .all(|way| way.received.lost == 0 && way.received.errors.is_none());
+            && segment.iter().chain([&way]).all(|way| way.received.lost() == 0 && !way.received.is_flawed());
         let text = || segment.iter().map(|way| char::from(way.received.byte)).collect::<String>();
         match bench.line_end(way.received) {
             Done::Line(line) if is_whole && number == Some(line) => outcome.carried_out += 1,

@@ -9,7 +9,7 @@ use clino_codec::checks::Check;
 use crate::counters::{bump16, bump32};
 use crate::schedule::outage::{BusHealth, Consequence, Watch};
 use crate::schedule::queue::{Asked, Queue};
-use crate::schedule::{Polled, Turn};
+use crate::schedule::{Polled, Sensor, Turn};
 use crate::slot::{Identity, Sample, Slot};
 use crate::trace::{Purpose, Verdict};
 use crate::{Bus, SlotConfig, Status};
@@ -210,7 +210,7 @@ impl Polling {
         };
         let fresh = result
             .as_ref()
-            .is_ok_and(|sample| !self.rules.repeats || note_refresh(turn, &slot.config, sample, asked, at));
+            .is_ok_and(|sample| !self.rules.repeats || note_refresh(turn, slot, sample, asked, at));
         let changed = slot.settle(result, at, fresh, self.rules.resolution);
         if turn.due != due || slot.is_to_confirm() {
             self.look_again();
@@ -269,7 +269,7 @@ impl Polling {
     /// Whether the reading that failed is tried again; then it has not ended yet.
     fn is_retried(&self, engine: &Engine, polled: &mut Polled, fault: &Fault<Check>, at: Instant) -> bool {
         let Polled { slot, turn } = polled;
-        let retry = if turn.dead { Retry::NEVER } else { Retry::times(slot.config.retries) };
+        let retry = if turn.is_dead() { Retry::NEVER } else { Retry::times(slot.config.retries) };
         turn.tried = turn.tried.saturating_add(1);
         let again = (self.rules.reply)(slot).and_then(|reply| {
             // A reading writes nothing.
@@ -296,10 +296,12 @@ fn failed(slot: &mut Slot, fault: &Fault<Check>) -> bool {
 }
 
 /// A good reading of a sensor that repeats itself ended at `at`: whether it has measured anew. Changes when the slot is due.
-fn note_refresh(turn: &mut Turn, config: &SlotConfig, sample: &Sample, asked: &Asked, at: Instant) -> bool {
-    let fresh = turn.refresh.read(sample.angle.udeg(), asked.released, at);
-    if let Some(next) = turn.refresh.next(asked.since, config.period) {
+fn note_refresh(turn: &mut Turn, slot: &Slot, sample: &Sample, asked: &Asked, at: Instant) -> bool {
+    let mut refresh = turn.sensor.refresh();
+    let fresh = refresh.read(sample.angle != slot.last_said(), asked.released, at);
+    if let Some(next) = refresh.next(asked.since, slot.config.period) {
         turn.due = next;
     }
+    turn.sensor = Sensor::Refresh(refresh);
     fresh
 }

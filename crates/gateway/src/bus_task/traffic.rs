@@ -273,7 +273,7 @@ impl Traffic {
         let address = node.map_or(0, |(_, address)| address);
         let serial = said.as_ref().ok().and_then(|sample| sample.as_ref()?.serial);
         if let Some((polled, serial)) = slots.get_mut(asked.slot).zip(serial)
-            && polled.slot.is_replaced_by(serial)
+            && polled.turn.sensor.is_replaced_by(serial)
         {
             self.meaning_changed(Nodes::at(self.bus(), address), Instant::ZERO, at, slots);
         }

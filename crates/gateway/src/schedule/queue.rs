@@ -35,6 +35,8 @@ const DEAD_AFTER: u8 = 3;
 /// A node that has answered within this time is not dead, but has perhaps taken noise for the beginning of a long
 /// command: it then takes what is asked for the rest of that, and the more often it is asked the sooner it is back.
 const GONE_AFTER: Duration = Duration::from_millis(1_000);
+/// The pause after the first probe of a node.
+const FIRST_PAUSE_MS: u16 = 1;
 /// The pause between two probes of a node grows by one part in this many, and by a millisecond.
 const PAUSE_GROWS: u16 = 16;
 /// The longest pause. What is left of 2 s is for the other dead nodes.
@@ -173,7 +175,7 @@ impl Queue {
         for (index, polled) in self.mine(slots) {
             // Whether the slot under way is due for more than its next reading is known when its exchange has ended.
             let due = if index == under_way { polled.turn.due } else { polled.due(CONFIRM_AFTER, at) };
-            let free = match polled.turn.dead {
+            let free = match polled.turn.is_dead() {
                 true if index == under_way => NEVER,
                 true => due.max(self.probe_at),
                 false => due,
@@ -195,7 +197,7 @@ impl Queue {
         let mut soonest: Option<(Instant, Instant, usize)> = None;
         let mut next_living = NEVER;
         for dead in [false, true] {
-            for (index, polled) in self.mine(slots).filter(|(_, polled)| polled.turn.dead == dead) {
+            for (index, polled) in self.mine(slots).filter(|(_, polled)| polled.turn.is_dead() == dead) {
                 let due = polled.due(CONFIRM_AFTER, now);
                 let disturbs = due.max(now) + self.probe_took > next_living;
                 let free = if dead && disturbs { due.max(self.probe_at) } else { due };
@@ -220,7 +222,7 @@ impl Queue {
 
     /// When the slot may be asked: when it is due, and there is time for dead nodes if it is one.
     fn free(&self, polled: &Polled, now: Instant) -> Instant {
-        if polled.turn.dead {
+        if polled.turn.is_dead() {
             polled.due(CONFIRM_AFTER, now).max(self.probe_at)
         } else {
             polled.due(CONFIRM_AFTER, now)
@@ -232,7 +234,7 @@ impl Queue {
     pub fn living(&self, slots: &[Polled]) -> Bits {
         let mut living = self.mine;
         self.mine(slots)
-            .filter(|(_, polled)| polled.turn.dead)
+            .filter(|(_, polled)| polled.turn.is_dead())
             .for_each(|(index, _)| living.set(index, false));
         living
     }
@@ -262,7 +264,7 @@ impl Queue {
             self.suspect_deaf(slots);
             self.silence.asked(slot);
         }
-        let was_gone = self.gone.has(slot) || slots.get(slot).is_some_and(|polled| polled.turn.dead);
+        let was_gone = self.gone.has(slot) || slots.get(slot).is_some_and(|polled| polled.turn.is_dead());
         if !was_gone {
             self.silence.missed(slot);
         }
@@ -319,14 +321,13 @@ impl Queue {
 
     /// A reading of the slot ended at `at`, in silence or not.
     pub fn note_silence(&mut self, polled: &mut Polled, asked: &Asked, silent: bool, at: Instant) {
-        let was_dead = polled.turn.dead;
+        let was_dead = polled.turn.is_dead();
         polled.turn.silent = if silent { polled.turn.silent.saturating_add(1) } else { 0 };
         if silent {
             polled.slot.forget_identity();
         }
         let gone = polled.slot.measured().is_none_or(|read| at.since(read) >= GONE_AFTER);
-        polled.turn.dead = !self.faulty && gone && polled.turn.silent >= DEAD_AFTER;
-        if !polled.turn.dead {
+        if self.faulty || !gone || polled.turn.silent < DEAD_AFTER {
             polled.turn.pause_ms = 0;
             return;
         }
@@ -335,12 +336,13 @@ impl Queue {
             let others = self.probe_share.saturating_sub(1);
             self.probe_took = at.since(asked.since);
             self.probe_at = at + self.probe_took.times(others);
-            let grown =
-                polled.turn.pause_ms.saturating_add(polled.turn.pause_ms / PAUSE_GROWS).saturating_add(1);
+            let pause_ms = polled.turn.pause_ms;
+            polled.turn.due = polled.turn.due.max(at + Duration::from_millis(pause_ms.into()));
+            let grown = pause_ms.saturating_add(pause_ms / PAUSE_GROWS).saturating_add(1);
             polled.turn.pause_ms = grown.min(LONGEST_PAUSE_MS);
-            polled.turn.due = polled.turn.due.max(at + Duration::from_millis(polled.turn.pause_ms.into()));
             self.silence.stays_dead(at);
         } else {
+            polled.turn.pause_ms = FIRST_PAUSE_MS;
             self.silence.died(at);
         }
     }

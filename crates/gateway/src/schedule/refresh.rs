@@ -24,6 +24,8 @@ pub(crate) const REFRESH: Duration = Duration::from_micros(533_333);
 const TOLERANCE: Duration = Duration::from_micros(REFRESH.as_micros() / 100);
 const SHORTEST: Duration = Duration::from_micros(REFRESH.as_micros() - TOLERANCE.as_micros());
 const LONGEST: Duration = Duration::from_micros(REFRESH.as_micros() + TOLERANCE.as_micros());
+/// By how much a refresh widens the span.
+const WIDENS: Duration = Duration::from_micros(2 * TOLERANCE.as_micros());
 /// Two exchanges of 12.5 ms: a reading in the middle of less than this would be of no use.
 const NARROW: Duration = Duration::from_micros(25_000);
 /// Longest time between two readings while the instant is not known: a refresh less the 5 % by which the PWM output of
@@ -35,58 +37,50 @@ const BLIND: Duration = Duration::from_micros(490_000);
 pub(crate) struct RefreshTracker {
     /// It appears after this,
     from: Stamp,
-    /// and at most this much later, in µs.
+    /// and at most this much later, in µs; zero before an angle was read.
     width: u32,
-    /// The angle read last, in µ°.
-    code: i32,
-    /// An angle was read, not long ago.
-    known: bool,
     /// The last angle appeared when it was expected.
     locked: bool,
 }
 
 impl RefreshTracker {
-    /// An angle was read with a request that was out at `asked` and whose answer ended at `at`. Returns whether it was
-    /// not read before; an angle that equals its predecessor counts as new when a refresh has certainly passed.
-    pub fn read(&mut self, code: i32, asked: Instant, at: Instant) -> bool {
-        let changed = !self.known || code != self.code;
-        let (from, by) = self.bounds(at);
-        let overdue = asked >= by;
-        let (from, by, locked) = if !self.known || at >= from + SHORTEST || changed && at <= from {
+    /// An angle was read with a request that was out at `asked` and whose answer ended at `at`; it `differs` from the one
+    /// read before. Returns whether it was not read before; an angle that equals its predecessor counts as new when a
+    /// refresh has certainly passed.
+    pub fn read(&mut self, differs: bool, asked: Instant, at: Instant) -> bool {
+        let changed = !self.is_known() || differs;
+        let (from, width) = (self.from.near(at), Duration::from_micros(self.width));
+        let (asked_after, read_after) = (asked.since(from), at.since(from));
+        let overdue = asked_after >= width;
+        let unexpected = read_after >= SHORTEST || changed && read_after == Duration::ZERO;
+        let (from, width, locked) = if !self.is_known() || unexpected {
             // Two refreshes may have passed, or one came at an unexpected time: only this reading is certain.
-            (asked, at + LONGEST, false)
+            (asked, at.since(asked) + LONGEST, false)
         } else if changed {
-            (from + SHORTEST, by.min(at) + LONGEST, true)
+            (from + SHORTEST, width.min(read_after) + WIDENS, true)
         } else if overdue {
-            (from + SHORTEST, by + LONGEST, false)
+            (from + SHORTEST, width + WIDENS, false)
         } else {
-            (from.max(asked), by, self.locked)
+            (from.max(asked), width - asked_after, self.locked)
         };
-        *self = RefreshTracker {
-            from: Stamp::of(from),
-            width: by.since(from).as_micros(),
-            code,
-            known: true,
-            locked,
-        };
+        *self = RefreshTracker { from: Stamp::of(from), width: width.as_micros(), locked };
         changed || overdue
     }
 
-    /// After when, and by when, the next angle appears.
-    fn bounds(&self, now: Instant) -> (Instant, Instant) {
-        let from = self.from.near(now);
-        (from, from + Duration::from_micros(self.width))
+    /// Whether an angle was read.
+    const fn is_known(&self) -> bool {
+        self.width > 0
     }
 
     /// When to ask after a request at `asked`, at most about `period` later; `None` if the module is not followed.
     pub fn next(&self, asked: Instant, period: Duration) -> Option<Instant> {
-        if period > REFRESH || !self.known {
+        if period > REFRESH || !self.is_known() {
             return None;
         }
-        let (from, by) = self.bounds(asked);
+        let (from, width) = (self.from.near(asked), Duration::from_micros(self.width));
         let middle = from + Duration::from_micros(self.width / 2);
-        let is_wide = by.since(from) > NARROW && middle > asked;
-        let best = if is_wide { middle } else { by };
+        let is_wide = width > NARROW && middle > asked;
+        let best = if is_wide { middle } else { from + width };
         let period = if self.locked { period } else { period.min(BLIND) };
         // A reading shortly before the best instant would find nothing new.
         let at_most = asked + period + Duration::from_micros(period.as_micros() / 8);

@@ -18,12 +18,51 @@ pub(crate) struct Turn {
     pub tried: u8,
     /// Readings in a row to which there was no answer.
     pub silent: u8,
-    /// The node is taken for dead.
-    pub dead: bool,
-    /// Least time to the next probe of a dead node, in milliseconds.
+    /// Of a node that is taken for dead: least time from its next probe to the one after that, in milliseconds. Zero of
+    /// another.
     pub pause_ms: u16,
+    pub sensor: Sensor,
+}
+
+/// What is kept of a sensor beside its values: another thing of each kind.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Sensor {
+    /// Serial number of a T7; [`UNKNOWN`] until it has said it.
+    Serial(u32),
     /// When an ISU has its next angle.
-    pub refresh: RefreshTracker,
+    Refresh(RefreshTracker),
+}
+
+/// No sensor has said its serial number.
+const UNKNOWN: u32 = 0;
+
+impl Default for Sensor {
+    fn default() -> Sensor {
+        Sensor::Serial(UNKNOWN)
+    }
+}
+
+impl Sensor {
+    /// What is known of the refresh of an ISU; nothing of others.
+    pub fn refresh(&self) -> RefreshTracker {
+        match self {
+            Sensor::Refresh(tracker) => *tracker,
+            Sensor::Serial(_) => RefreshTracker::default(),
+        }
+    }
+
+    /// The refresh of an ISU is not known any more.
+    fn lose_refresh(&mut self) {
+        if let Sensor::Refresh(tracker) = self {
+            *tracker = RefreshTracker::default();
+        }
+    }
+
+    /// Whether a sensor of this serial number is another one than was read so far; from now on it is that.
+    pub fn is_replaced_by(&mut self, serial: u32) -> bool {
+        let before = core::mem::replace(self, Sensor::Serial(serial));
+        matches!(before, Sensor::Serial(before) if before != UNKNOWN && before != serial)
+    }
 }
 
 impl Turn {
@@ -42,12 +81,17 @@ impl Turn {
 
     /// The sensor has other numbers now: its refresh is not known; what is known of its answers stays.
     fn restart(&mut self) {
-        self.refresh = RefreshTracker::default();
+        self.sensor.lose_refresh();
+    }
+
+    /// Whether the node is taken for dead.
+    pub fn is_dead(&self) -> bool {
+        self.pause_ms > 0
     }
 
     /// The node gets all its tries again, dead or not.
     pub fn revive(&mut self) {
-        (self.dead, self.silent, self.pause_ms, self.tried) = (false, 0, 0, 0);
+        (self.silent, self.pause_ms, self.tried) = (0, 0, 0);
     }
 }
 
@@ -93,7 +137,7 @@ impl Polled {
     /// No answer has come for long: earlier values neither confirm nor predict anything.
     pub fn lose_track(&mut self) {
         self.slot.lose_track();
-        self.turn.refresh = RefreshTracker::default();
+        self.turn.sensor.lose_refresh();
     }
 
     /// When the slot is due; a retry goes first, the confirmation of a value is due `confirm_after` it came.
@@ -108,7 +152,7 @@ impl Polled {
     /// Why the slot is asked now.
     pub fn purpose(&self) -> Purpose {
         match self.turn.tried {
-            0 if self.turn.dead => Purpose::Probe,
+            0 if self.turn.is_dead() => Purpose::Probe,
             0 if self.slot.is_to_confirm() => Purpose::Confirmation,
             0 => Purpose::Reading,
             _ => Purpose::Retry,
@@ -120,7 +164,7 @@ impl Polled {
         Detail {
             counters: self.slot.counters,
             last_error: self.slot.last_error(),
-            is_dead: self.turn.dead,
+            is_dead: self.turn.is_dead(),
             awaits_confirmation: self.slot.is_to_confirm(),
             extremes: self.slot.extremes(),
         }

@@ -7,18 +7,17 @@ use clino_bus::Instant;
 use crate::stamp::{Halves, Stamp};
 
 /// An angle and when it came.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Extreme {
     mdeg: Halves,
     at: Stamp,
 }
 
-/// The lowest and the highest angle of a slot. 22 bytes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The lowest and the highest angle of a slot. 20 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extremes {
     lowest: Extreme,
     highest: Extreme,
-    begun: bool,
 }
 
 /// An extreme and its age.
@@ -31,12 +30,13 @@ pub struct ExtremeAngle {
 }
 
 impl Extremes {
+    /// There was no angle: any is lower, and any is higher.
+    pub(crate) const NONE: Extremes =
+        Extremes { lowest: Extreme::before_all(i32::MAX), highest: Extreme::before_all(i32::MIN) };
+
     /// An angle came at `at`, in 0.001°. One that is as low, or as high, as the extreme renews it.
     pub(crate) fn take(&mut self, mdeg: i32, at: Instant) {
         let now = Extreme { mdeg: Halves::of(mdeg), at: Stamp::of(at) };
-        if !core::mem::replace(&mut self.begun, true) {
-            (self.lowest, self.highest) = (now, now);
-        }
         if mdeg <= self.lowest.mdeg.get() {
             self.lowest = now;
         }
@@ -56,10 +56,16 @@ impl Extremes {
     }
 
     fn with_age(&self, extreme: Extreme, now: Instant) -> Option<ExtremeAngle> {
-        self.begun.then(|| ExtremeAngle {
+        (self.lowest.mdeg.get() <= self.highest.mdeg.get()).then(|| ExtremeAngle {
             mdeg: extreme.mdeg.get(),
             age_ms: now.millis_since(extreme.at.near(now)),
         })
+    }
+}
+
+impl Extreme {
+    const fn before_all(mdeg: i32) -> Extreme {
+        Extreme { mdeg: Halves::of(mdeg), at: Stamp::of(Instant::ZERO) }
     }
 }
 
@@ -70,7 +76,7 @@ mod tests {
 
     #[test]
     fn there_is_none_before_the_first_angle() {
-        let extremes = Extremes::default();
+        let extremes = Extremes::NONE;
         assert_eq!(
             (extremes.lowest(Instant::from_micros(5)), extremes.highest(Instant::from_micros(5))),
             (None, None)
@@ -81,7 +87,7 @@ mod tests {
         /// Against the whole history.
         #[test]
         fn they_are_those_of_the_history(angles in prop::collection::vec(-20_i32..20, 1..40)) {
-            let mut extremes = Extremes::default();
+            let mut extremes = Extremes::NONE;
             for (index, &angle) in angles.iter().enumerate() {
                 extremes.take(angle, Instant::from_micros(index as u64 * 1_000));
             }

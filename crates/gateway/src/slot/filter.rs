@@ -7,67 +7,63 @@
 use clino_codec::angle::Angle;
 
 use super::maths::step;
-use crate::config::MOST_SAMPLES;
+use crate::config::{Filter, MOST_SAMPLES};
 
-/// The last few angles of a slot.
-#[derive(Clone, Copy, Debug, Default)]
+/// The last few angles of a slot before the one that is filtered.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Window {
-    /// Newest first.
-    samples: [Angle; MOST_SAMPLES],
-    filled: u8,
+    /// Newest first; [`NONE`] behind the oldest.
+    earlier: [Angle; MOST_SAMPLES - 1],
 }
 
+/// No angle: no sensor turns that far.
+const NONE: Angle = Angle::from_udeg(i32::MIN);
+
 impl Window {
-    /// Forgets all.
-    pub fn clear(&mut self) {
-        self.filled = 0;
-    }
+    /// There was no angle yet.
+    pub const EMPTY: Window = Window { earlier: [NONE; MOST_SAMPLES - 1] };
 
-    /// Takes an angle, and keeps the last `samples`.
-    pub fn push(&mut self, angle: Angle, samples: u8) {
-        // One by one: a rotation would be the only user of the 1.5 KB of `memmove`.
+    /// An angle, filtered with those before it: the last `samples` count. It is kept, to count for the next ones.
+    pub fn filtered(&mut self, angle: Angle, filter: Filter, samples: u8) -> Angle {
+        if filter == Filter::Off {
+            return angle;
+        }
+        // As turns from the newest, in µ°.
+        let mut offsets = [0; MOST_SAMPLES];
+        let mut count = 0;
         let mut carried = angle;
-        self.samples.iter_mut().for_each(|sample| core::mem::swap(sample, &mut carried));
-        self.filled = self.filled.saturating_add(1).min(samples.clamp(1, MOST_SAMPLES as u8));
+        // One by one: a rotation would be the only user of the 1.5 KB of `memmove`.
+        for (place, offset) in self.earlier.iter_mut().zip(offsets.iter_mut().skip(1)) {
+            *offset = step(angle, *place);
+            core::mem::swap(place, &mut carried);
+            count = usize::from(carried != NONE).saturating_add(count);
+        }
+        let offsets = offsets.get(..=count.min(usize::from(samples).saturating_sub(1))).unwrap_or(&[]);
+        let offset = if filter == Filter::Mean { mean(offsets) } else { median(offsets) };
+        Angle::from_udeg(step(Angle::from_udeg(offset.saturating_neg()), angle))
     }
+}
 
-    /// The mean, rounded half away from zero as seen from the newest.
-    pub fn mean(&self) -> Angle {
-        let sum: i64 = self.offsets().map(i64::from).fold(0, i64::saturating_add);
-        self.off_newest(rounded(sum, self.filled.max(1).into()))
-    }
+/// The mean, rounded half away from zero.
+fn mean(offsets: &[i32]) -> i32 {
+    let sum = offsets.iter().fold(0, |sum: i64, &offset| sum.saturating_add(offset.into()));
+    rounded(sum, offsets.len() as i64)
+}
 
-    /// The median; of an even number, the mean of the middle two.
-    pub fn median(&self) -> Angle {
-        let (below, above) = (self.filled.saturating_sub(1) / 2, self.filled / 2);
-        let sum = i64::from(self.ranked(below)).saturating_add(self.ranked(above).into());
-        self.off_newest(rounded(sum, 2))
-    }
+/// The median; of an even number, the mean of the middle two.
+fn median(offsets: &[i32]) -> i32 {
+    let (below, above) = (offsets.len().saturating_sub(1) / 2, offsets.len() / 2);
+    rounded(i64::from(ranked(offsets, below)).saturating_add(ranked(offsets, above).into()), 2)
+}
 
-    /// The offset that has `rank` others below it.
-    fn ranked(&self, rank: u8) -> i32 {
-        let is_ranked = |&offset: &i32| {
-            let below = self.offsets().filter(|&other| other < offset).count();
-            let not_above = self.offsets().filter(|&other| other <= offset).count();
-            (below..not_above).contains(&rank.into())
-        };
-        self.offsets().find(is_ranked).unwrap_or(0)
-    }
-
-    /// The angles, as turns from the newest, in µ°.
-    fn offsets(&self) -> impl Iterator<Item = i32> {
-        let newest = self.newest();
-        let kept = self.samples.iter().take(self.filled.into());
-        kept.map(move |angle| step(newest, *angle))
-    }
-
-    fn newest(&self) -> Angle {
-        self.samples.first().copied().unwrap_or_default()
-    }
-
-    fn off_newest(&self, offset: i32) -> Angle {
-        Angle::from_udeg(step(Angle::from_udeg(offset.saturating_neg()), self.newest()))
-    }
+/// The offset that has `rank` others below it.
+fn ranked(offsets: &[i32], rank: usize) -> i32 {
+    let is_ranked = |&&offset: &&i32| {
+        let below = offsets.iter().filter(|&&other| other < offset).count();
+        let not_above = offsets.iter().filter(|&&other| other <= offset).count();
+        (below..not_above).contains(&rank)
+    };
+    offsets.iter().find(is_ranked).copied().unwrap_or(0)
 }
 
 /// A quotient, rounded half away from zero; no offset is beyond half a turn.

@@ -117,6 +117,11 @@ impl Plausibility {
         self.wants_confirmation
     }
 
+    /// The last value.
+    pub fn candidate(&self) -> Angle {
+        self.candidate
+    }
+
     /// When the candidate came.
     pub fn since(&self, now: Instant) -> Instant {
         self.at.near(now)

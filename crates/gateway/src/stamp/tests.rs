@@ -52,7 +52,35 @@ fn the_longest_age_is_years_and_longer_than_every_setting() {
     assert_eq!(size_of::<Stamp>(), 6);
 }
 
+/// Where the 24 bits come round, and where 32 do.
+#[test]
+fn a_short_stamp_is_exact_on_both_sides_of_every_seam() {
+    for now in [1_u64 << 24, 3 << 24, 1 << 32, 5 << 40].into_iter().flat_map(|seam| seam - 2..seam + 2) {
+        // A second ahead, 15 s ago.
+        for at in [now + SECOND, now + 1, now, now - 1, now - 2, now - 3, now - 15 * SECOND] {
+            let (at, now) = (Instant::from_micros(at), Instant::from_micros(now));
+            assert_eq!(ShortStamp::of(at).near(now), at, "seen at {now:?}");
+        }
+    }
+    assert_eq!(size_of::<ShortStamp>(), 3);
+}
+
+#[test]
+fn right_after_reset_a_short_stamp_is_exact() {
+    for (at, now) in [(0, 0), (0, 1), (1, 0), (0, 15 * SECOND), (SECOND, 0), (5, 16 * SECOND - SECOND + 5)] {
+        let (at, now) = (Instant::from_micros(at), Instant::from_micros(now));
+        assert_eq!(ShortStamp::of(at).near(now), at, "seen at {now:?}");
+    }
+}
+
 proptest! {
+    #[test]
+    fn a_short_stamp_that_is_looked_at_soon_is_exact(at in 0_u64..1 << 60, later in -1_000_000_i64..15_000_000) {
+        let now = Instant::from_micros(at.saturating_add_signed(later));
+        let at = Instant::from_micros(at);
+        prop_assert_eq!(ShortStamp::of(at).near(now), at);
+    }
+
     #[test]
     fn every_age_that_fits_is_exact(made in 0_u64..1 << 60, passed in 0..=LONGEST_AGE) {
         prop_assert_eq!(Stamp::of(Instant::from_micros(made)).micros_ago(Instant::from_micros(made + passed)), passed);

@@ -5,7 +5,7 @@ use super::*;
 use crate::config::Filter;
 use crate::order::Order;
 use crate::task;
-use crate::trace::{Purpose, Verdict};
+use crate::trace::{Entry, Purpose, Verdict};
 use clino_bus::Duration;
 use clino_codec::angle::Angle;
 use clino_commissioning::t7::Device;
@@ -149,14 +149,15 @@ fn the_trace_tells_what_happened() {
     world.skip(SECOND);
     let trace: Vec<_> = world.gateway.trace().iter().copied().collect();
     assert_eq!(trace.len(), crate::trace::TRACED);
-    assert!(trace.windows(2).all(|pair| pair[0].at > pair[1].at), "newest first");
+    let at = |entry: &Entry| entry.at(Instant::from_micros(world.now));
+    assert!(trace.windows(2).all(|pair| at(&pair[0]) > at(&pair[1])), "newest first");
     for entry in &trace {
-        let (verdict, purpose, took) = match entry.address {
+        let (verdict, purpose, took) = match entry.address() {
             1 => (Verdict::Good, Purpose::Reading, 2_900..3_100),
             _ => (Verdict::NoAnswer, Purpose::Probe, 2_400..2_600),
         };
         assert_eq!(
-            (entry.bus, entry.command, entry.verdict, entry.purpose),
+            (entry.bus(), entry.command, entry.verdict, entry.purpose),
             (Bus::T7, 0x83, verdict, purpose)
         );
         assert!(took.contains(&entry.took().as_micros()), "{entry:?}");

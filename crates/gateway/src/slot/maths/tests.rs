@@ -3,7 +3,7 @@
 use super::super::filter::Window;
 use super::super::motion::Motion;
 use super::*;
-use crate::config::MOST_SAMPLES;
+use crate::config::{Filter, MOST_SAMPLES};
 use clino_bus::Instant;
 use clino_codec::angle::Range;
 use proptest::prelude::*;
@@ -31,10 +31,19 @@ fn cluster() -> impl Strategy<Value = (i128, Vec<i128>)> {
     (any_angle(), prop::collection::vec(-TURN / 4 + 1..TURN / 4, 1..=MOST_SAMPLES))
 }
 
-fn window(centre: i128, offsets: &[i128]) -> Window {
-    let mut window = Window::default();
-    offsets.iter().for_each(|offset| window.push(angle(centre + offset), MOST_SAMPLES as u8));
-    window
+/// What the last one of these angles is filtered to.
+fn filtered(filter: Filter, centre: i128, offsets: &[i128]) -> Angle {
+    let mut window = Window::EMPTY;
+    let take = |offset| window.filtered(angle(centre + offset), filter, MOST_SAMPLES as u8);
+    offsets.iter().map(take).last().unwrap()
+}
+
+fn mean(centre: i128, offsets: &[i128]) -> Angle {
+    filtered(Filter::Mean, centre, offsets)
+}
+
+fn median(centre: i128, offsets: &[i128]) -> Angle {
+    filtered(Filter::Median, centre, offsets)
 }
 
 /// How far apart two angles are, in µ°.
@@ -64,7 +73,7 @@ proptest! {
         let sum: i128 = offsets.iter().sum();
         // Twice the distance to the exact mean is at most one: half a micro-degree of rounding.
         let n = offsets.len() as i128;
-        let mean = window(centre, &offsets).mean();
+        let mean = mean(centre, &offsets);
         let error = ((i128::from(mean.udeg()) - centre) * n - sum).rem_euclid(TURN * n);
         prop_assert!(2 * error.min(TURN * n - error) <= n, "{mean:?}");
     }
@@ -79,7 +88,7 @@ proptest! {
             .fold((0.0, 0.0), |(y, x), (sin, cos)| (y + sin, x + cos));
         let vector = (y.atan2(x) / core::f64::consts::TAU * TURN as f64).round() as i128;
         // Within 5° of each other, the two means differ by a third of the cube of that: 0.013°.
-        prop_assert!(apart(window(centre, &offsets).mean(), vector) <= 13_000);
+        prop_assert!(apart(mean(centre, &offsets), vector) <= 13_000);
     }
 
     #[test]
@@ -87,7 +96,7 @@ proptest! {
         let mut sorted = offsets.clone();
         sorted.sort_unstable();
         let twice = sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2];
-        let median = i128::from(window(centre, &offsets).median().udeg());
+        let median = i128::from(median(centre, &offsets).udeg());
         let error = (2 * (median - centre) - twice).rem_euclid(2 * TURN);
         prop_assert!(error.min(2 * TURN - error) <= 1, "{median}");
     }
@@ -98,16 +107,18 @@ proptest! {
         // Half a turn away is neither side.
         prop_assume!(outlier.rem_euclid(TURN) != TURN / 2);
         offsets[at] = outlier;
-        prop_assert_eq!(window(centre, &offsets).median().udeg(), wrapped(centre));
+        prop_assert_eq!(median(centre, &offsets).udeg(), wrapped(centre));
     }
 
     #[test]
     fn a_window_keeps_the_newest(samples in 1_u8..=MOST_SAMPLES as u8, old in any_angle(), new in any_angle()) {
-        let mut window = Window::default();
-        (0..MOST_SAMPLES).for_each(|_| window.push(angle(old), samples));
-        (0..samples).for_each(|_| window.push(angle(new), samples));
-        prop_assert_eq!(window.mean().udeg(), wrapped(new));
-        prop_assert_eq!(window.median().udeg(), wrapped(new));
+        for filter in [Filter::Mean, Filter::Median] {
+            let mut window = Window::EMPTY;
+            let mut take = |unwrapped| window.filtered(angle(unwrapped), filter, samples);
+            (0..MOST_SAMPLES).for_each(|_| _ = take(old));
+            let last = (0..samples).map(|_| take(new)).last();
+            prop_assert_eq!(last.map(Angle::udeg), Some(wrapped(new)));
+        }
     }
 
     /// In steps of a µ°, which the published angle does not show: it is the true one, rounded.
@@ -155,7 +166,7 @@ fn the_seam_is_no_step() {
     assert_eq!((motion.rate, motion.turns), (2_000, 1));
     motion.take(Angle::from_udeg(179_000_000), Range::Bidirectional, Instant::from_micros(2_000_000), false);
     assert_eq!((motion.rate, motion.turns), (-2_000, 0));
-    assert_eq!(window(180_000_000, &[-1_000_000, 1_000_000]).mean(), Angle::from_udeg(-180_000_000));
+    assert_eq!(mean(180_000_000, &[-1_000_000, 1_000_000]), Angle::from_udeg(-180_000_000));
 }
 
 /// Where a 32-bit count of µs turns negative and where it comes round, where one of ms comes round; a year; and the
