@@ -142,6 +142,8 @@ impl Opcode {
     }
 
     /// Length byte of the answer: what follows it, checksum included.
+    // In one place: its table would be in a program twice.
+    #[inline(never)]
     pub const fn response_length(self) -> u8 {
         match self {
             Self::GetAllAngles => 0x10,
