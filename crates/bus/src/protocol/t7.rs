@@ -18,7 +18,7 @@ pub struct T7;
 #[derive(Clone, Copy, Debug)]
 pub struct Awaited {
     expected: Expected,
-    reading: AsAsked,
+    reader: AsAsked,
 }
 
 impl Protocol for T7 {
@@ -36,7 +36,7 @@ impl Protocol for T7 {
     }
 
     fn expected(address: Address, request: &Request) -> Awaited {
-        Awaited { expected: request.expected(address), reading: request.reading() }
+        Awaited { expected: request.expected(address), reader: request.reader() }
     }
 
     fn reply(awaited: &Awaited) -> ExpectedReply {
@@ -55,11 +55,11 @@ impl Protocol for T7 {
 
     fn decoder() -> AnswerDecoder<AsAsked> {
         let request = Request::GetAngle(Axis::Two);
-        AnswerDecoder::new(request.expected(Address::FACTORY), request.reading())
+        AnswerDecoder::new(request.expected(Address::FACTORY), request.reader())
     }
 
     fn restart(decoder: &mut AnswerDecoder<AsAsked>, awaited: Awaited) {
-        decoder.restart_reading(awaited.expected, awaited.reading);
+        decoder.restart_with(awaited.expected, awaited.reader);
     }
 
     fn forget(decoder: &mut AnswerDecoder<AsAsked>) {

@@ -4,7 +4,7 @@ use super::answer::size;
 use super::error::DecodeError;
 use super::frame::{HEADER, OVERHEAD};
 use super::opcode::length_fits;
-use super::reading::Reading;
+use super::reader::AnswerReader;
 use super::{Address, Answer, Expected, Opcode};
 use crate::bytes::sum;
 use crate::character::{Character, LineErrors};
@@ -44,14 +44,14 @@ pub struct AnswerDecoder<R = Checks> {
     stream: Stream<{ super::frame::LONGEST }>,
 }
 
-impl<R: Reading> AnswerDecoder<R> {
+impl<R: AnswerReader> AnswerDecoder<R> {
     /// A decoder that waits for `expected` and applies `checks`.
     ///
     /// With the command check off, a damaged length or command byte can make the decoder wait for a longer
     /// frame; [`idle`](Self::idle) then releases a good frame that was received meanwhile.
     pub const fn new(expected: Expected, checks: R) -> Self {
         Self {
-            answers: Answers { expected, size: expected.size() as u16, reading: checks },
+            answers: Answers { expected, size: expected.size() as u16, reader: checks },
             stream: Stream::new(),
         }
     }
@@ -63,8 +63,8 @@ impl<R: Reading> AnswerDecoder<R> {
     }
 
     /// The same, to be read in this way.
-    pub const fn restart_reading(&mut self, expected: Expected, reading: R) {
-        self.answers.reading = reading;
+    pub const fn restart_with(&mut self, expected: Expected, reader: R) {
+        self.answers.reader = reader;
         self.restart(expected);
     }
 
@@ -134,10 +134,10 @@ struct Answers<R> {
     expected: Expected,
     /// Bytes of the expected answer.
     size: u16,
-    reading: R,
+    reader: R,
 }
 
-impl<R: Reading> Answers<R> {
+impl<R: AnswerReader> Answers<R> {
     /// Whether the expected answer begins so.
     fn is_header(&self, [address, length, command]: [u8; 3]) -> bool {
         let Expected { address: from, opcode } = self.expected;
@@ -147,7 +147,7 @@ impl<R: Reading> Answers<R> {
 
     /// As many bytes as were waited for, behind a header that was examined: the answer, if nothing is wrong with it.
     fn quick(&self, bytes: &[u8]) -> Option<Answer> {
-        if bytes.len() == self.size.into() { self.reading.quick(self.expected.opcode, bytes) } else { None }
+        if bytes.len() == self.size.into() { self.reader.quick(self.expected.opcode, bytes) } else { None }
     }
 
     /// Reads a frame whose header is that of an expected answer, and that is as long.
@@ -155,7 +155,7 @@ impl<R: Reading> Answers<R> {
         if said.address.is_all() {
             return Err(DecodeError::UnknownAddress { address: said.address.get() });
         }
-        self.reading.read(said, frame)
+        self.reader.read(said, frame)
     }
 
     /// What starts with these bytes.
@@ -170,7 +170,7 @@ impl<R: Reading> Answers<R> {
         if from.is_all() && !self.is_header([address, length, command]) {
             return Verdict::Discard;
         }
-        let checks = self.reading.checks();
+        let checks = self.reader.checks();
         let size = size(opcode);
         let differs = self.expected.differs(from, opcode, checks);
         if !length_fits(length, opcode) {

@@ -1,6 +1,6 @@
 //! How a decoder reads the answer that it has found: any answer, or only what was asked.
 //!
-//! A program that asks for angles alone need not contain what reads all other answers, 0.8 KB: [`Request::reading`] chooses where
+//! A program that asks for angles alone need not contain what reads all other answers, 0.8 KB: [`Request::reader`] chooses where
 //! the compiler knows the request.
 
 use super::envelope::check_sum;
@@ -10,7 +10,7 @@ use crate::checks::{CheckSet, Checks, ValueRange};
 
 /// How a decoder reads an answer, and which checks it has to pass: [`Checks`] for any answer, [`AsAsked`] for one that was asked
 /// for.
-pub trait Reading: CheckSet {
+pub trait AnswerReader: CheckSet {
     /// The answer, if no check refuses it. `frame` is as long as this command's answer and begins as it does.
     fn quick(self, asked: Opcode, frame: &[u8]) -> Option<Answer>;
 
@@ -21,7 +21,7 @@ pub trait Reading: CheckSet {
     fn read(self, said: Expected, frame: &[u8]) -> Result<Answer, DecodeError>;
 }
 
-impl Reading for Checks {
+impl AnswerReader for Checks {
     /// The answer that is polled all day.
     #[inline]
     fn quick(self, _: Opcode, frame: &[u8]) -> Option<Answer> {
@@ -37,7 +37,7 @@ impl Reading for Checks {
     }
 }
 
-/// The answer to one request, all checks on: see [`Request::reading`].
+/// The answer to one request, all checks on: see [`Request::reader`].
 #[derive(Clone, Copy, Debug)]
 pub struct AsAsked(fn(Expected, &[u8]) -> Result<Answer, DecodeError>);
 
@@ -48,7 +48,7 @@ impl CheckSet for AsAsked {
     }
 }
 
-impl Reading for AsAsked {
+impl AnswerReader for AsAsked {
     #[inline]
     fn quick(self, opcode: Opcode, frame: &[u8]) -> Option<Answer> {
         let address = Address::new(*frame.first()?)?;
@@ -65,7 +65,7 @@ impl Request {
     /// How the answer to this is read. Worked out where it is called: of a request that the compiler knows, only what reads its
     /// answer is in the program.
     #[inline(always)]
-    pub const fn reading(&self) -> AsAsked {
+    pub const fn reader(&self) -> AsAsked {
         AsAsked(if let Self::GetAngle(_) = self { angle } else { any })
     }
 }
