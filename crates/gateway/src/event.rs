@@ -9,8 +9,8 @@ use crate::stamp::ShortStamp;
 
 /// An event of a line while it waits in a queue: 6 bytes instead of 12.
 ///
-/// Its time is a [`ShortStamp`]: it has to be taken out within 15 s. A level that does not do so for half a second is reset by
-/// the watchdog.
+/// Its time is a short stamp (`stamp.rs`): it has to be taken out within 15 s. A level that does not do so for half a second is
+/// reset by the watchdog.
 #[derive(Clone, Copy, Debug)]
 pub struct QueuedEvent {
     at: ShortStamp,
