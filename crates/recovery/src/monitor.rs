@@ -88,25 +88,26 @@ impl MonitoredTask {
     }
 }
 
-/// The silence of a task that has nothing to do.
+/// The patience with a task that has nothing to do.
 const RESTING: u8 = u8::MAX;
 
-/// How long each task has been silent.
+/// How long each task may still be silent.
 #[derive(Debug)]
 pub struct TaskMonitor {
-    /// Ticks since it checked in, by [`MonitoredTask::ALL`].
-    silence: [AtomicU8; MonitoredTask::ALL.len()],
+    /// Ticks until it has to check in, by [`MonitoredTask::ALL`]. Counted down: the tick holds off every interrupt, DE's among
+    /// them, and has only to look for a zero.
+    left: [AtomicU8; MonitoredTask::ALL.len()],
 }
 
 impl TaskMonitor {
     /// A monitor whose tasks all rest.
     pub const fn new() -> TaskMonitor {
-        TaskMonitor { silence: [const { AtomicU8::new(RESTING) }; MonitoredTask::ALL.len()] }
+        TaskMonitor { left: [const { AtomicU8::new(RESTING) }; MonitoredTask::ALL.len()] }
     }
 
     /// The task runs. From now on the monitor expects it to check in.
     pub fn check_in(&self, task: MonitoredTask) {
-        self.set(task, 0);
+        self.set(task, task.most_ticks());
     }
 
     /// The task has nothing to do until it checks in again.
@@ -116,31 +117,29 @@ impl TaskMonitor {
 
     fn set(&self, task: MonitoredTask, ticks: u8) {
         // By its number, without a search: every run of a level checks in.
-        if let Some(silence) = self.silence.get(task.place()) {
-            silence.store(ticks, Ordering::Relaxed);
+        if let Some(left) = self.left.get(task.place()) {
+            left.store(ticks, Ordering::Relaxed);
         }
     }
 
     /// Lets [`TICK_MS`] pass; returns the first task that has been silent for too long. Call it from one context only, and
     /// from one that no task's check-in interrupts.
     pub fn tick(&self) -> Option<MonitoredTask> {
-        let stalled = self.stalled();
-        for silence in &self.silence {
-            let ticks = silence.load(Ordering::Relaxed);
-            if ticks < RESTING {
-                // Every deadline is below the last number before `RESTING`.
-                silence.store(ticks.saturating_add(1).min(RESTING.saturating_sub(1)), Ordering::Relaxed);
+        let mut is_stalled = false;
+        for left in &self.left {
+            match left.load(Ordering::Relaxed) {
+                0 => is_stalled = true,
+                RESTING => {}
+                ticks => left.store(ticks.wrapping_sub(1), Ordering::Relaxed),
             }
         }
-        stalled
+        if is_stalled { self.stalled() } else { None }
     }
 
     /// The first task that has been silent for too long.
     pub fn stalled(&self) -> Option<MonitoredTask> {
-        self.silence.iter().zip(MonitoredTask::ALL).find_map(|(silence, task)| {
-            let ticks = silence.load(Ordering::Relaxed);
-            (ticks != RESTING && ticks >= task.most_ticks()).then_some(task)
-        })
+        let mut all = self.left.iter().zip(MonitoredTask::ALL);
+        all.find(|(left, _)| left.load(Ordering::Relaxed) == 0).map(|(_, task)| task)
     }
 }
 
