@@ -5,7 +5,7 @@ mod common;
 
 use clino_codec::DecodeProgress;
 use clino_codec::character::{Character, LineErrors};
-use clino_codec::checks::{AllChecks, Checks};
+use clino_codec::checks::{AllChecks, Check, Checks};
 use clino_codec::t7::{Axis, BaudRate, Direction, Millidegrees, Request};
 use clino_codec::{angle::Range, isu, t7};
 
@@ -41,6 +41,11 @@ fn heard(frame: &[u8], other: &[u8]) -> Vec<Vec<Character>> {
     let clean = |bytes: &[u8]| -> Vec<Character> { bytes.iter().copied().map(Character::clean).collect() };
     let mut all =
         vec![clean(frame), clean(&[other, frame].concat()), clean(&[&[0x00, 0xFF], frame, frame].concat())];
+    // From the address that no device has, with the right sum.
+    let mut from_all = frame.to_vec();
+    (from_all[0], *from_all.last_mut().unwrap()) =
+        (0x7E, frame[frame.len() - 1].wrapping_sub(0x7E_u8.wrapping_sub(frame[0])));
+    all.push(clean(&from_all));
     for place in 0..frame.len() {
         for bits in [0x01, 0x04, 0x10, 0x80, 0xFF] {
             let mut damaged = frame.to_vec();
@@ -151,4 +156,79 @@ fn a_request_that_changes_the_device_is_one_whose_command_does() {
     for request in T7 {
         assert_eq!(request.is_set(), request.opcode().is_set(), "{request:?}");
     }
+}
+
+/// Every check alone switched off, and all of them.
+fn with_checks_off() -> [(Option<Check>, Checks); 6] {
+    [
+        (Some(Check::LineErrors), Checks { line_errors: false, ..Checks::ALL }),
+        (Some(Check::Checksum), Checks { checksum: false, ..Checks::ALL }),
+        (None, Checks { address: false, ..Checks::ALL }),
+        (None, Checks { command: false, ..Checks::ALL }),
+        (None, Checks { length: false, ..Checks::ALL }),
+        (Some(Check::Checksum), Checks::NONE),
+    ]
+}
+
+#[test]
+fn a_check_that_is_off_refuses_nothing() {
+    let (t7s, isus) = (common::frames("t7", "response"), common::frames("isu", "response"));
+    for (off, checks) in with_checks_off() {
+        let mut found = 0;
+        for (frame, other) in t7s.iter().zip(t7s.iter().cycle().skip(1)) {
+            for request in T7 {
+                for address in [t7::Address::new(5).unwrap(), t7::Address::ALL] {
+                    for characters in heard(frame, other) {
+                        let mut decoder = t7::AnswerDecoder::new(request.expected(address), checks);
+                        for progress in run(&characters, |next| match next {
+                            Some(next) => decoder.push(next),
+                            None => decoder.idle(),
+                        }) {
+                            match progress {
+                                DecodeProgress::Bad(error) => assert_ne!(Some(error.failed_check()), off),
+                                DecodeProgress::Frame(_) => found += 1,
+                                DecodeProgress::More => {}
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        for (frame, other) in isus.iter().zip(isus.iter().cycle().skip(1)) {
+            for request in ISU {
+                for characters in heard(frame, other) {
+                    let expected = request.expected(isu::Address::new(3).unwrap());
+                    let mut decoder = isu::AnswerDecoder::new(expected, checks);
+                    for progress in run(&characters, |next| match next {
+                        Some(next) => decoder.push(next),
+                        None => decoder.idle(),
+                    }) {
+                        match progress {
+                            DecodeProgress::Bad(error) => assert_ne!(Some(error.failed_check()), off),
+                            DecodeProgress::Frame(_) => found += 1,
+                            DecodeProgress::More => {}
+                        }
+                    }
+                }
+            }
+        }
+        assert!(found > 1_000, "{checks:?}: {found}");
+    }
+}
+
+#[test]
+fn an_expectation_checks_what_is_whole_and_what_it_is_told_to() {
+    let device = t7::Address::new(5).unwrap();
+    assert!(Request::GetDamping.expected(device).check(&[0x05], Checks::ALL).is_err());
+    let angle = isu::Request::READ_ANGLE.expected(isu::Address::ANY);
+    let any_command = Checks { command: false, ..Checks::ALL };
+    let mut others = 0;
+    for frame in common::frames("isu", "response") {
+        let function = isu::Answer::decode(&frame).unwrap().response.function();
+        if function.is_some_and(|function| function != isu::Function::ReadRam) {
+            assert!(angle.check(&frame, Checks::ALL).is_err() && angle.check(&frame, any_command).is_ok());
+            others += 1;
+        }
+    }
+    assert!(others >= 3, "{others}");
 }
