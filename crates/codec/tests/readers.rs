@@ -5,7 +5,7 @@ mod common;
 
 use clino_codec::DecodeProgress;
 use clino_codec::character::{Character, LineErrors};
-use clino_codec::checks::{AllChecks, Check, Checks};
+use clino_codec::checks::{AllChecks, Check, CheckSet, Checks};
 use clino_codec::t7::{Axis, BaudRate, Direction, Millidegrees, Request};
 use clino_codec::{angle::Range, isu, t7};
 
@@ -63,88 +63,115 @@ fn heard(frame: &[u8], other: &[u8]) -> Vec<Vec<Character>> {
     all
 }
 
-/// Everything that comes out, and how many characters belong to nothing.
-fn run<T, E>(
-    characters: &[Character],
-    mut push: impl FnMut(Option<Character>) -> DecodeProgress<T, E>,
-) -> Vec<DecodeProgress<T, E>> {
-    let mut seen: Vec<_> = characters.iter().map(|&character| push(Some(character))).collect();
+/// All that is heard of a protocol's documented answers, each beside the next one.
+fn all_heard(protocol: &str) -> Vec<Vec<Character>> {
+    let frames = common::frames(protocol, "response");
+    let others = frames.iter().cycle().skip(1);
+    frames.iter().zip(others).flat_map(|(frame, other)| heard(frame, other)).collect()
+}
+
+/// A decoder of either protocol.
+trait Decoder {
+    type Answer;
+    type Error;
+
+    fn push(&mut self, character: Character) -> DecodeProgress<Self::Answer, Self::Error>;
+    fn idle(&mut self) -> DecodeProgress<Self::Answer, Self::Error>;
+    /// Characters that belong to nothing, and that may yet.
+    fn rest(&self) -> (u32, usize);
+}
+
+impl<R: t7::AnswerReader> Decoder for t7::AnswerDecoder<R> {
+    type Answer = t7::Answer;
+    type Error = t7::DecodeError;
+
+    fn push(&mut self, character: Character) -> t7::DecodeProgress {
+        self.push(character)
+    }
+
+    fn idle(&mut self) -> t7::DecodeProgress {
+        self.idle()
+    }
+
+    fn rest(&self) -> (u32, usize) {
+        (self.discarded(), self.pending())
+    }
+}
+
+impl<C: CheckSet> Decoder for isu::AnswerDecoder<C> {
+    type Answer = isu::Answer;
+    type Error = isu::DecodeError;
+
+    fn push(&mut self, character: Character) -> isu::DecodeProgress {
+        self.push(character)
+    }
+
+    fn idle(&mut self) -> isu::DecodeProgress {
+        self.idle()
+    }
+
+    fn rest(&self) -> (u32, usize) {
+        (self.discarded(), self.pending())
+    }
+}
+
+/// What came of each character and of the silence behind them, and what belongs to nothing.
+type Outcome<D> = (Vec<DecodeProgress<<D as Decoder>::Answer, <D as Decoder>::Error>>, (u32, usize));
+
+fn run<D: Decoder>(mut decoder: D, characters: &[Character]) -> Outcome<D> {
+    let mut seen: Vec<_> = characters.iter().map(|&character| decoder.push(character)).collect();
     loop {
-        let progress = push(None);
+        let progress = decoder.idle();
         let is_over = matches!(progress, DecodeProgress::More);
         seen.push(progress);
         if is_over {
-            return seen;
+            return (seen, decoder.rest());
         }
     }
+}
+
+fn frames<A, E>(seen: &[DecodeProgress<A, E>]) -> usize {
+    seen.iter().filter(|progress| matches!(progress, DecodeProgress::Frame(_))).count()
 }
 
 #[test]
 fn a_t7s_answer_is_read_as_it_was_asked_for() {
-    let frames = common::frames("t7", "response");
+    let device = t7::Address::new(5).unwrap();
     let mut found = 0;
-    for (frame, other) in frames.iter().zip(frames.iter().cycle().skip(1)) {
+    for characters in all_heard("t7") {
         for request in T7 {
-            let expected = request.expected(t7::Address::new(5).unwrap());
-            for characters in heard(frame, other) {
-                let mut any = t7::AnswerDecoder::new(expected, Checks::ALL);
-                let mut asked = t7::AnswerDecoder::new(
-                    t7::Request::GetDamping.expected(expected.address),
-                    request.reader(),
-                );
-                asked.restart_with(expected, request.reader());
-                let one = run(&characters, |next| match next {
-                    Some(next) => any.push(next),
-                    None => any.idle(),
-                });
-                let other = run(&characters, |next| match next {
-                    Some(next) => asked.push(next),
-                    None => asked.idle(),
-                });
-                assert_eq!(one, other, "{request:?}: {characters:?}");
-                assert_eq!((any.discarded(), any.pending()), (asked.discarded(), asked.pending()));
-                found += one.iter().filter(|progress| matches!(progress, DecodeProgress::Frame(_))).count();
-            }
+            let expected = request.expected(device);
+            let mut asked = t7::AnswerDecoder::new(Request::GetDamping.expected(device), request.reader());
+            asked.restart_with(expected, request.reader());
+            let any = run(t7::AnswerDecoder::new(expected, Checks::ALL), &characters);
+            assert_eq!(any, run(asked, &characters), "{request:?}: {characters:?}");
+            found += frames(&any.0);
         }
     }
     assert!(found > 1_000, "{found}");
-    // What reads angles alone refuses everything else, whatever it is told to wait for.
-    let damping = t7::Request::GetDamping.expected(t7::Address::new(5).unwrap());
-    let mut angles = t7::AnswerDecoder::new(damping, t7::Request::GetAngle(Axis::Two).reader());
+}
+
+#[test]
+fn what_reads_angles_alone_refuses_everything_else_whatever_it_is_told_to_wait_for() {
+    let damping = Request::GetDamping.expected(t7::Address::new(5).unwrap());
     let answer = common::t7_frame(5, 0x8A, &[0, 10], true);
     let characters: Vec<Character> = answer.into_iter().map(Character::clean).collect();
-    let seen = run(&characters, |next| match next {
-        Some(next) => angles.push(next),
-        None => angles.idle(),
-    });
+    let (seen, _) = run(t7::AnswerDecoder::new(damping, Request::GetAngle(Axis::Two).reader()), &characters);
     assert!(seen.iter().any(|progress| matches!(progress, DecodeProgress::Bad(_))), "{seen:?}");
-    assert!(!seen.iter().any(|progress| matches!(progress, DecodeProgress::Frame(_))), "{seen:?}");
+    assert_eq!(frames(&seen), 0, "{seen:?}");
 }
 
 #[test]
 fn an_isus_answer_passes_all_checks_or_all_checks() {
-    let frames = common::frames("isu", "response");
     let mut found = 0;
-    for (frame, other) in frames.iter().zip(frames.iter().cycle().skip(1)) {
+    for characters in all_heard("isu") {
         for request in ISU {
             for address in [0, 3] {
                 let expected = request.expected(isu::Address::new(address).unwrap());
-                for characters in heard(frame, other) {
-                    let mut chosen = isu::AnswerDecoder::new(expected, Checks::ALL);
-                    let mut all = isu::AnswerDecoder::new(expected, AllChecks);
-                    let one = run(&characters, |next| match next {
-                        Some(next) => chosen.push(next),
-                        None => chosen.idle(),
-                    });
-                    let other = run(&characters, |next| match next {
-                        Some(next) => all.push(next),
-                        None => all.idle(),
-                    });
-                    assert_eq!(one, other, "{request:?}: {characters:?}");
-                    assert_eq!((chosen.discarded(), chosen.pending()), (all.discarded(), all.pending()));
-                    found +=
-                        one.iter().filter(|progress| matches!(progress, DecodeProgress::Frame(_))).count();
-                }
+                let chosen = run(isu::AnswerDecoder::new(expected, Checks::ALL), &characters);
+                let all = run(isu::AnswerDecoder::new(expected, AllChecks), &characters);
+                assert_eq!(chosen, all, "{request:?}: {characters:?}");
+                found += frames(&chosen.0);
             }
         }
     }
@@ -158,60 +185,44 @@ fn a_request_that_changes_the_device_is_one_whose_command_does() {
     }
 }
 
-/// Every check alone switched off, and all of them.
-fn with_checks_off() -> [(Option<Check>, Checks); 6] {
-    [
-        (Some(Check::LineErrors), Checks { line_errors: false, ..Checks::ALL }),
-        (Some(Check::Checksum), Checks { checksum: false, ..Checks::ALL }),
-        (None, Checks { address: false, ..Checks::ALL }),
-        (None, Checks { command: false, ..Checks::ALL }),
-        (None, Checks { length: false, ..Checks::ALL }),
-        (Some(Check::Checksum), Checks::NONE),
-    ]
-}
+/// Every check alone switched off, and all of them; and what refuses nothing then.
+const CHECKS_OFF: [(Option<Check>, Checks); 6] = [
+    (Some(Check::LineErrors), Checks { line_errors: false, ..Checks::ALL }),
+    (Some(Check::Checksum), Checks { checksum: false, ..Checks::ALL }),
+    (None, Checks { address: false, ..Checks::ALL }),
+    (None, Checks { command: false, ..Checks::ALL }),
+    (None, Checks { length: false, ..Checks::ALL }),
+    (Some(Check::Checksum), Checks::NONE),
+];
 
 #[test]
 fn a_check_that_is_off_refuses_nothing() {
-    let (t7s, isus) = (common::frames("t7", "response"), common::frames("isu", "response"));
-    for (off, checks) in with_checks_off() {
-        let mut found = 0;
-        for (frame, other) in t7s.iter().zip(t7s.iter().cycle().skip(1)) {
-            for request in T7 {
-                for address in [t7::Address::new(5).unwrap(), t7::Address::ALL] {
-                    for characters in heard(frame, other) {
-                        let mut decoder = t7::AnswerDecoder::new(request.expected(address), checks);
-                        for progress in run(&characters, |next| match next {
-                            Some(next) => decoder.push(next),
-                            None => decoder.idle(),
-                        }) {
-                            match progress {
-                                DecodeProgress::Bad(error) => assert_ne!(Some(error.failed_check()), off),
-                                DecodeProgress::Frame(_) => found += 1,
-                                DecodeProgress::More => {}
-                            }
-                        }
-                    }
-                }
+    let (t7s, isus) = (all_heard("t7"), all_heard("isu"));
+    for (off, checks) in CHECKS_OFF {
+        let (mut found, mut refused) = (0, Vec::new());
+        for (characters, request) in t7s.iter().flat_map(|characters| T7.map(|request| (characters, request)))
+        {
+            for address in [t7::Address::new(5).unwrap(), t7::Address::ALL] {
+                let (seen, _) = run(t7::AnswerDecoder::new(request.expected(address), checks), characters);
+                found += frames(&seen);
+                refused.extend(seen.iter().filter_map(|progress| match progress {
+                    DecodeProgress::Bad(error) => Some(error.failed_check()),
+                    _ => None,
+                }));
             }
         }
-        for (frame, other) in isus.iter().zip(isus.iter().cycle().skip(1)) {
-            for request in ISU {
-                for characters in heard(frame, other) {
-                    let expected = request.expected(isu::Address::new(3).unwrap());
-                    let mut decoder = isu::AnswerDecoder::new(expected, checks);
-                    for progress in run(&characters, |next| match next {
-                        Some(next) => decoder.push(next),
-                        None => decoder.idle(),
-                    }) {
-                        match progress {
-                            DecodeProgress::Bad(error) => assert_ne!(Some(error.failed_check()), off),
-                            DecodeProgress::Frame(_) => found += 1,
-                            DecodeProgress::More => {}
-                        }
-                    }
-                }
-            }
+        for (characters, request) in
+            isus.iter().flat_map(|characters| ISU.map(|request| (characters, request)))
+        {
+            let expected = request.expected(isu::Address::new(3).unwrap());
+            let (seen, _) = run(isu::AnswerDecoder::new(expected, checks), characters);
+            found += frames(&seen);
+            refused.extend(seen.iter().filter_map(|progress| match progress {
+                DecodeProgress::Bad(error) => Some(error.failed_check()),
+                _ => None,
+            }));
         }
+        assert!(refused.iter().all(|&check| Some(check) != off), "{checks:?}");
         assert!(found > 1_000, "{checks:?}: {found}");
     }
 }

@@ -1,4 +1,4 @@
-//! Time on a port that has no clock, and what is heard as it passes: the same for all protocols.
+//! Time on a port that has no clock, what is heard as it passes, and how the last frame got out: the same for all protocols.
 //!
 //! Time is what the port has waited. Between calls, and while the code itself runs, it stands still: every wait lasts
 //! at least as long as its figure, and longer by what the code takes. Received characters prove the passing of time,
@@ -11,6 +11,7 @@ use super::witness::{Heard, History};
 
 const MICROSECOND: Duration = Duration::from_micros(1);
 
+/// What a port without a clock has to be told.
 pub struct Clock {
     pub now: Instant,
     /// The driver of the last frame went off.

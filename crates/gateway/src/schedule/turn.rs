@@ -1,4 +1,5 @@
-//! What the scheduler keeps about a slot: when it is due, how its tries went, whether its node is taken for dead.
+//! What the scheduler keeps about a slot: when it is due, how its tries went, whether its node is taken for dead, and which
+//! sensor it is (T7) or when that has its next angle (ISU).
 
 use clino_bus::{Duration, Instant};
 
